@@ -1,1 +1,46 @@
+#![doc = include_str!("../README.md")]
 #![no_std]
+#![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
+
+#[cfg(not(target_arch = "avr"))]
+extern crate std;
+
+#[doc(hidden)]
+pub mod arch;
+#[cfg(not(target_arch = "avr"))]
+pub use arch::host;
+mod context;
+mod fifo;
+pub mod flash;
+mod masked;
+mod pool;
+mod queue;
+mod ready;
+mod semaphore;
+mod task;
+mod timer;
+mod waiters;
+
+pub use context::{Context, Interrupt, Task};
+pub use fifo::Fifo;
+pub use masked::{Masked, MaskedCell};
+pub use pool::{Exhausted, Message, Pool, Pooled, Slot};
+pub use queue::{Full, Queue};
+pub use semaphore::Semaphore;
+#[cfg(target_arch = "avr")]
+pub use task::run;
+pub use task::{Boot, Never, Priority, Stack, StartError};
+#[doc(hidden)]
+pub use timer::{TICKS_LEFT, expire};
+pub use timer::{LONGEST, Period, Ticks, Timer, now};
+
+/// Everything the kernel keeps, apart from what its users declare.
+#[repr(C)]
+struct Kernel {
+    ready: ready::Ready,
+    timers: timer::Timers,
+}
+
+static IDLE: task::ControlBlock = task::ControlBlock::idle();
+
+static KERNEL: Kernel = Kernel { ready: ready::Ready::new(&IDLE), timers: timer::Timers::new() };

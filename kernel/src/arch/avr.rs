@@ -1,0 +1,394 @@
+//! The classic AVR with a 16-bit program counter (ATmega128 datasheet, "AVR CPU Core").
+//!
+//! # Two kinds of context
+//! A task that blocks does so in a call, so the compiler has already saved the 14 registers that a call
+//! may change: [`switch`] saves the other 18, and with its return address a *voluntary* context takes 20
+//! bytes. An interrupt strikes anywhere: its *preempted* context is all 32 registers, SREG and the program
+//! counter, 35 bytes. Both end in the same 18 registers, so one restore serves both; bit 15 of the saved
+//! stack pointer, which no SRAM address needs, tells which it was, and the T flag carries that over the restore.
+//!
+//! ```text
+//!   preempted: PC  r31 r30 r0 SREG r1 r18..r27 | r28 r29 r2..r17    35 bytes
+//!   voluntary:                             PC  | r28 r29 r2..r17    20 bytes
+//! ```
+//!
+//! # Interrupts
+//! An interrupt pushes what a call may change and Y onto the stack it found (19 bytes with the PC), then moves
+//! to the kernel's stack, so that handlers cost no task any stack, and calls the handler. Only if that made
+//! a higher task ready are the other 16 registers saved, and that task's context is restored instead. Handlers do not nest.
+//!
+//! # Stacks
+//! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. Its
+//! first [`IDLE_STACK`] bytes are the idle task's, which needs room for one preempted context.
+//!
+//! Cycle counts in the comments are those of the instruction beside them.
+
+use core::arch::asm;
+use core::mem::{MaybeUninit, size_of};
+
+use crate::context::Task;
+use crate::masked::Masked;
+use crate::task::Never;
+use crate::{KERNEL, Kernel};
+
+/// Bytes at the top of the kernel's stack that are the idle task's: a preempted context and a return address.
+#[doc(hidden)]
+pub const IDLE_STACK: usize = 40;
+
+/// Offsets of what the assembly reads, in bytes.
+const HEAD: usize = core::mem::offset_of!(Kernel, ready.head);
+const RUNNING: usize = core::mem::offset_of!(Kernel, ready.running);
+
+/// `cli`: 1 cycle.
+#[inline(always)]
+pub(crate) fn disable_interrupts() {
+    // SAFETY: masking interrupts breaks no invariant; as a compiler barrier it keeps what follows behind it.
+    unsafe { asm!("cli", options(nostack)) }
+}
+
+/// `sei`: 1 cycle; the instruction after it still runs before any interrupt.
+#[inline(always)]
+pub(crate) fn enable_interrupts() {
+    // SAFETY: called only by `Task::mask` and the start, whose callers run with interrupts enabled or unshared state.
+    unsafe { asm!("sei", options(nostack)) }
+}
+
+/// Runs `body` with interrupts masked, and leaves them as they were.
+#[inline(always)]
+pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
+    let status: u8;
+    // SAFETY: reads SREG and masks interrupts.
+    unsafe {
+        asm!(
+            "in {status}, 0x3f", // 1: SREG, with I as it was
+            "cli",               // 1
+            status = out(reg) status,
+            options(nostack),
+        );
+    }
+    // SAFETY: interrupts were just masked, and are restored only after `body`.
+    let result = body(&unsafe { Masked::assume() });
+    // SAFETY: puts SREG back as it was found.
+    unsafe { asm!("out 0x3f, {status}", status = in(reg) status, options(nostack)) } // 1
+    result
+}
+
+/// The context switch, with the other entries that share its instructions.
+///
+/// Not a naked function: rustc turns those into module-level assembly, which LLVM 22 checks against a bare
+/// AVR1 (no `push`) when it writes the bitcode of a library. In a function without locals or clobbers the
+/// compiler adds nothing but a `ret`, and a test of the image holds it to that.
+#[unsafe(no_mangle)]
+#[inline(never)]
+#[expect(named_asm_labels, reason = "other code jumps to them, and a function that is not inlined stands once")]
+unsafe extern "C" fn kernel_switch() {
+    // SAFETY: a task calls this with interrupts enabled. It returns as a call would, with the call-saved
+    // registers and the stack as they were, when the task runs again.
+    unsafe {
+        asm!(
+            // Saves the running task's voluntary context and takes up the head's.
+            "push r28",                           // 2: what a call must preserve
+            "push r29",                           // 2
+            "push r2",                            // 2
+            "push r3",                            // 2
+            "push r4",                            // 2
+            "push r5",                            // 2
+            "push r6",                            // 2
+            "push r7",                            // 2
+            "push r8",                            // 2
+            "push r9",                            // 2
+            "push r10",                           // 2
+            "push r11",                           // 2
+            "push r12",                           // 2
+            "push r13",                           // 2
+            "push r14",                           // 2
+            "push r15",                           // 2
+            "push r16",                           // 2
+            "push r17",                           // 2
+            "in r24, 0x3d",                       // 1: r25:r24 = SP
+            "in r25, 0x3e",                       // 1: its bit 15 is clear: voluntary
+            "cli",                                // 1
+            "lds r26, {kernel}+{running}",        // 2: X = the running task's control block
+            "lds r27, {kernel}+{running}+1",      // 2
+            "st X+, r24",                         // 2: its stack pointer
+            "st X, r25",                          // 2
+            // Takes up the context of the head. Interrupts are masked, the running task's context is saved.
+            "resume_head:",
+            "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
+            "lds r31, {kernel}+{head}+1",         // 2
+            "sts {kernel}+{running}, r30",        // 2: now it is the running one
+            "sts {kernel}+{running}+1, r31",      // 2
+            "ld r24, Z",                          // 2: r25:r24 = its stack pointer
+            "ldd r25, Z+1",                       // 2
+            "bst r25, 7",                         // 1: T = preempted
+            "andi r25, 0x7f",                     // 1
+            "out 0x3e, r25",                      // 1: SPH
+            "sei",                                // 1: takes effect after the next instruction,
+            "out 0x3d, r24",                      // 1: SPL: so the stack is whole before any interrupt
+            "pop r17",                            // 2: what both contexts end in
+            "pop r16",                            // 2
+            "pop r15",                            // 2
+            "pop r14",                            // 2
+            "pop r13",                            // 2
+            "pop r12",                            // 2
+            "pop r11",                            // 2
+            "pop r10",                            // 2
+            "pop r9",                             // 2
+            "pop r8",                             // 2
+            "pop r7",                             // 2
+            "pop r6",                             // 2
+            "pop r5",                             // 2
+            "pop r4",                             // 2
+            "pop r3",                             // 2
+            "pop r2",                             // 2
+            "brts leave_interrupt",               // 1, or 2 to a preempted context
+            "pop r29",                            // 2
+            "pop r28",                            // 2
+            "ret",                                // 4: to the caller of `switch`
+            // Enters an interrupt: r31 and r30 are on the stack, Z is the handler's address in words.
+            ".global kernel_enter_interrupt",
+            "kernel_enter_interrupt:",
+            "push r0",                            // 2
+            "in r0, 0x3f",                        // 1: SREG; I is clear in it, `reti` sets it
+            "push r0",                            // 2
+            "push r1",                            // 2
+            "clr r1",                             // 1: compiled code counts on r1 = 0
+            "push r18",                           // 2: what a call may change, and Y
+            "push r19",                           // 2
+            "push r20",                           // 2
+            "push r21",                           // 2
+            "push r22",                           // 2
+            "push r23",                           // 2
+            "push r24",                           // 2
+            "push r25",                           // 2
+            "push r26",                           // 2
+            "push r27",                           // 2
+            "push r28",                           // 2
+            "push r29",                           // 2
+            "in r28, 0x3d",                       // 1: Y = SP of the interrupted task; the handler preserves it
+            "in r29, 0x3e",                       // 1
+            "ldi r24, lo8(__stack - {idle})",     // 1: the kernel's stack, empty: handlers do not nest
+            "ldi r25, hi8(__stack - {idle})",     // 1
+            "out 0x3e, r25",                      // 1: SPH
+            "out 0x3d, r24",                      // 1: SPL
+            "icall",                              // 3: the handler
+            "lds r30, {kernel}+{head}",           // 2: Z = the task that should run
+            "lds r31, {kernel}+{head}+1",         // 2
+            "lds r26, {kernel}+{running}",        // 2: X = the task that does
+            "lds r27, {kernel}+{running}+1",      // 2
+            "out 0x3e, r29",                      // 1: SPH, back to the interrupted stack
+            "out 0x3d, r28",                      // 1: SPL
+            "cp r30, r26",                        // 1
+            "cpc r31, r27",                       // 1
+            "brne preempt",                       // 1, or 2 to switch
+            // Leaves an interrupt to the task on whose stack the rest of a preempted context lies.
+            "leave_interrupt:",
+            "pop r29",                            // 2
+            "pop r28",                            // 2
+            "pop r27",                            // 2
+            "pop r26",                            // 2
+            "pop r25",                            // 2
+            "pop r24",                            // 2
+            "pop r23",                            // 2
+            "pop r22",                            // 2
+            "pop r21",                            // 2
+            "pop r20",                            // 2
+            "pop r19",                            // 2
+            "pop r18",                            // 2
+            "pop r1",                             // 2
+            "pop r0",                             // 2: SREG
+            "cli",                                // 1: a switch comes here with interrupts enabled
+            "out 0x3f, r0",                       // 1
+            "pop r0",                             // 2
+            "pop r30",                            // 2
+            "pop r31",                            // 2
+            "reti",                               // 4: and I set
+            // Saves the other half of a preempted context; X is the running task's control block.
+            "preempt:",
+            "push r2",                            // 2
+            "push r3",                            // 2
+            "push r4",                            // 2
+            "push r5",                            // 2
+            "push r6",                            // 2
+            "push r7",                            // 2
+            "push r8",                            // 2
+            "push r9",                            // 2
+            "push r10",                           // 2
+            "push r11",                           // 2
+            "push r12",                           // 2
+            "push r13",                           // 2
+            "push r14",                           // 2
+            "push r15",                           // 2
+            "push r16",                           // 2
+            "push r17",                           // 2
+            "in r24, 0x3d",                       // 1: r25:r24 = SP
+            "in r25, 0x3e",                       // 1
+            "ori r25, 0x80",                      // 1: preempted
+            "st X+, r24",                         // 2
+            "st X, r25",                          // 2
+            "rjmp resume_head",                   // 2
+            // Where a task starts: `prepare` has put its body into r17:r16 and its entry into r15:r14.
+            "kernel_start_task:",
+            "movw r24, r16",                      // 1: the first argument
+            "movw r30, r14",                      // 1
+            "clr r1",                             // 1
+            "ijmp",                               // 2
+            // The idle task. Interrupts are masked, and what the stack held is not needed any more.
+            ".global kernel_run",
+            "kernel_run:",
+            "ldi r24, lo8(__stack)",              // 1: the top of SRAM
+            "ldi r25, hi8(__stack)",              // 1
+            "out 0x3e, r25",                      // 1: SPH
+            "out 0x3d, r24",                      // 1: SPL
+            "rcall kernel_switch",                // 3: to the first task
+            "idle:",
+            "sei",                                // 1: takes effect after the next instruction,
+            "sleep",                              // 1: so that no interrupt comes between the two
+            "rjmp idle",                          // 2
+            kernel = sym KERNEL,
+            head = const HEAD,
+            running = const RUNNING,
+            idle = const IDLE_STACK,
+        )
+    }
+}
+
+unsafe extern "C" {
+    fn kernel_start_task();
+    fn kernel_run() -> !;
+    #[doc(hidden)]
+    pub fn kernel_enter_interrupt();
+}
+
+/// Saves the running task's context and takes up the head's; returns when this task runs again.
+///
+/// 100 cycles to a task that blocked likewise, of which 20 masked. If an interrupt has made the switch first,
+/// this one is to the task itself, and comes back at once.
+#[inline(always)]
+pub(crate) fn switch() {
+    // SAFETY: a task calls this, with interrupts enabled; to the compiler it is a call that returns later.
+    unsafe { kernel_switch() }
+}
+
+/// Runs the tasks; idles while none is ready.
+pub(crate) fn run() -> ! {
+    // SAFETY: interrupts are masked, and `main`, whose stack this takes, never gets control back.
+    unsafe { kernel_run() }
+}
+
+/// Lays `body` and a first, voluntary context at the top of `memory`. Returns the stack pointer, or `None` if they do not fit.
+pub(crate) fn prepare<F>(memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
+where
+    F: FnOnce(&mut Task) -> Never + 'static,
+{
+    /// r17 to r2, r29, r28 and the program counter, lowest address first.
+    const CONTEXT: usize = 20;
+    let (rest, place) = memory.split_at_mut_checked(memory.len().checked_sub(size_of::<F>())?)?;
+    let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(CONTEXT)?)?;
+    let place = place.as_mut_ptr().cast::<F>();
+    // SAFETY: `place` has the size of `F`, alignment is 1 throughout on the AVR, and nothing else uses it.
+    unsafe { place.write(body) };
+    let [place_low, place_high] = (place as usize).to_le_bytes();
+    let [entry_low, entry_high] = (enter::<F> as *const () as usize).to_le_bytes();
+    let [start_low, start_high] = (kernel_start_task as *const () as usize).to_le_bytes();
+    let registers = [place_high, place_low, entry_high, entry_low];
+    for (slot, value) in context.iter_mut().zip(registers) {
+        slot.write(value);
+    }
+    for (slot, value) in context.iter_mut().skip(CONTEXT - 2).zip([start_high, start_low]) {
+        slot.write(value);
+    }
+    // SP points at the free byte below what `pop` takes next.
+    Some(below.as_ptr_range().end as usize - 1)
+}
+
+/// The first code of a task, with interrupts enabled: takes the body from where `prepare` laid it.
+extern "C" fn enter<F>(place: *mut F) -> !
+where
+    F: FnOnce(&mut Task) -> Never + 'static,
+{
+    // SAFETY: `prepare` wrote the body there, and a task starts once.
+    let body = unsafe { place.read() };
+    // SAFETY: this is the task, and it has just started.
+    match body(&mut unsafe { Task::assume() }) {}
+}
+
+/// Declares interrupt handlers. Each runs on the kernel's stack with interrupts masked, and gets an
+/// [`Interrupt`](crate::Interrupt) to make kernel calls with.
+///
+/// ```ignore
+/// kernel::interrupt! {
+///     /// USART0 has received a byte.
+///     fn __vector_18(interrupt) { RECEIVED.post(interrupt); }
+/// }
+/// ```
+/// The names are the linker's: `__vector_` and the vector's number (ATmega128 datasheet, "Interrupts", counted from 0).
+#[macro_export]
+macro_rules! interrupt {
+    ($($(#[$attribute:meta])* fn $vector:ident($interrupt:ident) $body:block)*) => {$(
+        $(#[$attribute])*
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $vector() -> ! {
+            extern "C" fn handler() {
+                // SAFETY: only the vector calls this, with interrupts masked.
+                let $interrupt = &mut unsafe { $crate::Interrupt::assume() };
+                $body
+            }
+            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
+            unsafe { core::arch::asm!(
+                "push r31",               // 2
+                "push r30",               // 2
+                "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
+                "ldi r31, hi8(gs({handler}))", // 1
+                "jmp {enter}",            // 3
+                handler = sym handler,
+                enter = sym $crate::arch::kernel_enter_interrupt,
+                options(noreturn),
+            ) }
+        }
+    )*};
+}
+
+/// Declares the vector that drives the kernel's tick.
+///
+/// It counts down to the first timer: 38 cycles a tick with the interrupt's own 11, however many timers are
+/// armed. Only when one is due does it become an interrupt like any other.
+#[macro_export]
+macro_rules! tick_interrupt {
+    ($vector:ident) => {
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $vector() -> ! {
+            extern "C" fn handler() {
+                // SAFETY: only the vector calls this, with interrupts masked.
+                $crate::expire(&mut unsafe { $crate::Interrupt::assume() });
+            }
+            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
+            unsafe { core::arch::asm!(
+                "push r31",               // 2
+                "push r30",               // 2
+                "in r30, 0x3f",           // 1: SREG
+                "push r30",               // 2
+                "lds r30, {left}",        // 2: Z = ticks until the first timer is due
+                "lds r31, {left}+1",      // 2
+                "sbiw r30, 1",            // 2
+                "sts {left}, r30",        // 2
+                "sts {left}+1, r31",      // 2
+                "pop r30",                // 2: SREG, or what the interrupt must save of it
+                "breq 1f",                // 1, or 2 when a timer is due
+                "out 0x3f, r30",          // 1
+                "pop r30",                // 2
+                "pop r31",                // 2
+                "reti",                   // 4
+                "1:",
+                "out 0x3f, r30",          // 1: as the interrupt found it
+                "ldi r30, lo8(gs({handler}))", // 1
+                "ldi r31, hi8(gs({handler}))", // 1
+                "jmp {enter}",            // 3
+                left = sym $crate::TICKS_LEFT,
+                handler = sym handler,
+                enter = sym $crate::arch::kernel_enter_interrupt,
+                options(noreturn),
+            ) }
+        }
+    };
+}

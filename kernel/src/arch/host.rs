@@ -1,0 +1,110 @@
+//! The host port: the same kernel, each task a coroutine, time virtual.
+//!
+//! Blocking code runs under `cargo test` as it does on the MCU, and the same each time: a task runs until
+//! a kernel call switches, and when all are blocked, time moves on to the next tick. Interrupts are what
+//! the test makes of them: [`run_for`] calls its `on_tick` at every tick, which may post, send and put.
+
+use std::boxed::Box;
+use std::cell::{Cell, RefCell};
+use std::mem::MaybeUninit;
+use std::sync::{Mutex, PoisonError};
+use std::vec::Vec;
+
+use corosensei::{Coroutine, Yielder};
+
+use crate::context::{Interrupt, Task};
+use crate::masked::Masked;
+use crate::task::{Boot, Never};
+use crate::{IDLE, KERNEL, timer};
+
+type TaskCoroutine = Coroutine<(), (), Never>;
+
+std::thread_local! {
+    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus one.
+    static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
+    /// How the running task gives control back.
+    static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(std::ptr::null()) };
+}
+
+/// One kernel at a time: its state is static, and tests run on many threads.
+static ONE_KERNEL: Mutex<()> = Mutex::new(());
+
+/// Runs the kernel for `ticks` ticks: `init` starts the tasks, `on_tick` stands for the interrupts.
+///
+/// The tasks are dropped at the end; the statics they used keep their state, so each run wants its own.
+pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut(&mut Interrupt, u32)) {
+    // A test that failed in here left nothing behind that the reset below does not mend.
+    let _one_kernel = ONE_KERNEL.lock().unwrap_or_else(PoisonError::into_inner);
+    reset();
+    // SAFETY: no task runs.
+    init(&mut unsafe { Boot::assume() });
+    for tick in 1..=ticks {
+        run_ready();
+        // SAFETY: no task runs, as in an interrupt.
+        let mut interrupt = unsafe { Interrupt::assume() };
+        timer::tick(&mut interrupt);
+        on_tick(&mut interrupt, tick);
+    }
+    run_ready();
+    reset();
+}
+
+/// Forgets the tasks of the run before.
+fn reset() {
+    TASKS.take();
+    // SAFETY: no task runs, and no other thread: the caller holds `ONE_KERNEL`.
+    let masked = unsafe { Masked::assume() };
+    KERNEL.ready.reset(&masked, &IDLE);
+    KERNEL.timers.reset(&masked);
+}
+
+/// Resumes the head until that is the idle task.
+fn run_ready() {
+    loop {
+        // SAFETY: no task runs.
+        let masked = unsafe { Masked::assume() };
+        let head = KERNEL.ready.head.get(&masked);
+        KERNEL.ready.running.set(&masked, head);
+        if head.is(&IDLE) {
+            return;
+        }
+        let index = head.stack_pointer.get(&masked) - 1;
+        // Taken out while it runs, so that it may start others.
+        let mut task = TASKS.with_borrow_mut(|tasks| tasks[index].take().expect("a task is resumed once at a time"));
+        task.resume(());
+        TASKS.with_borrow_mut(|tasks| tasks[index] = Some(task));
+    }
+}
+
+pub(crate) fn disable_interrupts() {}
+
+pub(crate) fn enable_interrupts() {}
+
+pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
+    // SAFETY: what stands for interrupts runs only between tasks.
+    body(&unsafe { Masked::assume() })
+}
+
+pub(crate) fn switch() {
+    let yielder = YIELDER.get();
+    assert!(!yielder.is_null(), "a kernel call that may switch was made outside `run_for`");
+    // SAFETY: the pointer is the running coroutine's own yielder, which lives as long as it does.
+    unsafe { (*yielder).suspend(()) };
+    YIELDER.set(yielder);
+}
+
+pub(crate) fn prepare<F>(_memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
+where
+    F: FnOnce(&mut Task) -> Never + 'static,
+{
+    let body = Box::new(body);
+    let coroutine = Coroutine::new(move |yielder: &Yielder<(), ()>, ()| {
+        YIELDER.set(yielder);
+        // SAFETY: this is the task, and it has just started.
+        body(&mut unsafe { Task::assume() })
+    });
+    Some(TASKS.with_borrow_mut(|tasks| {
+        tasks.push(Some(coroutine));
+        tasks.len()
+    }))
+}

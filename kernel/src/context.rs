@@ -1,0 +1,113 @@
+//! Who is calling: a task or an interrupt.
+//!
+//! Kernel calls take the caller's context. A call that may block takes `&mut Task`, which only a task
+//! has: from an interrupt it does not compile. A call that is right in both takes `&mut impl Context`.
+//!
+//! ```compile_fail,E0308
+//! # use kernel::{Interrupt, Semaphore};
+//! fn handler(interrupt: &mut Interrupt, pressed: &Semaphore) {
+//!     pressed.wait(interrupt); // error: expected `&mut Task`, found `&mut Interrupt`
+//! }
+//! ```
+//!
+//! Nor does a blocking call while interrupts are masked, since that borrows the task's context:
+//!
+//! ```compile_fail,E0500
+//! # use kernel::{Context, Semaphore, Task};
+//! fn body(task: &mut Task, pressed: &Semaphore) {
+//!     task.mask(|_| pressed.wait(task)); // error: closure requires unique access to `*task`
+//! }
+//! ```
+//!
+//! The context also says, at compile time, whether interrupts are masked already, so that no call
+//! saves and restores SREG: in a task a call is bracketed by `cli` and `sei` (2 cycles), in an
+//! interrupt by nothing.
+
+use core::marker::PhantomData;
+
+use crate::arch;
+use crate::masked::Masked;
+use crate::ready;
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// A caller of the kernel: [`Task`] or [`Interrupt`].
+pub trait Context: sealed::Sealed {
+    /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency.
+    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R;
+
+    /// Runs the highest ready task if that is no longer the running one. In an interrupt this
+    /// happens at its end, so there is nothing to do.
+    #[doc(hidden)]
+    fn reschedule(&mut self, is_needed: bool);
+}
+
+/// The context of a task: interrupts are enabled, blocking is allowed. Each task gets its own when it starts.
+pub struct Task {
+    _not_send: PhantomData<*mut ()>,
+}
+
+/// The context of an interrupt handler: interrupts are masked, nothing may block.
+pub struct Interrupt {
+    _not_send: PhantomData<*mut ()>,
+}
+
+impl Task {
+    /// # Safety
+    /// Only for the task that is about to run, with interrupts enabled, and once.
+    pub(crate) unsafe fn assume() -> Task {
+        Task { _not_send: PhantomData }
+    }
+}
+
+impl Interrupt {
+    /// # Safety
+    /// Only in an interrupt handler that was entered by [`interrupt!`](crate::interrupt!), or before the kernel starts.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub unsafe fn assume() -> Interrupt {
+        Interrupt { _not_send: PhantomData }
+    }
+}
+
+impl sealed::Sealed for Task {}
+impl sealed::Sealed for Interrupt {}
+
+impl Context for Task {
+    #[inline(always)]
+    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
+        arch::disable_interrupts();
+        // SAFETY: interrupts were just disabled. `body` can't enable them: that takes this `&mut Task`, which is borrowed.
+        let result = body(&unsafe { Masked::assume() });
+        arch::enable_interrupts();
+        result
+    }
+
+    #[inline(always)]
+    fn reschedule(&mut self, is_needed: bool) {
+        if is_needed {
+            arch::switch();
+        }
+    }
+}
+
+impl Context for Interrupt {
+    #[inline(always)]
+    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
+        // SAFETY: interrupts are masked on entry to a handler and stay so until it returns.
+        body(&unsafe { Masked::assume() })
+    }
+
+    #[inline(always)]
+    fn reschedule(&mut self, _is_needed: bool) {}
+}
+
+impl Task {
+    /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
+    pub fn yield_now(&mut self) {
+        let is_needed = self.mask(ready::rotate);
+        self.reschedule(is_needed);
+    }
+}

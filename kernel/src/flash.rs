@@ -1,0 +1,95 @@
+//! Constants that stay in program memory.
+//!
+//! The AVR has two address spaces, and compiled constants are copied to SRAM at start. A table of
+//! rules or strings would eat the 4 KB; [`flash!`](crate::flash!) leaves it in the low 64 KB of
+//! flash and reads it with `lpm` (ATmega128 datasheet, "ELPM/LPM – Load Program Memory").
+
+/// A constant in program memory. Made by [`flash!`](crate::flash!), which places it there.
+#[repr(transparent)]
+pub struct Flash<T>(T);
+
+impl<T> Flash<T> {
+    /// Wraps `value`.
+    ///
+    /// # Safety
+    /// On the AVR the result must be a `static` in the section `.progmem.data`, as
+    /// [`flash!`](crate::flash!) makes it: reads go through `lpm`, not through the data bus.
+    pub const unsafe fn new(value: T) -> Self {
+        Flash(value)
+    }
+}
+
+impl<T: Copy, const N: usize> Flash<[T; N]> {
+    /// The number of elements.
+    pub const fn len(&self) -> usize {
+        N
+    }
+
+    /// Whether there are no elements.
+    pub const fn is_empty(&self) -> bool {
+        N == 0
+    }
+
+    /// A copy of element `index`, or `None` past the end. Costs 3 cycles a byte and about 20 more.
+    pub fn get(&self, index: usize) -> Option<T> {
+        load(&self.0, index)
+    }
+
+    /// Copies of all elements, in order.
+    pub fn iter(&self) -> impl Iterator<Item = T> + '_ {
+        (0..N).filter_map(|index| self.get(index))
+    }
+}
+
+#[cfg(not(target_arch = "avr"))]
+fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
+    array.get(index).copied()
+}
+
+#[cfg(target_arch = "avr")]
+fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
+    use core::mem::{MaybeUninit, size_of};
+
+    if index >= array.len() {
+        return None;
+    }
+    let first = array.as_ptr().cast::<u8>().wrapping_add(index * size_of::<T>());
+    let mut value = MaybeUninit::<T>::uninit();
+    for offset in 0..size_of::<T>() {
+        let byte: u8;
+        // SAFETY: `index` is in range, so the address lies in element `index`, which the contract of
+        // `Flash::new` places in program memory; `lpm` changes nothing but its destination register.
+        unsafe {
+            core::arch::asm!(
+                "lpm {byte}, Z", // 3 cycles: the byte at Z in the low 64 KB of flash
+                byte = out(reg) byte,
+                in("Z") first.wrapping_add(offset),
+                options(pure, readonly, nostack, preserves_flags),
+            );
+        }
+        // SAFETY: `offset` is below the size of `value`.
+        unsafe { value.as_mut_ptr().cast::<u8>().add(offset).write(byte) }
+    }
+    // SAFETY: every byte of `value` was just copied from a valid `T`, which is `Copy`.
+    Some(unsafe { value.assume_init() })
+}
+
+/// Declares a `static` array that stays in program memory.
+///
+/// ```
+/// kernel::flash! {
+///     /// Squares of the first numbers.
+///     static SQUARES: [u8; 4] = [0, 1, 4, 9];
+/// }
+/// assert_eq!(SQUARES.get(3), Some(9));
+/// assert_eq!(SQUARES.get(4), None);
+/// ```
+#[macro_export]
+macro_rules! flash {
+    ($($(#[$attribute:meta])* $visibility:vis static $name:ident: $type:ty = $value:expr;)*) => {$(
+        $(#[$attribute])*
+        #[cfg_attr(target_arch = "avr", unsafe(link_section = ".progmem.data"))]
+        // SAFETY: the attribute above places the value where `Flash` reads it.
+        $visibility static $name: $crate::flash::Flash<$type> = unsafe { $crate::flash::Flash::new($value) };
+    )*};
+}

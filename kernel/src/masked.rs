@@ -1,0 +1,57 @@
+//! Shared state of the kernel: cells that open only while interrupts are masked.
+
+use core::cell::Cell;
+use core::marker::PhantomData;
+
+/// Proof that interrupts are masked, so that nothing else touches a [`MaskedCell`].
+///
+/// Neither `Send` nor `Sync`: the proof holds for the code that masked them, nowhere else.
+pub struct Masked {
+    _not_send: PhantomData<*mut ()>,
+}
+
+impl Masked {
+    /// # Safety
+    /// Interrupts must stay masked for as long as the result lives.
+    #[inline(always)]
+    pub(crate) unsafe fn assume() -> Masked {
+        Masked { _not_send: PhantomData }
+    }
+}
+
+/// A value read and written only while interrupts are masked.
+#[repr(transparent)]
+pub struct MaskedCell<T>(Cell<T>);
+
+// SAFETY: every access needs a `Masked`, which exists only where interrupts are masked; the MCU has one
+// core, and the host port runs one kernel at a time, so accesses never overlap.
+unsafe impl<T> Sync for MaskedCell<T> {}
+
+impl<T> MaskedCell<T> {
+    /// A cell that holds `value`.
+    pub const fn new(value: T) -> Self {
+        MaskedCell(Cell::new(value))
+    }
+
+    /// Stores `value` and drops the old one.
+    #[inline(always)]
+    pub fn set(&self, _: &Masked, value: T) {
+        self.0.set(value);
+    }
+}
+
+impl<T: Copy> MaskedCell<T> {
+    /// A copy of the value.
+    #[inline(always)]
+    pub fn get(&self, _: &Masked) -> T {
+        self.0.get()
+    }
+}
+
+impl MaskedCell<u16> {
+    /// Counts one more, up to `u16::MAX`, where a count stays.
+    #[inline(always)]
+    pub fn count(&self, _: &Masked) {
+        self.0.set(self.0.get().saturating_add(1));
+    }
+}

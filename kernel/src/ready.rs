@@ -1,0 +1,129 @@
+//! Which task runs: a list of preempted tasks and a queue for each priority, both constant in time.
+//!
+//! A task that becomes ready either outranks the running one, and is pushed before it, or it does not,
+//! and joins the queue of those that *arrived* at its priority. So the list that starts at `head` holds
+//! the task to run, then those it preempted, in strictly falling priority, the idle task last; it is at
+//! most nine long. When the head blocks, the next is the rest of the list, unless a task of higher
+//! priority has arrived meanwhile; one byte, a bit for each priority, tells.
+//!
+//! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes
+//! it at once, an interrupt at its end. A switch that an interrupt made first is made in vain, which
+//! does no harm. So the lists can change with interrupts masked for a few cycles, and the switch comes after.
+
+use crate::KERNEL;
+use crate::masked::{Masked, MaskedCell};
+use crate::task::ControlBlock;
+
+/// The state of the scheduler. `repr(C)`: the context switch reads its first two fields.
+#[repr(C)]
+pub(crate) struct Ready {
+    /// The task that should run.
+    pub(crate) head: MaskedCell<&'static ControlBlock>,
+    /// The task whose registers are in the CPU.
+    pub(crate) running: MaskedCell<&'static ControlBlock>,
+    /// The priorities at which tasks have arrived, a bit each.
+    arrived: MaskedCell<u8>,
+    /// For each of these the last task to arrive; its link is the first.
+    last: [MaskedCell<Option<&'static ControlBlock>>; 8],
+}
+
+impl Ready {
+    pub(crate) const fn new(idle: &'static ControlBlock) -> Self {
+        Ready {
+            head: MaskedCell::new(idle),
+            running: MaskedCell::new(idle),
+            arrived: MaskedCell::new(0),
+            last: [const { MaskedCell::new(None) }; 8],
+        }
+    }
+}
+
+#[cfg(not(target_arch = "avr"))]
+impl Ready {
+    /// As at the start: only the idle task.
+    pub(crate) fn reset(&self, masked: &Masked, idle: &'static ControlBlock) {
+        self.head.set(masked, idle);
+        self.running.set(masked, idle);
+        self.arrived.set(masked, 0);
+        self.last.iter().for_each(|last| last.set(masked, None));
+    }
+}
+
+/// Makes `task` ready. Returns whether it is now the one to run.
+pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
+    let head = KERNEL.ready.head.get(masked);
+    let is_highest = task.outranks(masked, head);
+    if is_highest {
+        task.link.set(masked, Some(head));
+        KERNEL.ready.head.set(masked, task);
+    } else {
+        arrive(masked, task);
+    }
+    is_highest
+}
+
+/// Takes the running task, which is the head, from the ready ones; the next takes its place.
+pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
+    let ready = &KERNEL.ready;
+    let task = ready.head.get(masked);
+    // The idle task never blocks, so there is always a rest.
+    let rest = task.link.get(masked).unwrap_or(task);
+    let higher = ready.arrived.get(masked) & rest.above.get(masked);
+    ready.head.set(masked, if higher == 0 { rest } else { take_arrived(masked, higher, rest) });
+    task
+}
+
+/// Puts the running task behind those that arrived at its priority. Returns whether there is one.
+pub(crate) fn rotate(masked: &Masked) -> bool {
+    let ready = &KERNEL.ready;
+    let task = ready.head.get(masked);
+    let is_due = ready.arrived.get(masked) & task.bit(masked) != 0;
+    if is_due {
+        block(masked);
+        arrive(masked, task);
+    }
+    is_due
+}
+
+/// Appends `task` to those that arrived at its priority.
+fn arrive(masked: &Masked, task: &'static ControlBlock) {
+    let ready = &KERNEL.ready;
+    let last = &ready.last[task.index(masked)];
+    match last.get(masked) {
+        None => {
+            task.link.set(masked, Some(task));
+            ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
+        }
+        Some(previous) => {
+            task.link.set(masked, previous.link.get(masked));
+            previous.link.set(masked, Some(task));
+        }
+    }
+    last.set(masked, Some(task));
+}
+
+/// Removes the first task of the highest priority in `among`, and puts it before `rest`.
+#[cold]
+#[inline(never)]
+fn take_arrived(masked: &Masked, among: u8, rest: &'static ControlBlock) -> &'static ControlBlock {
+    let ready = &KERNEL.ready;
+    let last = &ready.last[highest(among)];
+    let Some(final_one) = last.get(masked) else { return rest };
+    let Some(first) = final_one.link.get(masked) else { return rest };
+    if first.is(final_one) {
+        last.set(masked, None);
+        ready.arrived.set(masked, ready.arrived.get(masked) & !first.bit(masked));
+    } else {
+        final_one.link.set(masked, first.link.get(masked));
+    }
+    first.link.set(masked, Some(rest));
+    first
+}
+
+/// The index of the highest priority in the set `among`; 7 in an empty set. At most 12 cycles.
+#[inline(always)]
+fn highest(among: u8) -> usize {
+    let (offset, four) = if among & 0x0f == 0 { (4, among >> 4) } else { (0, among) };
+    let (offset, two) = if four & 0x03 == 0 { (offset + 2, four >> 2) } else { (offset, four) };
+    if two & 0x01 == 0 { offset + 1 } else { offset }
+}

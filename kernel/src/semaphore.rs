@@ -1,0 +1,108 @@
+//! Counting semaphores in two bytes.
+
+use core::ptr;
+
+use crate::arch;
+use crate::context::{Context, Task};
+use crate::masked::MaskedCell;
+use crate::ready;
+use crate::task::ControlBlock;
+use crate::waiters;
+
+/// A counting semaphore: up to 255 signals in store, or the tasks that wait for one.
+///
+/// ```
+/// use kernel::Semaphore;
+/// static PRESSED: Semaphore = Semaphore::new(0);
+/// ```
+///
+/// Tasks are woken by priority, and in the order in which they came among equals. A signal that finds
+/// 255 in store is lost: a semaphore that counts more wants a queue.
+pub struct Semaphore {
+    word: MaskedCell<Word>,
+}
+
+impl Semaphore {
+    /// A semaphore with `signals` in store.
+    pub const fn new(signals: u8) -> Self {
+        Semaphore { word: MaskedCell::new(Word::signals(signals)) }
+    }
+
+    /// Signals: wakes the first waiting task, or stores the signal when none waits.
+    ///
+    /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
+    pub fn post(&self, context: &mut impl Context) {
+        let is_due = context.mask(|masked| match self.word.get(masked).state() {
+            State::Signals(signals) => {
+                self.word.set(masked, Word::signals(signals.saturating_add(1)));
+                false
+            }
+            State::Waiting(first) => {
+                self.word.set(masked, first.link.get(masked).map_or(Word::signals(0), Word::waiting));
+                ready::make_ready(masked, first)
+            }
+        });
+        context.reschedule(is_due);
+    }
+
+    /// Takes a signal, and blocks until there is one.
+    pub fn wait(&self, task: &mut Task) {
+        let is_blocked = task.mask(|masked| {
+            let first = match self.word.get(masked).state() {
+                State::Signals(0) => None,
+                State::Signals(signals) => {
+                    self.word.set(masked, Word::signals(signals - 1));
+                    return false;
+                }
+                State::Waiting(first) => Some(first),
+            };
+            let blocked = ready::block(masked);
+            self.word.set(masked, Word::waiting(waiters::insert(masked, first, blocked)));
+            true
+        });
+        if is_blocked {
+            arch::switch();
+        }
+    }
+
+    /// Takes a signal if one is in store, and says whether it did.
+    pub fn try_wait(&self, context: &mut impl Context) -> bool {
+        context.mask(|masked| match self.word.get(masked).state() {
+            State::Signals(0) | State::Waiting(_) => false,
+            State::Signals(signals) => {
+                self.word.set(masked, Word::signals(signals - 1));
+                true
+            }
+        })
+    }
+}
+
+/// What a semaphore holds: a number of signals, or the first waiting task.
+enum State {
+    Signals(u8),
+    Waiting(&'static ControlBlock),
+}
+
+/// A [`State`] in one pointer: no control block lies in the first 256 bytes of memory, which on the AVR
+/// are registers (ATmega128 datasheet, "SRAM Data Memory") and on the host belong to no one.
+#[derive(Clone, Copy)]
+struct Word(*const ControlBlock);
+
+impl Word {
+    const fn signals(number: u8) -> Self {
+        Word(ptr::without_provenance(number as usize))
+    }
+
+    fn waiting(first: &'static ControlBlock) -> Self {
+        Word(first)
+    }
+
+    #[inline(always)]
+    fn state(self) -> State {
+        match u8::try_from(self.0.addr()) {
+            Ok(signals) => State::Signals(signals),
+            // SAFETY: an address above 255 was stored by `waiting`, from a reference to a static.
+            Err(_) => State::Waiting(unsafe { &*self.0 }),
+        }
+    }
+}

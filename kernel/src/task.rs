@@ -1,0 +1,199 @@
+//! Tasks: priorities, control blocks, stacks.
+
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+
+use crate::arch;
+use crate::context::{Interrupt, Task};
+use crate::masked::{Masked, MaskedCell};
+use crate::ready;
+
+/// A task's priority: [`P0`](Priority::P0) is the highest of eight.
+///
+/// A task runs until it blocks or a task of higher priority becomes ready. Tasks of one priority take
+/// turns in the order in which they became ready, and only when the running one blocks or yields.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[repr(u8)]
+pub enum Priority {
+    P0 = 0,
+    P1 = 1,
+    P2 = 2,
+    P3 = 3,
+    P4 = 4,
+    P5 = 5,
+    P6 = 6,
+    P7 = 7,
+}
+
+impl Priority {
+    /// The set of priorities above this one, a bit each: bit 0 is `P0`.
+    const fn above(self) -> u8 {
+        (1 << self as u8) - 1
+    }
+}
+
+/// What the kernel keeps of a task: 6 bytes on the AVR.
+///
+/// ```text
+///              start                      highest ready
+///   (unused) ─────────► ready (arrived) ──────────────► running
+///                          ▲   yield ◄─────────────────── │ ▲
+///                          │                     preempted ▼ │ the task above blocks
+///                          │                     ready (preempted)
+///                          └────── blocked ◄── wait ────── running
+///                            post
+/// ```
+///
+/// The running task and those it preempted form a list, highest first, in strictly falling priority;
+/// see [`ready`](crate::ready). A blocked task is in the list of what it waits for.
+#[repr(C)]
+pub struct ControlBlock {
+    /// The saved stack pointer; on the AVR bit 15 says that an interrupt saved the task, so that all
+    /// registers lie there. On the host, a handle of the coroutine.
+    pub(crate) stack_pointer: MaskedCell<usize>,
+    /// The next task in the one list that this task is in.
+    pub(crate) link: MaskedCell<Option<&'static ControlBlock>>,
+    /// The set of priorities that preempt this task; for the idle task, all.
+    pub(crate) above: MaskedCell<u8>,
+    /// The priority; unused for the idle task.
+    priority: MaskedCell<Priority>,
+}
+
+impl ControlBlock {
+    /// A block of a task that has not started.
+    const fn new() -> Self {
+        ControlBlock {
+            stack_pointer: MaskedCell::new(0),
+            link: MaskedCell::new(None),
+            above: MaskedCell::new(0),
+            priority: MaskedCell::new(Priority::P0),
+        }
+    }
+
+    /// The block of the idle task, which every priority preempts.
+    pub(crate) const fn idle() -> Self {
+        let idle = ControlBlock::new();
+        ControlBlock { above: MaskedCell::new(0xff), ..idle }
+    }
+
+    /// Whether this task runs before `other`.
+    #[inline(always)]
+    pub(crate) fn outranks(&self, masked: &Masked, other: &ControlBlock) -> bool {
+        self.above.get(masked) < other.above.get(masked)
+    }
+
+    /// The bit of this task's priority in a set of priorities.
+    #[inline(always)]
+    pub(crate) fn bit(&self, masked: &Masked) -> u8 {
+        self.above.get(masked).wrapping_add(1)
+    }
+
+    /// The index of this task's priority, 0 to 7.
+    #[inline(always)]
+    pub(crate) fn index(&self, masked: &Masked) -> usize {
+        (self.priority.get(masked) as u8 & 7) as usize
+    }
+
+    /// Whether both are the same task.
+    #[inline(always)]
+    pub(crate) fn is(&self, other: &ControlBlock) -> bool {
+        core::ptr::eq(self, other)
+    }
+}
+
+/// Why [`Stack::start`] refused.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum StartError {
+    /// The task on this stack has been started before.
+    Started,
+    /// The stack can't hold what the task captured and its first context.
+    TooSmall,
+}
+
+/// A task's control block and its stack of `BYTES` bytes.
+///
+/// ```
+/// use kernel::Stack;
+/// static BLINK: Stack<96> = Stack::new();
+/// ```
+///
+/// A stack holds the task's own frames and, in the worst case, a voluntary context (20 bytes on the
+/// ATmega128) and an interrupt's (35 bytes) on top: interrupt handlers run on the kernel's stack.
+#[repr(C)]
+pub struct Stack<const BYTES: usize> {
+    control: ControlBlock,
+    memory: UnsafeCell<[MaybeUninit<u8>; BYTES]>,
+}
+
+// SAFETY: `memory` is touched by `start`, once and before the task runs, and then only as its stack.
+unsafe impl<const BYTES: usize> Sync for Stack<BYTES> {}
+
+impl<const BYTES: usize> Default for Stack<BYTES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const BYTES: usize> Stack<BYTES> {
+    /// A stack with no task on it.
+    pub const fn new() -> Self {
+        Stack { control: ControlBlock::new(), memory: UnsafeCell::new([MaybeUninit::uninit(); BYTES]) }
+    }
+
+    /// Makes a task on this stack ready; it runs `body`, which never returns. What `body` captures moves onto the stack.
+    ///
+    /// # Errors
+    /// [`StartError::Started`] when the stack is taken, [`StartError::TooSmall`] when it can't hold
+    /// what `body` captured and a first context. Nothing runs then.
+    pub fn start<F>(&'static self, boot: &mut Boot, priority: Priority, body: F) -> Result<(), StartError>
+    where
+        F: FnOnce(&mut Task) -> Never + 'static,
+    {
+        let masked = &boot.masked;
+        if self.control.stack_pointer.get(masked) != 0 {
+            return Err(StartError::Started);
+        }
+        // SAFETY: the stack was not taken, and setting the stack pointer below takes it.
+        let memory = unsafe { &mut *self.memory.get() };
+        let stack_pointer = arch::prepare(memory, body).ok_or(StartError::TooSmall)?;
+        self.control.stack_pointer.set(masked, stack_pointer);
+        self.control.above.set(masked, priority.above());
+        self.control.priority.set(masked, priority);
+        ready::make_ready(masked, &self.control);
+        Ok(())
+    }
+}
+
+/// What a task's body returns: nothing, ever.
+pub type Never = core::convert::Infallible;
+
+/// The time before the kernel runs: interrupts are masked, tasks are started.
+pub struct Boot {
+    masked: Masked,
+}
+
+impl Boot {
+    /// # Safety
+    /// Only while interrupts are masked and no task runs.
+    pub(crate) unsafe fn assume() -> Boot {
+        // SAFETY: the caller's promise.
+        Boot { masked: unsafe { Masked::assume() } }
+    }
+
+    /// A context for calls that an interrupt might make, for setting up.
+    pub fn interrupt(&mut self) -> Interrupt {
+        // SAFETY: interrupts are masked until the kernel runs, and a switch is due then.
+        unsafe { Interrupt::assume() }
+    }
+}
+
+/// Starts the kernel: `init` sets up devices and starts tasks with interrupts masked; then the highest runs.
+#[cfg(target_arch = "avr")]
+pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
+    arch::disable_interrupts();
+    // SAFETY: interrupts are masked until `arch::run` starts the first task; `boot` is gone by then.
+    init(&mut unsafe { Boot::assume() });
+    arch::run()
+}

@@ -1,0 +1,137 @@
+//! Messages: pools, queues, and what happens when they are full.
+
+mod log;
+
+use kernel::{Boot, Exhausted, Full, LONGEST, Message, Priority, Queue, Stack, host};
+use log::Log;
+
+#[test]
+fn messages_arrive_in_order_and_wake_the_receiver() {
+    struct Reading(u8);
+    kernel::pool!(Reading, 4);
+    static LOG: Log = Log::new();
+    static READINGS: Queue<Reading> = Queue::new(4);
+    static RECEIVER: Stack<0> = Stack::new();
+    static SENDER: Stack<0> = Stack::new();
+    host::run_for(
+        1,
+        |boot: &mut Boot| {
+            RECEIVER
+                .start(boot, Priority::P1, |task| {
+                    loop {
+                        LOG.note(format!("received {}", READINGS.receive(task).0));
+                    }
+                })
+                .unwrap();
+            SENDER
+                .start(boot, Priority::P2, |task| {
+                    for value in 0..3 {
+                        let message = Message::new(task, Reading(value)).unwrap_or_else(|_| panic!("the pool has room"));
+                        assert!(READINGS.send(task, message).is_ok());
+                        LOG.note(format!("sent {value}"));
+                    }
+                    loop {
+                        task.delay(LONGEST);
+                    }
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["received 0", "sent 0", "received 1", "sent 1", "received 2", "sent 2"]);
+}
+
+#[test]
+fn a_full_queue_and_an_empty_pool_give_the_value_back_and_count() {
+    struct Parcel(u8);
+    kernel::pool!(Parcel, 3);
+    static QUEUE: Queue<Parcel> = Queue::new(2);
+    static LOG: Log = Log::new();
+    static TASK: Stack<0> = Stack::new();
+    host::run_for(
+        1,
+        |boot: &mut Boot| {
+            TASK.start(boot, Priority::P1, |task| {
+                let make = |task: &mut kernel::Task, value| Message::new(task, Parcel(value)).ok().unwrap();
+                for value in 0..2 {
+                    let parcel = make(task, value);
+                    assert!(QUEUE.send(task, parcel).is_ok());
+                }
+                let third = make(task, 2);
+                let Err(Full(third)) = QUEUE.send(task, third) else { panic!("there is room for two") };
+                assert_eq!(third.0, 2);
+                assert_eq!(QUEUE.refused(task), 1);
+                let Err(Exhausted(fourth)) = Message::new(task, Parcel(3)) else { panic!("the pool has three") };
+                assert_eq!(fourth.0, 3);
+
+                drop(third);
+                let parcel = make(task, 4);
+                assert_eq!(QUEUE.try_receive(task).map(|parcel| parcel.0), Some(0));
+                assert!(QUEUE.send(task, parcel).is_ok());
+                assert_eq!(QUEUE.receive(task).0, 1);
+                assert_eq!(QUEUE.receive(task).0, 4);
+                assert!(QUEUE.try_receive(task).is_none());
+                use kernel::Pooled;
+                assert_eq!(Parcel::pool().exhausted(task), 1);
+                assert_eq!(Parcel::pool().most_used(task), 3);
+                LOG.note("done");
+                loop {
+                    task.delay(LONGEST);
+                }
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["done"]);
+}
+
+#[test]
+fn an_interrupt_sends_and_a_dropped_message_drops_its_value() {
+    use std::sync::Arc;
+    struct Shared(Arc<()>);
+    kernel::pool!(Shared, 2);
+    static QUEUE: Queue<Shared> = Queue::new(2);
+    static LOG: Log = Log::new();
+    static TASK: Stack<0> = Stack::new();
+    let value = Arc::new(());
+    host::run_for(
+        4,
+        |boot: &mut Boot| {
+            TASK.start(boot, Priority::P1, |task| {
+                loop {
+                    let message = QUEUE.receive(task);
+                    LOG.note(format!("{}", Arc::strong_count(&message.0)));
+                }
+            })
+            .unwrap();
+        },
+        |interrupt, _| {
+            let message = Message::new(interrupt, Shared(value.clone())).ok().unwrap();
+            assert!(QUEUE.send(interrupt, message).is_ok());
+        },
+    );
+    LOG.expect(&["2", "2", "2", "2"]);
+    assert_eq!(Arc::strong_count(&value), 1);
+}
+
+#[test]
+fn a_fifo_wraps_and_counts_what_it_lost() {
+    static FIFO: kernel::Fifo<3> = kernel::Fifo::new();
+    host::run_for(
+        1,
+        |_| {},
+        |interrupt, _| {
+            for round in 0..5u8 {
+                assert_eq!(FIFO.put(interrupt, round), Some(2));
+                assert_eq!(FIFO.put(interrupt, round + 1), Some(1));
+                assert_eq!(FIFO.put(interrupt, round + 2), Some(0));
+                assert_eq!(FIFO.put(interrupt, 99), None);
+                for expected in [Some(round), Some(round + 1), Some(round + 2), None] {
+                    assert_eq!(FIFO.take(interrupt), expected);
+                }
+            }
+            assert_eq!(FIFO.overruns(interrupt), 5);
+        },
+    );
+}

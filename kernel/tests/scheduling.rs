@@ -1,0 +1,230 @@
+//! Who runs when: priorities, order among equals, and wake-ups from interrupts.
+
+mod log;
+
+use kernel::{Priority, Semaphore, Stack, host};
+use log::Log;
+
+#[test]
+fn the_higher_task_runs_first_and_a_post_wakes_it_at_once() {
+    static LOG: Log = Log::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static WAKE: Semaphore = Semaphore::new(0);
+    host::run_for(
+        1,
+        |boot| {
+            LOW.start(boot, Priority::P5, |task| {
+                LOG.note("low runs");
+                WAKE.post(task);
+                LOG.note("low runs on");
+                forever(task)
+            })
+            .unwrap();
+            HIGH.start(boot, Priority::P2, |task| {
+                LOG.note("high runs");
+                WAKE.wait(task);
+                LOG.note("high is woken");
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["high runs", "low runs", "high is woken", "low runs on"]);
+}
+
+#[test]
+fn a_post_to_a_lower_task_does_not_switch() {
+    static LOG: Log = Log::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static WAKE: Semaphore = Semaphore::new(0);
+    host::run_for(
+        5,
+        |boot| {
+            LOW.start(boot, Priority::P7, |task| {
+                WAKE.wait(task);
+                LOG.note("low is woken");
+                forever(task)
+            })
+            .unwrap();
+            HIGH.start(boot, Priority::P0, |task| {
+                task.delay(1);
+                WAKE.post(task);
+                LOG.note("high runs on");
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["high runs on", "low is woken"]);
+}
+
+#[test]
+fn equals_take_turns_in_the_order_in_which_they_became_ready() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    host::run_for(
+        1,
+        |boot| {
+            for (stack, name) in STACKS.iter().zip(["a", "b", "c"]) {
+                stack
+                    .start(boot, Priority::P3, move |task| {
+                        for _ in 0..2 {
+                            LOG.note(name);
+                            task.yield_now();
+                        }
+                        forever(task)
+                    })
+                    .unwrap();
+            }
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["a", "b", "c", "a", "b", "c"]);
+}
+
+#[test]
+fn a_preempted_task_keeps_its_place_before_its_equals() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static WAKE: Semaphore = Semaphore::new(0);
+    host::run_for(
+        1,
+        |boot| {
+            let [high, first, second] = &STACKS;
+            high.start(boot, Priority::P0, |task| {
+                WAKE.wait(task);
+                LOG.note("high");
+                forever(task)
+            })
+            .unwrap();
+            first
+                .start(boot, Priority::P4, |task| {
+                    WAKE.post(task);
+                    LOG.note("first");
+                    forever(task)
+                })
+                .unwrap();
+            second
+                .start(boot, Priority::P4, |task| {
+                    LOG.note("second");
+                    forever(task)
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["high", "first", "second"]);
+}
+
+#[test]
+fn waiting_tasks_are_woken_by_priority_and_then_by_arrival() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 5] = [const { Stack::new() }; 5];
+    static GATE: Semaphore = Semaphore::new(0);
+    host::run_for(
+        20,
+        |boot| {
+            let tasks = [
+                ("P6 early", Priority::P6, 1),
+                ("P2 early", Priority::P2, 2),
+                ("P6 late", Priority::P6, 3),
+                ("P1", Priority::P1, 4),
+                ("P2 late", Priority::P2, 5),
+            ];
+            for (stack, (name, priority, ticks)) in STACKS.iter().zip(tasks) {
+                stack
+                    .start(boot, priority, move |task| {
+                        task.delay(ticks);
+                        GATE.wait(task);
+                        LOG.note(name);
+                        forever(task)
+                    })
+                    .unwrap();
+            }
+        },
+        |interrupt, tick| {
+            if tick >= 10 {
+                GATE.post(interrupt);
+            }
+        },
+    );
+    LOG.expect(&["P1", "P2 early", "P2 late", "P6 early", "P6 late"]);
+}
+
+#[test]
+fn two_tasks_woken_by_one_interrupt_run_by_priority_whatever_the_order_of_the_posts() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static GATES: [Semaphore; 3] = [const { Semaphore::new(0) }; 3];
+    host::run_for(
+        3,
+        |boot| {
+            let tasks = [("P1", Priority::P1), ("P3", Priority::P3), ("P5", Priority::P5)];
+            for ((stack, gate), (name, priority)) in STACKS.iter().zip(&GATES).zip(tasks) {
+                stack
+                    .start(boot, priority, move |task| {
+                        loop {
+                            gate.wait(task);
+                            LOG.note(name);
+                        }
+                    })
+                    .unwrap();
+            }
+        },
+        |interrupt, tick| {
+            let order = [[1, 0, 2], [2, 1, 0], [0, 2, 1]][tick as usize - 1];
+            order.iter().for_each(|&index| GATES[index].post(interrupt));
+        },
+    );
+    LOG.expect(&["P1", "P3", "P5", "P1", "P3", "P5", "P1", "P3", "P5"]);
+}
+
+#[test]
+fn a_semaphore_counts_to_255_and_no_further() {
+    static TAKEN: Stack<0> = Stack::new();
+    static SIGNALS: Semaphore = Semaphore::new(250);
+    static LOG: Log = Log::new();
+    host::run_for(
+        1,
+        |boot| {
+            TAKEN
+                .start(boot, Priority::P0, |task| {
+                    (0..10).for_each(|_| SIGNALS.post(task));
+                    let mut taken = 0;
+                    while SIGNALS.try_wait(task) {
+                        taken += 1;
+                    }
+                    assert_eq!(taken, 255);
+                    LOG.note("counted");
+                    forever(task)
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["counted"]);
+}
+
+#[test]
+fn a_stack_holds_one_task() {
+    static ONCE: Stack<0> = Stack::new();
+    host::run_for(
+        0,
+        |boot| {
+            assert!(ONCE.start(boot, Priority::P0, forever).is_ok());
+            assert_eq!(ONCE.start(boot, Priority::P0, forever), Err(kernel::StartError::Started));
+        },
+        |_, _| {},
+    );
+}
+
+fn forever(task: &mut kernel::Task) -> kernel::Never {
+    static NEVER: Semaphore = Semaphore::new(0);
+    loop {
+        NEVER.wait(task);
+    }
+}

@@ -1,0 +1,119 @@
+//! Delays, timers and periods, in virtual ticks.
+
+mod log;
+
+use kernel::{LONGEST, Never, Period, Priority, Semaphore, Stack, Task, Timer, host, now};
+use log::Log;
+
+fn start(boot: &mut kernel::Boot, stack: &'static Stack<0>, body: fn(&mut Task) -> Never) {
+    stack.start(boot, Priority::P3, body).unwrap();
+}
+
+#[test]
+fn delays_end_at_their_tick_in_order() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 4] = [const { Stack::new() }; 4];
+    host::run_for(
+        100,
+        |boot| {
+            for (stack, ticks) in STACKS.iter().zip([30, 10, 20, 10]) {
+                stack
+                    .start(boot, Priority::P3, move |task| {
+                        task.delay(ticks);
+                        LOG.note(format!("{ticks} at {}", now(task)));
+                        loop {
+                            task.delay(LONGEST);
+                        }
+                    })
+                    .unwrap();
+            }
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["10 at 10", "10 at 10", "20 at 20", "30 at 30"]);
+}
+
+#[test]
+fn a_timer_posts_once_can_be_set_anew_and_cancelled() {
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    static TIMERS: [Timer; 3] = [const { Timer::new() }; 3];
+    static DUE: Semaphore = Semaphore::new(0);
+    host::run_for(
+        200,
+        |boot| {
+            start(boot, &STACK, |task| {
+                let [first, second, third] = &TIMERS;
+                first.start(task, 50, &DUE);
+                second.start(task, 20, &DUE);
+                third.start(task, 10, &DUE);
+                first.start(task, 30, &DUE); // set anew: not twice in the list
+                assert!(third.cancel(task));
+                assert!(!third.cancel(task));
+                for _ in 0..2 {
+                    DUE.wait(task);
+                    LOG.note(format!("due at {}", now(task)));
+                }
+                assert!(!first.cancel(task), "it has posted");
+                task.delay(100);
+                assert!(!DUE.try_wait(task), "nothing came after");
+                LOG.note("quiet");
+                loop {
+                    DUE.wait(task);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["due at 20", "due at 30", "quiet"]);
+}
+
+#[test]
+fn ticks_wrap_around() {
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    host::run_for(
+        100_000,
+        |boot| {
+            start(boot, &STACK, |task| {
+                for _ in 0..3 {
+                    task.delay(30_000);
+                }
+                LOG.note(format!("{}", now(task)));
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["24464"]); // 90,000 modulo 65,536
+}
+
+#[test]
+fn a_period_does_not_drift_and_counts_what_it_missed() {
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    host::run_for(
+        100,
+        |boot| {
+            start(boot, &STACK, |task| {
+                let mut period = Period::new(task, 10);
+                for work in [3, 9, 25, 0, 0, 0] {
+                    period.wait(task);
+                    LOG.note(format!("{}", now(task)));
+                    if work > 0 {
+                        task.delay(work);
+                    }
+                }
+                assert_eq!(period.missed(), 2);
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    // The third takes 25 ticks, to 55: the deadlines 40 and 50 are missed, 60 is met.
+    LOG.expect(&["10", "20", "30", "55", "55", "60"]);
+}
