@@ -88,7 +88,7 @@ impl Context for Task {
     #[inline(always)]
     fn reschedule(&mut self, is_needed: bool) {
         if is_needed {
-            arch::switch();
+            arch::switch_from_call();
         }
     }
 }
@@ -106,8 +106,10 @@ impl Context for Interrupt {
 
 impl Task {
     /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
+    #[inline(always)]
     pub fn yield_now(&mut self) {
-        let is_needed = self.mask(ready::rotate);
-        self.reschedule(is_needed);
+        if self.mask(ready::rotate) {
+            arch::switch();
+        }
     }
 }

@@ -73,16 +73,23 @@ pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
     task
 }
 
-/// Puts the running task behind those that arrived at its priority. Returns whether there is one.
+/// Puts the running task behind those that arrived at its priority, and their first in its place. Returns
+/// whether there is one.
+#[inline(never)]
 pub(crate) fn rotate(masked: &Masked) -> bool {
     let ready = &KERNEL.ready;
     let task = ready.head.get(masked);
-    let is_due = ready.arrived.get(masked) & task.bit(masked) != 0;
-    if is_due {
-        block(masked);
-        arrive(masked, task);
-    }
-    is_due
+    let last = &ready.last[task.index(masked)];
+    let Some(previous) = last.get(masked) else { return false };
+    let Some(first) = previous.link.get(masked) else { return false };
+    let rest = task.link.get(masked);
+    previous.link.set(masked, Some(task));
+    // Read after that write: if `first` was alone, its link is now `task`, and the ring closes.
+    task.link.set(masked, first.link.get(masked));
+    last.set(masked, Some(task));
+    first.link.set(masked, rest);
+    ready.head.set(masked, first);
+    true
 }
 
 /// Appends `task` to those that arrived at its priority.

@@ -31,7 +31,23 @@ impl Semaphore {
     /// Signals: wakes the first waiting task, or stores the signal when none waits.
     ///
     /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
+    #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
+        let is_stored = context.mask(|masked| match self.word.get(masked).state() {
+            State::Signals(signals) => {
+                self.word.set(masked, Word::signals(signals.saturating_add(1)));
+                true
+            }
+            State::Waiting(_) => false,
+        });
+        if !is_stored {
+            self.wake(context);
+        }
+    }
+
+    /// `post` where a task waited a moment ago.
+    #[inline(never)]
+    fn wake(&self, context: &mut impl Context) {
         let is_due = context.mask(|masked| match self.word.get(masked).state() {
             State::Signals(signals) => {
                 self.word.set(masked, Word::signals(signals.saturating_add(1)));
@@ -46,8 +62,17 @@ impl Semaphore {
     }
 
     /// Takes a signal, and blocks until there is one.
+    #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        let is_blocked = task.mask(|masked| {
+        if !self.try_wait(task) && self.block(task) {
+            arch::switch();
+        }
+    }
+
+    /// `wait` where no signal was in store a moment ago. Returns whether the task is blocked now.
+    #[inline(never)]
+    fn block(&self, task: &mut Task) -> bool {
+        task.mask(|masked| {
             let first = match self.word.get(masked).state() {
                 State::Signals(0) => None,
                 State::Signals(signals) => {
@@ -59,13 +84,11 @@ impl Semaphore {
             let blocked = ready::block(masked);
             self.word.set(masked, Word::waiting(waiters::insert(masked, first, blocked)));
             true
-        });
-        if is_blocked {
-            arch::switch();
-        }
+        })
     }
 
     /// Takes a signal if one is in store, and says whether it did.
+    #[inline(always)]
     pub fn try_wait(&self, context: &mut impl Context) -> bool {
         context.mask(|masked| match self.word.get(masked).state() {
             State::Signals(0) | State::Waiting(_) => false,

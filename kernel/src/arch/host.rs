@@ -93,6 +93,10 @@ pub(crate) fn switch() {
     YIELDER.set(yielder);
 }
 
+pub(crate) fn switch_from_call() {
+    switch();
+}
+
 pub(crate) fn prepare<F>(_memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
 where
     F: FnOnce(&mut Task) -> Never + 'static,
