@@ -92,6 +92,26 @@ pub(crate) fn rotate(masked: &Masked) -> bool {
     true
 }
 
+/// Lets nothing preempt the running task. Returns what did before, for [`restore`].
+pub(crate) fn raise(masked: &Masked) -> u8 {
+    let task = KERNEL.ready.head.get(masked);
+    let above = task.above.get(masked);
+    task.above.set(masked, 0);
+    above
+}
+
+/// Undoes [`raise`]. Returns whether a task of higher priority has arrived meanwhile, and is the head now.
+pub(crate) fn restore(masked: &Masked, above: u8) -> bool {
+    let ready = &KERNEL.ready;
+    let task = ready.head.get(masked);
+    task.above.set(masked, above);
+    let higher = ready.arrived.get(masked) & above;
+    if higher != 0 {
+        ready.head.set(masked, take_arrived(masked, higher, task));
+    }
+    higher != 0
+}
+
 /// Appends `task` to those that arrived at its priority.
 fn arrive(masked: &Masked, task: &'static ControlBlock) {
     let ready = &KERNEL.ready;

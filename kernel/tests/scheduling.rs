@@ -2,7 +2,7 @@
 
 mod log;
 
-use kernel::{Priority, Semaphore, Stack, host};
+use kernel::{Mutex, Priority, Semaphore, Stack, host};
 use log::Log;
 
 #[test]
@@ -207,6 +207,43 @@ fn a_semaphore_counts_to_255_and_no_further() {
         |_, _| {},
     );
     LOG.expect(&["counted"]);
+}
+
+#[test]
+fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static WAKE: Semaphore = Semaphore::new(0);
+    static VALUE: Mutex<Vec<&str>> = Mutex::new(Vec::new());
+    host::run_for(
+        3,
+        |boot| {
+            let [high, low] = &STACKS;
+            high.start(boot, Priority::P0, |task| {
+                loop {
+                    WAKE.wait(task);
+                    LOG.note("high");
+                    VALUE.with(task, |value| value.push("high"));
+                }
+            })
+            .unwrap();
+            low.start(boot, Priority::P4, |task| {
+                VALUE.with(task, |value| {
+                    // SAFETY: the interrupt that would strike here, on the host.
+                    WAKE.post(&mut unsafe { kernel::Interrupt::assume() });
+                    LOG.note("low works on");
+                    value.push("low");
+                });
+                LOG.note("low is done");
+                let order = VALUE.with(task, |value| value.join(", "));
+                LOG.note(order);
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["low works on", "high", "low is done", "low, high"]);
 }
 
 #[test]
