@@ -19,6 +19,7 @@ use crate::ready;
 /// While a task works on it, it runs at the highest priority (the immediate ceiling protocol with one ceiling
 /// for all). So it never waits, there is no queue and no deadlock, and what it delays others by is the length
 /// of its own work. It can't block meanwhile: `with` borrows the task's context. It costs no RAM but the value.
+#[repr(transparent)]
 pub struct Mutex<T>(UnsafeCell<T>);
 
 // SAFETY: `with` gives the value to one task at a time, and no interrupt has a `Task` to call it with.

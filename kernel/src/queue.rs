@@ -1,5 +1,6 @@
 //! Message queues: a list of buffers that tasks wait on.
 
+use crate::IDLE;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
@@ -64,8 +65,8 @@ impl<T: Pooled> Queue<T> {
                 let message = self.take(masked);
                 if message.is_none() {
                     let blocked = ready::block(masked);
-                    let first = waiters::insert(masked, self.waiting.get(masked), blocked);
-                    self.waiting.set(masked, Some(first));
+                    let first = self.waiting.get(masked).unwrap_or(&IDLE);
+                    self.waiting.set(masked, Some(waiters::insert(masked, first, blocked)));
                 }
                 message
             });
@@ -101,7 +102,8 @@ impl<T: Pooled> Queue<T> {
         }
         self.last.set(masked, Some(slot));
         let Some(waiting) = self.waiting.get(masked) else { return Some(false) };
-        self.waiting.set(masked, waiting.link.get(masked));
+        let next = waiting.next(masked);
+        self.waiting.set(masked, if next.is(&IDLE) { None } else { Some(next) });
         Some(ready::make_ready(masked, waiting))
     }
 

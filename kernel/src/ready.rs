@@ -50,11 +50,12 @@ impl Ready {
 }
 
 /// Makes `task` ready. Returns whether it is now the one to run.
+#[inline(always)]
 pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
     let head = KERNEL.ready.head.get(masked);
     let is_highest = task.outranks(masked, head);
     if is_highest {
-        task.link.set(masked, Some(head));
+        task.set_next(masked, head);
         KERNEL.ready.head.set(masked, task);
     } else {
         arrive(masked, task);
@@ -63,13 +64,27 @@ pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
 }
 
 /// Takes the running task, which is the head, from the ready ones; the next takes its place.
+#[inline(always)]
 pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
     let ready = &KERNEL.ready;
     let task = ready.head.get(masked);
-    // The idle task never blocks, so there is always a rest.
-    let rest = task.link.get(masked).unwrap_or(task);
-    let higher = ready.arrived.get(masked) & rest.above.get(masked);
-    ready.head.set(masked, if higher == 0 { rest } else { take_arrived(masked, higher, rest) });
+    let rest = task.next(masked);
+    if ready.arrived.get(masked) & rest.above.get(masked) != 0 {
+        return block_for_arrived(masked);
+    }
+    ready.head.set(masked, rest);
+    task
+}
+
+/// [`block`], where a task that has arrived takes the place. Begins anew, so that the short way of `block`
+/// keeps nothing over a call.
+#[inline(never)]
+fn block_for_arrived(masked: &Masked) -> &'static ControlBlock {
+    let ready = &KERNEL.ready;
+    let task = ready.head.get(masked);
+    let rest = task.next(masked);
+    ready.head.set(masked, rest);
+    run_arrived(masked, ready.arrived.get(masked) & rest.above.get(masked));
     task
 }
 
@@ -81,13 +96,13 @@ pub(crate) fn rotate(masked: &Masked) -> bool {
     let task = ready.head.get(masked);
     let last = &ready.last[task.index(masked)];
     let Some(previous) = last.get(masked) else { return false };
-    let Some(first) = previous.link.get(masked) else { return false };
-    let rest = task.link.get(masked);
-    previous.link.set(masked, Some(task));
-    // Read after that write: if `first` was alone, its link is now `task`, and the ring closes.
-    task.link.set(masked, first.link.get(masked));
     last.set(masked, Some(task));
-    first.link.set(masked, rest);
+    let first = previous.next(masked);
+    // Before the read of `first`'s link: if `first` was alone, that is now `task`, and the ring closes.
+    previous.set_next(masked, task);
+    let second = first.next(masked);
+    first.set_next(masked, task.next(masked));
+    task.set_next(masked, second);
     ready.head.set(masked, first);
     true
 }
@@ -107,44 +122,44 @@ pub(crate) fn restore(masked: &Masked, above: u8) -> bool {
     task.above.set(masked, above);
     let higher = ready.arrived.get(masked) & above;
     if higher != 0 {
-        ready.head.set(masked, take_arrived(masked, higher, task));
+        run_arrived(masked, higher);
     }
     higher != 0
 }
 
 /// Appends `task` to those that arrived at its priority.
+#[inline(never)]
 fn arrive(masked: &Masked, task: &'static ControlBlock) {
     let ready = &KERNEL.ready;
     let last = &ready.last[task.index(masked)];
     match last.get(masked) {
         None => {
-            task.link.set(masked, Some(task));
+            task.set_next(masked, task);
             ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
         }
         Some(previous) => {
-            task.link.set(masked, previous.link.get(masked));
-            previous.link.set(masked, Some(task));
+            task.set_next(masked, previous.next(masked));
+            previous.set_next(masked, task);
         }
     }
     last.set(masked, Some(task));
 }
 
-/// Removes the first task of the highest priority in `among`, and puts it before `rest`.
-#[cold]
+/// Puts the first task of the highest priority in `among`, at which some have arrived, before the head.
 #[inline(never)]
-fn take_arrived(masked: &Masked, among: u8, rest: &'static ControlBlock) -> &'static ControlBlock {
+fn run_arrived(masked: &Masked, among: u8) {
     let ready = &KERNEL.ready;
     let last = &ready.last[highest(among)];
-    let Some(final_one) = last.get(masked) else { return rest };
-    let Some(first) = final_one.link.get(masked) else { return rest };
+    let Some(final_one) = last.get(masked) else { return };
+    let first = final_one.next(masked);
     if first.is(final_one) {
         last.set(masked, None);
         ready.arrived.set(masked, ready.arrived.get(masked) & !first.bit(masked));
     } else {
-        final_one.link.set(masked, first.link.get(masked));
+        final_one.set_next(masked, first.next(masked));
     }
-    first.link.set(masked, Some(rest));
-    first
+    first.set_next(masked, ready.head.get(masked));
+    ready.head.set(masked, first);
 }
 
 /// The index of the highest priority in the set `among`; 7 in an empty set. At most 12 cycles.

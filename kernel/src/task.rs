@@ -2,6 +2,7 @@
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
+use core::ptr;
 
 use crate::arch;
 use crate::context::{Interrupt, Task};
@@ -52,8 +53,8 @@ pub struct ControlBlock {
     /// The saved stack pointer; on the AVR bit 15 says that an interrupt saved the task, so that all
     /// registers lie there. On the host, a handle of the coroutine.
     pub(crate) stack_pointer: MaskedCell<usize>,
-    /// The next task in the one list that this task is in.
-    pub(crate) link: MaskedCell<Option<&'static ControlBlock>>,
+    /// The next task in the one list that this task is in; null before its first.
+    link: MaskedCell<*const ControlBlock>,
     /// The set of priorities that preempt this task; for the idle task, all.
     pub(crate) above: MaskedCell<u8>,
     /// The priority; unused for the idle task.
@@ -65,16 +66,31 @@ impl ControlBlock {
     const fn new() -> Self {
         ControlBlock {
             stack_pointer: MaskedCell::new(0),
-            link: MaskedCell::new(None),
+            link: MaskedCell::new(ptr::null()),
             above: MaskedCell::new(0),
             priority: MaskedCell::new(Priority::P0),
         }
     }
 
-    /// The block of the idle task, which every priority preempts.
+    /// The block of the idle task, which every priority preempts. It stands at the end of every list.
     pub(crate) const fn idle() -> Self {
         let idle = ControlBlock::new();
         ControlBlock { above: MaskedCell::new(0xff), ..idle }
+    }
+
+    /// The next task in this task's list; the idle task at its end.
+    #[inline(always)]
+    pub(crate) fn next(&self, masked: &Masked) -> &'static ControlBlock {
+        let next = self.link.get(masked);
+        debug_assert!(!next.is_null(), "the task is in no list");
+        // SAFETY: only tasks in a list are asked, and whoever puts one there sets its link, to a static.
+        unsafe { &*next }
+    }
+
+    /// Puts `next` behind this task.
+    #[inline(always)]
+    pub(crate) fn set_next(&self, masked: &Masked, next: &'static ControlBlock) {
+        self.link.set(masked, next);
     }
 
     /// Whether this task runs before `other`.
@@ -98,7 +114,7 @@ impl ControlBlock {
     /// Whether both are the same task.
     #[inline(always)]
     pub(crate) fn is(&self, other: &ControlBlock) -> bool {
-        core::ptr::eq(self, other)
+        ptr::eq(self, other)
     }
 }
 

@@ -5,33 +5,24 @@ use crate::task::ControlBlock;
 
 /// Inserts `task` into the list that starts with `first`, and returns the list's new first.
 ///
-/// Linear in the number of waiting tasks that `task` does not outrank: about 25 cycles each, masked.
+/// Linear in the number of waiting tasks that `task` does not outrank: about 20 cycles each, masked.
+#[cold]
+#[inline(never)]
 pub(crate) fn insert(
     masked: &Masked,
-    first: Option<&'static ControlBlock>,
+    first: &'static ControlBlock,
     task: &'static ControlBlock,
 ) -> &'static ControlBlock {
-    match first {
-        Some(first) if !task.outranks(masked, first) => {
-            insert_behind(masked, first, task);
-            first
-        }
-        _ => {
-            task.link.set(masked, first);
-            task
-        }
+    if task.outranks(masked, first) {
+        task.set_next(masked, first);
+        return task;
     }
-}
-
-#[cold]
-fn insert_behind(masked: &Masked, first: &'static ControlBlock, task: &'static ControlBlock) {
     let mut before = first;
-    while let Some(next) = before.link.get(masked) {
-        if task.outranks(masked, next) {
-            break;
-        }
-        before = next;
+    // The idle task ends the list, and every task outranks it.
+    while !task.outranks(masked, before.next(masked)) {
+        before = before.next(masked);
     }
-    task.link.set(masked, before.link.get(masked));
-    before.link.set(masked, Some(task));
+    task.set_next(masked, before.next(masked));
+    before.set_next(masked, task);
+    first
 }
