@@ -1,2 +1,126 @@
+//! The master MCU of a module: the docks Front and Left, its side of the bridge, and the behaviours.
+//!
+//! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities fall
+//! from what a wire waits for to what only the robot waits for (paper, section 6).
+
 #![no_std]
 #![no_main]
+#![feature(asm_experimental_arch)]
+
+use board::Board;
+use board::debug::mark;
+use board::superbot::{MASTER, RESIDENCE, SLAVE};
+use hormone::controller::Controller;
+use hormone::gait::centipede;
+use hormone::status::Status;
+use hormone::task::{AdaptiveCommunication, ac_receive, ac_send, hormone as hormone_task};
+use kernel::{Boot, Mutex, Priority, Stack};
+use tasks::api::Api;
+use tasks::bridge::task::{self as bridge, Bridge};
+use tasks::link::port::Port;
+use tasks::link::{receive, send};
+use tasks::mailbox::Mailbox;
+use tasks::message::TaskCode;
+use tasks::post_office::PostOffice;
+use tasks::router::{Mcu, Router};
+
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi);
+
+// The simulator and debuggers find these by name; each begins with its counts.
+#[unsafe(no_mangle)]
+static LINK_USART0: Port = Port::new(MASTER.usart0);
+#[unsafe(no_mangle)]
+static LINK_USART1: Port = Port::new(MASTER.usart1);
+#[unsafe(no_mangle)]
+static BRIDGE: Bridge = Bridge::new();
+#[unsafe(no_mangle)]
+static MODULE_STATUS: Mutex<Status> = Mutex::new(Status::POWER_UP);
+
+static AC_RECEIVE: Mailbox = Mailbox::new(4);
+static HORMONE: Mailbox = Mailbox::new(4);
+static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::new();
+
+static OFFICE: PostOffice = PostOffice {
+    router: Router::new(Mcu::Master, RESIDENCE),
+    tasks: &[(TaskCode::AC_RECEIVE, &AC_RECEIVE), (TaskCode::HORMONE, &HORMONE)],
+    links: &[(MASTER.usart0, LINK_USART0.mailbox()), (MASTER.usart1, LINK_USART1.mailbox())],
+    bridge: BRIDGE.mailbox(),
+};
+
+/// The stacks, in bytes.
+mod stack {
+    use super::Stack;
+
+    pub static RECEIVE_USART0: Stack<224> = Stack::new();
+    pub static RECEIVE_USART1: Stack<224> = Stack::new();
+    pub static SEND_USART0: Stack<224> = Stack::new();
+    pub static SEND_USART1: Stack<224> = Stack::new();
+    pub static BRIDGE: Stack<224> = Stack::new();
+    pub static HORMONE: Stack<256> = Stack::new();
+    pub static AC_RECEIVE: Stack<224> = Stack::new();
+    pub static AC_SEND: Stack<224> = Stack::new();
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        if start(boot).is_none() {
+            board::debug::halt();
+        }
+    })
+}
+
+/// Starts every task. `None` if one of them can't.
+fn start(boot: &mut Boot) -> Option<()> {
+    let board = Board::take(boot)?;
+    let [seed0, seed1] = [board.nonce, board.nonce.rotate_left(8)];
+    board.tick.start(Interrupts);
+
+    let (transmitter, receiver) = board.usart0.start(Interrupts);
+    stack::RECEIVE_USART0
+        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART0, receiver, &OFFICE, seed0))
+        .ok()?;
+    stack::SEND_USART0
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART0, transmitter, seed0))
+        .ok()?;
+
+    let (transmitter, receiver) = board.usart1.start(Interrupts);
+    stack::RECEIVE_USART1
+        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART1, receiver, &OFFICE, seed1))
+        .ok()?;
+    stack::SEND_USART1
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter, seed1))
+        .ok()?;
+
+    let signal = BRIDGE.mailbox().semaphore();
+    let bus = board.twi.start(Interrupts, &mut boot.interrupt(), MASTER.address, SLAVE.address, signal);
+    stack::BRIDGE
+        .start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE))
+        .ok()?;
+
+    let api = Api::new(&OFFICE, mark);
+    stack::HORMONE
+        .start(boot, Priority::P4, move |task| {
+            let controller = Controller::new(&centipede::RULES, centipede::PERIOD, kernel::now(task));
+            hormone_task::run(task, &HORMONE, controller, &MODULE_STATUS, api)
+        })
+        .ok()?;
+    stack::AC_RECEIVE
+        .start(boot, Priority::P5, move |task| {
+            ac_receive::run(task, &AC_RECEIVE, &ADAPTIVE_COMMUNICATION, api)
+        })
+        .ok()?;
+    stack::AC_SEND
+        .start(boot, Priority::P6, move |task| ac_send::run(task, &ADAPTIVE_COMMUNICATION, api))
+        .ok()
+}
+
+/// Nothing in this image panics: if some code could, the linker would miss this function.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    unsafe extern "C" {
+        fn this_image_can_panic() -> !;
+    }
+    // SAFETY: never linked, hence never called.
+    unsafe { this_image_can_panic() }
+}

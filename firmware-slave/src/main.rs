@@ -1,2 +1,90 @@
+//! The slave MCU of a module: the docks Back and Up, and its side of the bridge.
+//!
+//! Only wiring stands here: which device each task drives, and which task runs on which stack.
+
 #![no_std]
 #![no_main]
+#![feature(asm_experimental_arch)]
+
+use board::Board;
+use board::superbot::{MASTER, RESIDENCE, SLAVE};
+use kernel::{Boot, Priority, Stack};
+use tasks::bridge::task::{self as bridge, Bridge};
+use tasks::link::port::Port;
+use tasks::link::{receive, send};
+use tasks::post_office::PostOffice;
+use tasks::router::{Mcu, Router};
+
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi);
+
+// The simulator and debuggers find these by name; each begins with its counts.
+#[unsafe(no_mangle)]
+static LINK_USART0: Port = Port::new(SLAVE.usart0);
+#[unsafe(no_mangle)]
+static LINK_USART1: Port = Port::new(SLAVE.usart1);
+#[unsafe(no_mangle)]
+static BRIDGE: Bridge = Bridge::new();
+
+static OFFICE: PostOffice = PostOffice {
+    router: Router::new(Mcu::Slave, RESIDENCE),
+    tasks: &[],
+    links: &[(SLAVE.usart0, LINK_USART0.mailbox()), (SLAVE.usart1, LINK_USART1.mailbox())],
+    bridge: BRIDGE.mailbox(),
+};
+
+/// The stacks, in bytes.
+mod stack {
+    use super::Stack;
+
+    pub static RECEIVE_USART0: Stack<400> = Stack::new();
+    pub static RECEIVE_USART1: Stack<400> = Stack::new();
+    pub static SEND_USART0: Stack<400> = Stack::new();
+    pub static SEND_USART1: Stack<400> = Stack::new();
+    pub static BRIDGE: Stack<400> = Stack::new();
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        if start(boot).is_none() {
+            board::debug::halt();
+        }
+    })
+}
+
+/// Starts every task. `None` if one of them can't.
+fn start(boot: &mut Boot) -> Option<()> {
+    let board = Board::take(boot)?;
+    let [seed0, seed1] = [board.nonce, board.nonce.rotate_left(8)];
+    board.tick.start(Interrupts);
+
+    let (transmitter, receiver) = board.usart0.start(Interrupts);
+    stack::RECEIVE_USART0
+        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART0, receiver, &OFFICE, seed0))
+        .ok()?;
+    stack::SEND_USART0
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART0, transmitter, seed0))
+        .ok()?;
+
+    let (transmitter, receiver) = board.usart1.start(Interrupts);
+    stack::RECEIVE_USART1
+        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART1, receiver, &OFFICE, seed1))
+        .ok()?;
+    stack::SEND_USART1
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter, seed1))
+        .ok()?;
+
+    let signal = BRIDGE.mailbox().semaphore();
+    let bus = board.twi.start(Interrupts, &mut boot.interrupt(), SLAVE.address, MASTER.address, signal);
+    stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()
+}
+
+/// Nothing in this image panics: if some code could, the linker would miss this function.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    unsafe extern "C" {
+        fn this_image_can_panic() -> !;
+    }
+    // SAFETY: never linked, hence never called.
+    unsafe { this_image_can_panic() }
+}

@@ -1,1 +1,31 @@
-#![no_std]
+//! Distributed control without IDs (paper, sections 6 and 7).
+//!
+//! Every module of a robot runs the same three behaviours. AC_SEND probes the six docks, AC_RECV
+//! keeps the topology out of the probes it hears, HORMONE acts on topology, local timer and
+//! received hormones by a table of receptor rules, and propagates hormones. No module has an ID: what
+//! a module does follows from how it is attached.
+//!
+//! | behaviour | built from |
+//! |---|---|
+//! | AC_SEND | [`schedule`], [`probe`] |
+//! | AC_RECV | [`topology`], [`probe`] |
+//! | HORMONE | [`controller`]: [`module_type`], [`local_timer`], [`rule`], a table of [`gait`] |
+//!
+//! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds in
+//! a `u16` that wraps (see [`time`]), and carries out what comes back.
+#![cfg_attr(not(test), no_std)]
+
+pub mod action;
+pub mod controller;
+pub mod event;
+pub mod gait;
+pub mod hormone;
+pub mod local_timer;
+pub mod module_type;
+pub mod probe;
+pub mod rule;
+pub mod schedule;
+pub mod status;
+pub mod task;
+pub mod time;
+pub mod topology;

@@ -1,1 +1,40 @@
+//! Modules of a SuperBot in simavr: both MCUs of each run their real images, cycle by cycle.
+//!
+//! From the inside out:
+//! - [`Mcu`]: one ATmega128 with an [`Image`], by itself. Programs tell the harness things by
+//!   [`Marker`]s. What simavr does otherwise than the datasheet is put right in `repair`.
+//! - [`Bus`] and [`lockstep`]: MCUs that share a two-wire bus.
+//! - [`Module`]: a master and a slave on a bus, and the docks that their USARTs serve.
+//! - [`Robot`]: modules, and which dock is attached to which.
+//! - [`Engine`]: a robot running, on as many threads as there are.
+//!
+//! All time is in cycles of the 16 MHz clock since power-up. What comes out depends on the images,
+//! the wiring and the seed, and on nothing else.
 
+mod bus;
+mod cpu;
+mod device;
+mod engine;
+mod image;
+mod link;
+pub mod lockstep;
+mod marker;
+mod masked;
+mod mcu;
+mod module;
+mod part;
+mod random;
+mod repair;
+mod robot;
+
+pub use bus::{Bus, BusCounts};
+pub use engine::{Engine, Event, LONGEST_WINDOW};
+pub use image::{Image, ImageError, Place, Symbol};
+pub use link::{Faults, LinkCounts};
+pub use marker::Marker;
+pub use masked::{MaskedWindow, OpenedBy};
+pub use mcu::{Accepted, CLOCK_HZ, Mcu, McuError, NoSuchData, Pin, Reset, State};
+pub use module::{Controller, Images, Module};
+pub use part::{Part, UnknownPart};
+pub use repair::usart::{Character, UsartCounts};
+pub use robot::{Face, Robot, RobotBuilder, RobotError};

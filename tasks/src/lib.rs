@@ -1,1 +1,26 @@
+//! The system tasks of a SuperBot module (paper, sections 4 and 5).
+//!
+//! Most of it is pure: state machines, codecs and decisions that take bytes and events in and give
+//! values out. The tasks are thin loops around them; their devices are behind the traits of [`device`].
+//!
+//! | module      | what it decides                                                      |
+//! |-------------|----------------------------------------------------------------------|
+//! | [`dock`]    | the six docks and sets of them                                       |
+//! | [`message`] | what tasks send one another, and how a task is addressed             |
+//! | [`link`]    | how a message crosses a dock: framing, CRC, stop-and-wait ARQ        |
+//! | [`bridge`]  | how a message crosses from one MCU of a module to the other          |
+//! | [`router`]  | where a message goes next                                            |
+//! | [`mailbox`], [`post_office`] | how it gets there on one MCU                         |
+//! | [`api`]     | all that a behaviour sees                                            |
+
 #![no_std]
+
+pub mod api;
+pub mod bridge;
+pub mod device;
+pub mod dock;
+pub mod link;
+pub mod mailbox;
+pub mod message;
+pub mod post_office;
+pub mod router;

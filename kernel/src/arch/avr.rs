@@ -108,10 +108,10 @@ unsafe extern "C" fn kernel_switch() {
             "sei",                                // 1: takes effect after the next instruction,
             "out 0x3d, r24",                      // 1: SPL: so the stack is whole before any interrupt
             "ret",                                // 4: to the task's `switch`
+            // Masked to its `reti`: an interrupt here would lay another context behind this one, and the next a third.
             "resume_preempted:",
             "andi r25, 0x7f",                     // 1: without the mark
             "out 0x3e, r25",                      // 1: SPH
-            "sei",                                // 1
             "out 0x3d, r24",                      // 1: SPL
             "pop r17",                            // 2
             "pop r16",                            // 2
@@ -182,7 +182,6 @@ unsafe extern "C" fn kernel_switch() {
             "pop r18",                            // 2
             "pop r1",                             // 2
             "pop r0",                             // 2: SREG
-            "cli",                                // 1: a switch comes here with interrupts enabled
             "out 0x3f, r0",                       // 1
             "pop r0",                             // 2
             "pop r30",                            // 2

@@ -1,1 +1,30 @@
+//! What every test image has: a mark that the simulator sees, an end, and a panic handler that shows.
+#![no_std]
+#![cfg(target_arch = "avr")]
 
+use board::debug::{self, mark};
+
+/// The mark of a panic.
+pub const PANIC: u8 = 0xee;
+
+/// The mark of a task that did not start.
+pub const NOT_STARTED: u8 = 0xed;
+
+/// Ends the test: simavr stops at a `sleep` with interrupts masked.
+pub fn finish() -> ! {
+    debug::halt()
+}
+
+/// Shows it if a task did not start.
+pub fn start(started: Result<(), kernel::StartError>) {
+    if started.is_err() {
+        mark(NOT_STARTED);
+        finish()
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    mark(PANIC);
+    finish()
+}

@@ -1,0 +1,72 @@
+//! Which program serves which interrupts.
+//!
+//! A vector, once linked, brings its handler and all that it uses. So the program says which devices it
+//! starts, in [`interrupts!`](crate::interrupts!), and gets just their vectors; and a device asks for the
+//! proof before it starts.
+
+/// Proof that the vectors of the device `D` are linked.
+///
+/// # Safety
+/// They must be; [`interrupts!`](crate::interrupts!) sees to it.
+#[diagnostic::on_unimplemented(
+    message = "no interrupt vectors for `{D}`",
+    note = "name it in `board::interrupts!({Self}: ...)`"
+)]
+pub unsafe trait Serves<D> {}
+
+/// Defines the interrupt vectors of the devices named, and a type that proves it.
+///
+/// ```ignore
+/// board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi, Adc);
+/// ```
+/// Once in a program: a second definition of a vector does not link.
+#[macro_export]
+macro_rules! interrupts {
+    ($name:ident: $($device:ident),+ $(,)?) => {
+        /// Proof that the vectors of the devices in use are linked.
+        #[derive(Clone, Copy)]
+        struct $name;
+        $($crate::vectors!($device for $name);)+
+    };
+}
+
+/// The vectors of one device (ATmega128 datasheet, "Interrupt Vectors", counted from 0).
+#[doc(hidden)]
+#[macro_export]
+macro_rules! vectors {
+    (Tick for $name:ident) => {
+        $crate::kernel::tick_interrupt!(__vector_15);
+        // SAFETY: TIMER0_COMP, above.
+        unsafe impl $crate::interrupts::Serves<$crate::tick::Tick> for $name {}
+    };
+    (Usart0 for $name:ident) => {
+        $crate::vectors!(usart $crate::usart::Usart0, __vector_18, __vector_19, __vector_20 for $name);
+    };
+    (Usart1 for $name:ident) => {
+        $crate::vectors!(usart $crate::usart::Usart1, __vector_30, __vector_31, __vector_32 for $name);
+    };
+    (usart $usart:ty, $receive_complete:ident, $data_register_empty:ident, $transmit_complete:ident
+     for $name:ident) => {
+        $crate::kernel::interrupt! {
+            fn $receive_complete(interrupt) { $crate::usart::receive_complete::<$usart>(interrupt) }
+            fn $data_register_empty(interrupt) { $crate::usart::data_register_empty::<$usart>(interrupt) }
+            fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
+        }
+        // SAFETY: RX, UDRE and TX, above.
+        unsafe impl $crate::interrupts::Serves<$usart> for $name {}
+    };
+    (Adc for $name:ident) => {
+        $crate::kernel::interrupt! {
+            fn __vector_21(interrupt) { $crate::adc::conversion_complete(interrupt) }
+        }
+        // SAFETY: ADC, above.
+        unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
+    };
+    (Twi for $name:ident) => {
+        $crate::kernel::interrupt! {
+            fn __vector_33(interrupt) { $crate::twi::status_changed(interrupt) }
+        }
+        // SAFETY: TWI, above.
+        unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
+    };
+}

@@ -1,0 +1,36 @@
+//! The kernel's tick, from Timer0.
+
+use avr_device::atmega128a::TC0;
+
+use crate::interrupts::Serves;
+use crate::superbot::{CLOCK_HZ, TICK_HZ};
+
+/// The prescaler of 64 is the least with which a period of 1 ms fits 8 bits.
+const PRESCALER: u32 = 64;
+
+/// The compare value: one less than the clocks in a tick. 249 makes 1 ms exactly at 16 MHz.
+const TOP: u8 = {
+    assert!(CLOCK_HZ.is_multiple_of(PRESCALER * TICK_HZ), "the tick is not a whole number of timer clocks");
+    let top = CLOCK_HZ / PRESCALER / TICK_HZ - 1;
+    assert!(top <= 255, "the tick does not fit 8 bits");
+    top as u8
+};
+
+/// The timer behind the kernel's tick: Timer0.
+pub struct Tick(());
+
+impl Tick {
+    pub(crate) const fn new() -> Self {
+        Tick(())
+    }
+
+    /// Starts the tick. [`kernel::tick_interrupt!`] tells what one costs.
+    pub fn start(self, _: impl Serves<Tick>) {
+        // SAFETY: there is one `Tick`, and it ends here. Other timers share TIMSK; none uses an interrupt.
+        let timer = unsafe { TC0::steal() };
+        timer.ocr0().write(|w| w.set(TOP));
+        timer.timsk().modify(|_, w| w.ocie0().set_bit());
+        // WGM01 alone: clear timer on compare match.
+        timer.tccr0().write(|w| w.wgm01().set_bit().cs0().prescale_64());
+    }
+}

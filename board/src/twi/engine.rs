@@ -1,0 +1,300 @@
+//! What to answer to each status of the two-wire serial interface. It touches no register and no buffer.
+//!
+//! The MCUs of a module are both master transmitter and slave receiver; either may start.
+//!
+//! ```text
+//!   outgoing:  Idle ── send ──► Waiting ── START ──► Sending ── STOP ──► Ended ── outcome ──► Idle
+//!                                  ▲                    │
+//!                                  └─ arbitration lost ─┘
+//!
+//!   incoming:  Free ── addressed ──► Filling ── STOP ──► Whole ── receive ──► Free
+//!               ▲                       │
+//!               └── too long, fault ────┘
+//! ```
+//!
+//! A START is asked for while the outgoing packet is `Waiting`, and the own address is acknowledged while
+//! the incoming buffer is `Free`. Each answer carries both, so neither is lost by an event of the other side.
+
+use tasks::device::Transfer;
+
+/// The most bytes of a transfer.
+pub const CAPACITY: usize = 24;
+
+/// The status codes (ATmega128 datasheet, "Two-wire Serial Interface", tables of status codes) that this
+/// engine answers. Without the prescaler bits of TWSR.
+pub mod status {
+    /// An illegal START or STOP on the bus.
+    pub const BUS_ERROR: u8 = 0x00;
+    pub const START: u8 = 0x08;
+    pub const REPEATED_START: u8 = 0x10;
+    /// As a master: SLA+W is sent, and was acknowledged.
+    pub const ADDRESS_ACKNOWLEDGED: u8 = 0x18;
+    pub const ADDRESS_REFUSED: u8 = 0x20;
+    /// As a master: a byte is sent, and was acknowledged.
+    pub const DATA_ACKNOWLEDGED: u8 = 0x28;
+    pub const DATA_REFUSED: u8 = 0x30;
+    pub const ARBITRATION_LOST: u8 = 0x38;
+    /// As a slave: the own SLA+W has come.
+    pub const ADDRESSED: u8 = 0x60;
+    /// The same, from the winner of an arbitration.
+    pub const LOST_AND_ADDRESSED: u8 = 0x68;
+    /// The general call, which this engine ignores; its recognition is off.
+    pub const CALLED: u8 = 0x70;
+    pub const LOST_AND_CALLED: u8 = 0x78;
+    /// As a slave: a byte has come, and was acknowledged.
+    pub const RECEIVED: u8 = 0x80;
+    /// As a slave: a byte has come, but was not acknowledged; this ends being addressed.
+    pub const RECEIVED_REFUSED: u8 = 0x88;
+    pub const CALL_RECEIVED: u8 = 0x90;
+    pub const CALL_RECEIVED_REFUSED: u8 = 0x98;
+    /// As a slave: a STOP or a repeated START.
+    pub const STOP: u8 = 0xa0;
+    /// As a slave: the own SLA+R has come: the other side wants to read, and gets ones.
+    pub const READ: u8 = 0xa8;
+    pub const LOST_AND_READ: u8 = 0xb0;
+    pub const READ_ACKNOWLEDGED: u8 = 0xb8;
+    pub const READ_REFUSED: u8 = 0xc0;
+    pub const READ_LAST: u8 = 0xc8;
+}
+
+/// The packet for the other MCU.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+enum Outgoing {
+    Idle,
+    /// A START comes when the bus is free.
+    Waiting {
+        length: u8,
+    },
+    /// This MCU has the bus; `next` is the index of the next byte.
+    Sending {
+        next: u8,
+        length: u8,
+    },
+    Ended(Transfer),
+}
+
+/// The packet from the other MCU.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+enum Incoming {
+    Free,
+    Filling { length: u8 },
+    Whole { length: u8 },
+}
+
+/// What to do with TWDR.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Data {
+    None,
+    /// Send SLA+W of the other MCU.
+    Address,
+    /// Send the byte of this index.
+    Send(u8),
+    /// Send ones.
+    Ones,
+    /// Store it at this index.
+    Store(u8),
+}
+
+/// The answer to a status, beside what [`Engine::wants_start`] and [`Engine::acknowledges`] say.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Answer {
+    pub data: Data,
+    /// Whether to end the transfer by a STOP, or after a fault to let go of the bus.
+    pub stops: bool,
+    /// Whether a packet has ended or become whole, which the task wants to know.
+    pub signals: bool,
+}
+
+impl Answer {
+    const GO_ON: Answer = Answer { data: Data::None, stops: false, signals: false };
+
+    const fn data(data: Data) -> Answer {
+        Answer { data, ..Answer::GO_ON }
+    }
+}
+
+/// The state of both packets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Engine {
+    outgoing: Outgoing,
+    incoming: Incoming,
+}
+
+impl Engine {
+    /// Nothing to send, and nothing received.
+    pub const fn new() -> Engine {
+        Engine { outgoing: Outgoing::Idle, incoming: Incoming::Free }
+    }
+
+    /// Whether the interface should send a START when the bus is free (TWSTA).
+    pub fn wants_start(&self) -> bool {
+        matches!(self.outgoing, Outgoing::Waiting { .. })
+    }
+
+    /// Whether the interface should acknowledge its address or the next byte that comes (TWEA).
+    pub fn acknowledges(&self) -> bool {
+        match self.incoming {
+            Incoming::Free => true,
+            Incoming::Filling { length } => usize::from(length) < CAPACITY,
+            Incoming::Whole { .. } => false,
+        }
+    }
+
+    /// The answer to `status`, TWSR without its prescaler bits.
+    pub fn answer(&mut self, status: u8) -> Answer {
+        match status {
+            status::START | status::REPEATED_START => self.begin(),
+            status::ADDRESS_ACKNOWLEDGED | status::DATA_ACKNOWLEDGED => self.send_next(),
+            status::ADDRESS_REFUSED | status::DATA_REFUSED => self.end(Transfer::Refused),
+            status::ARBITRATION_LOST | status::LOST_AND_CALLED => self.try_again(Data::None),
+            status::LOST_AND_READ => self.try_again(Data::Ones),
+            status::LOST_AND_ADDRESSED => {
+                self.try_again(Data::None);
+                self.fill()
+            }
+            status::ADDRESSED => self.fill(),
+            status::RECEIVED => self.store(),
+            status::RECEIVED_REFUSED => self.drop_incoming(),
+            status::STOP => self.complete(),
+            status::READ | status::READ_ACKNOWLEDGED => Answer::data(Data::Ones),
+            status::READ_REFUSED
+            | status::READ_LAST
+            | status::CALLED
+            | status::CALL_RECEIVED
+            | status::CALL_RECEIVED_REFUSED => Answer::GO_ON,
+            // A bus error, or a status of the master receiver, which this engine never is.
+            _ => self.fault(),
+        }
+    }
+
+    fn begin(&mut self) -> Answer {
+        match self.outgoing {
+            Outgoing::Waiting { length } => {
+                self.outgoing = Outgoing::Sending { next: 0, length };
+                Answer::data(Data::Address)
+            }
+            _ => self.fault(),
+        }
+    }
+
+    fn send_next(&mut self) -> Answer {
+        match self.outgoing {
+            Outgoing::Sending { next, length } if next < length => {
+                self.outgoing = Outgoing::Sending { next: next + 1, length };
+                Answer::data(Data::Send(next))
+            }
+            _ => self.end(Transfer::Done),
+        }
+    }
+
+    /// Ends the transfer that has the bus.
+    fn end(&mut self, outcome: Transfer) -> Answer {
+        match self.outgoing {
+            Outgoing::Sending { .. } => {
+                self.outgoing = Outgoing::Ended(outcome);
+                Answer { stops: true, signals: true, ..Answer::GO_ON }
+            }
+            _ => self.fault(),
+        }
+    }
+
+    fn try_again(&mut self, data: Data) -> Answer {
+        if let Outgoing::Sending { length, .. } = self.outgoing {
+            self.outgoing = Outgoing::Waiting { length };
+        }
+        Answer::data(data)
+    }
+
+    fn fill(&mut self) -> Answer {
+        if !matches!(self.incoming, Incoming::Whole { .. }) {
+            self.incoming = Incoming::Filling { length: 0 };
+        }
+        Answer::GO_ON
+    }
+
+    fn store(&mut self) -> Answer {
+        match self.incoming {
+            Incoming::Filling { length } if usize::from(length) < CAPACITY => {
+                self.incoming = Incoming::Filling { length: length + 1 };
+                Answer::data(Data::Store(length))
+            }
+            _ => Answer::GO_ON,
+        }
+    }
+
+    fn drop_incoming(&mut self) -> Answer {
+        if let Incoming::Filling { .. } = self.incoming {
+            self.incoming = Incoming::Free;
+        }
+        Answer::GO_ON
+    }
+
+    /// A packet without bytes is none: someone asked whether this MCU is there.
+    fn complete(&mut self) -> Answer {
+        match self.incoming {
+            Incoming::Filling { length } if length > 0 => {
+                self.incoming = Incoming::Whole { length };
+                Answer { signals: true, ..Answer::GO_ON }
+            }
+            _ => self.drop_incoming(),
+        }
+    }
+
+    /// Gives up what is under way, on both sides, and lets go of the bus.
+    fn fault(&mut self) -> Answer {
+        self.drop_incoming();
+        let is_under_way = matches!(self.outgoing, Outgoing::Waiting { .. } | Outgoing::Sending { .. });
+        if is_under_way {
+            self.outgoing = Outgoing::Ended(Transfer::Fault);
+        }
+        Answer { stops: true, signals: is_under_way, ..Answer::GO_ON }
+    }
+
+    /// Whether no packet is under way, and the outcome of the last was taken.
+    pub fn is_idle(&self) -> bool {
+        self.outgoing == Outgoing::Idle
+    }
+
+    /// Has a packet of `length` bytes sent, if [`is_idle`](Self::is_idle).
+    pub fn send(&mut self, length: u8) {
+        if self.is_idle() {
+            self.outgoing = Outgoing::Waiting { length };
+        }
+    }
+
+    /// How the transfer ended, once.
+    pub fn outcome(&mut self) -> Option<Transfer> {
+        let Outgoing::Ended(outcome) = self.outgoing else { return None };
+        self.outgoing = Outgoing::Idle;
+        Some(outcome)
+    }
+
+    /// The length of the packet that has come, while it waits.
+    pub fn received(&self) -> Option<u8> {
+        match self.incoming {
+            Incoming::Whole { length } => Some(length),
+            _ => None,
+        }
+    }
+
+    /// Makes room for the next packet.
+    pub fn release(&mut self) {
+        if let Incoming::Whole { .. } = self.incoming {
+            self.incoming = Incoming::Free;
+        }
+    }
+}
+
+impl Default for Engine {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests;

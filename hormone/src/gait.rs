@@ -1,0 +1,3 @@
+//! Gaits: a file each, data only.
+
+pub mod centipede;

@@ -1,0 +1,121 @@
+//! The module types of the centipede (paper, section 7).
+
+use tasks::dock::Dock::{Back, Front, Left, Right};
+
+use crate::topology::Neighbours;
+
+/// What a module is, by how it is attached.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash, PartialOrd, Ord))]
+#[repr(u8)]
+pub enum ModuleType {
+    /// One connection: its back to a front.
+    Head = 0,
+    /// One connection: its front to a back.
+    Tail = 1,
+    /// One connection: its back to a left dock.
+    LeftLeg = 2,
+    /// One connection: its back to a right dock.
+    RightLeg = 3,
+    /// Two connections: its front to a back and its back to a front.
+    Spine = 4,
+    /// Four connections: its front, left and right to backs, and its back to a front.
+    Branch = 5,
+    /// Every topology the paper does not name, a module alone among them. It keeps still and passes
+    /// hormones on.
+    Other = 6,
+}
+
+impl ModuleType {
+    /// The type of a module with these neighbours.
+    pub fn of(neighbours: &Neighbours) -> ModuleType {
+        // In the order of the docks: front, back, left, right, up, down.
+        match neighbours {
+            [None, Some(Front), None, None, None, None] => ModuleType::Head,
+            [Some(Back), None, None, None, None, None] => ModuleType::Tail,
+            [None, Some(Left), None, None, None, None] => ModuleType::LeftLeg,
+            [None, Some(Right), None, None, None, None] => ModuleType::RightLeg,
+            [Some(Back), Some(Front), None, None, None, None] => ModuleType::Spine,
+            [Some(Back), Some(Front), Some(Back), Some(Back), None, None] => ModuleType::Branch,
+            _ => ModuleType::Other,
+        }
+    }
+
+    /// The type with code `byte`, as [`Status`](crate::status::Status) and
+    /// [`Event`](crate::event::Event) carry it.
+    pub const fn from_byte(byte: u8) -> Option<ModuleType> {
+        match byte {
+            0 => Some(ModuleType::Head),
+            1 => Some(ModuleType::Tail),
+            2 => Some(ModuleType::LeftLeg),
+            3 => Some(ModuleType::RightLeg),
+            4 => Some(ModuleType::Spine),
+            5 => Some(ModuleType::Branch),
+            6 => Some(ModuleType::Other),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tasks::dock::Dock;
+
+    /// The paper's definition, sentence by sentence.
+    fn in_the_papers_words(neighbours: &Neighbours) -> ModuleType {
+        let connections = neighbours.iter().flatten().count();
+        let connected = |own: Dock, other: Dock| neighbours[usize::from(own.index())] == Some(other);
+        // "a module that has only one connection and its back dock is connected to the front dock of
+        // another module"
+        if connections == 1 && connected(Back, Front) {
+            return ModuleType::Head;
+        }
+        // "only one connection and its front dock is connected to the back of another module"
+        if connections == 1 && connected(Front, Back) {
+            return ModuleType::Tail;
+        }
+        // "only one connection and its back dock is connected to the right (left) dock of another"
+        if connections == 1 && connected(Back, Left) {
+            return ModuleType::LeftLeg;
+        }
+        if connections == 1 && connected(Back, Right) {
+            return ModuleType::RightLeg;
+        }
+        // "two connections, its front is connected to the back of another module and its back is
+        // connected to the front of a different module"
+        if connections == 2 && connected(Front, Back) && connected(Back, Front) {
+            return ModuleType::Spine;
+        }
+        // "four connections, its front, left, right docks are connected to the back of other modules
+        // respectively, and its back dock is connected to the front of another module"
+        let arms = [Front, Left, Right].iter().all(|&arm| connected(arm, Back));
+        if connections == 4 && arms && connected(Back, Front) {
+            return ModuleType::Branch;
+        }
+        ModuleType::Other
+    }
+
+    #[test]
+    fn every_topology_has_the_type_the_paper_gives_it() {
+        let mut counts = [0; 7];
+        for number in 0..7_u32.pow(6) {
+            let neighbours: Neighbours =
+                std::array::from_fn(|dock| Dock::from_index((number / 7_u32.pow(dock as u32) % 7) as u8));
+            let module_type = ModuleType::of(&neighbours);
+            assert_eq!(module_type, in_the_papers_words(&neighbours), "{neighbours:?}");
+            counts[module_type as usize] += 1;
+        }
+        assert_eq!(counts, [1, 1, 1, 1, 1, 1, 117_643]);
+    }
+
+    #[test]
+    fn every_type_survives_its_byte() {
+        for byte in 0..=u8::MAX {
+            assert_eq!(
+                ModuleType::from_byte(byte).map(|module_type| module_type as u8),
+                (byte < 7).then_some(byte)
+            );
+        }
+    }
+}

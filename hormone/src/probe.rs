@@ -1,0 +1,69 @@
+//! The probe: what AC_SEND tells whoever may sit at a dock.
+//!
+//! One byte, sent as a datagram: a lost probe is not repeated, the next one replaces it.
+//!
+//! ```text
+//!   7   6   5   4   3   2   1   0
+//! | 0   0 |   hears   |   dock    |
+//! ```
+//! `dock` is the index of the dock the probe leaves by, `hears` that of the neighbour's dock whose
+//! probes arrive there, 7 for none.
+
+use tasks::dock::Dock;
+
+const HEARS_NOTHING: u8 = 7;
+
+/// A probe as its receiver sees it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Probe {
+    /// The sender's dock. The module types depend on it: a head's Back meets a Front, a left leg's
+    /// Back meets a Left.
+    pub dock: Dock,
+    /// The receiver's dock that the sender hears at `dock`, if any.
+    pub hears: Option<Dock>,
+}
+
+impl Probe {
+    /// The probe as one payload byte.
+    pub fn to_byte(self) -> u8 {
+        self.hears.map_or(HEARS_NOTHING, Dock::index) << 3 | self.dock.index()
+    }
+
+    /// The probe in `payload`, or `None` if it is not exactly one byte of the layout above.
+    pub fn from_payload(payload: &[u8]) -> Option<Probe> {
+        let &[byte] = payload else { return None };
+        let dock = Dock::from_index(byte & 7)?;
+        let hears = match byte >> 3 {
+            HEARS_NOTHING => None,
+            index => Some(Dock::from_index(index)?),
+        };
+        Some(Probe { dock, hears })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_probe_survives_its_byte_and_no_other_byte_is_a_probe() {
+        let readable = (0..=u8::MAX)
+            .filter_map(|byte| Some((byte, Probe::from_payload(&[byte])?)))
+            .inspect(|&(byte, probe)| assert_eq!(probe.to_byte(), byte))
+            .count();
+        assert_eq!(readable, 6 * 7);
+    }
+
+    #[test]
+    fn the_layout_is_the_documented_one() {
+        assert_eq!(Probe { dock: Dock::Left, hears: Some(Dock::Back) }.to_byte(), 0b00_001_010);
+        assert_eq!(Probe { dock: Dock::Front, hears: None }.to_byte(), 0b00_111_000);
+    }
+
+    #[test]
+    fn a_probe_is_one_byte_long() {
+        assert_eq!(Probe::from_payload(&[]), None);
+        assert_eq!(Probe::from_payload(&[0, 0]), None);
+    }
+}

@@ -1,0 +1,53 @@
+//! The three behaviour tasks (paper, Figure 5): thin loops around the pure parts of this crate.
+//!
+//! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every module.
+
+pub mod ac_receive;
+pub mod ac_send;
+pub mod hormone;
+
+use kernel::{Mutex, Semaphore, Task, Timer};
+use tasks::dock::Dock;
+
+use crate::schedule::Schedule;
+use crate::topology::Topology;
+
+/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed.
+pub struct AdaptiveCommunication {
+    state: Mutex<State>,
+    /// Wakes AC_SEND.
+    wake: Semaphore,
+    timer: Timer,
+}
+
+struct State {
+    topology: Topology,
+    schedule: Schedule,
+}
+
+impl Default for AdaptiveCommunication {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl AdaptiveCommunication {
+    /// A module that has heard nothing.
+    pub const fn new() -> Self {
+        AdaptiveCommunication {
+            state: Mutex::new(State { topology: Topology::new(), schedule: Schedule::new(0) }),
+            wake: Semaphore::new(0),
+            timer: Timer::new(),
+        }
+    }
+
+    fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut State) -> R) -> R {
+        self.state.with(task, work)
+    }
+
+    /// Has `dock` probed at once.
+    fn hurry(&self, task: &mut Task, dock: Dock) {
+        self.with(task, |state| state.schedule.hurry(dock));
+        self.wake.post(task);
+    }
+}

@@ -1,0 +1,491 @@
+//! The two-wire bus that joins MCUs (chapter "Two-wire Serial Interface" of the datasheet): whose
+//! turn it is, who is addressed, and what each node is told at the end of each byte.
+//!
+//! The bus acts at cycles it knows beforehand: a START, a repeated START and a STOP take one bit, a
+//! byte nine. Until then the nodes run; none is let past that cycle, so that all of them are looked
+//! at as they stand then, however far apart they ran before.
+//!
+//! A simplification: a node that leaves in mid-transfer releases both wires at once. The nodes that
+//! it addressed learn of it at the next START, as a bus error if a byte was under way.
+
+use crate::mcu::Mcu;
+use crate::repair::twi::Command;
+
+/// Status codes (tables "Status Codes for Master Transmitter Mode" and following).
+mod status {
+    pub const BUS_ERROR: u8 = 0x00;
+    pub const START: u8 = 0x08;
+    pub const REPEATED_START: u8 = 0x10;
+    pub const ARBITRATION_LOST: u8 = 0x38;
+
+    /// To the master, by whether a slave acknowledged.
+    pub const fn address_written(acknowledged: bool) -> u8 {
+        if acknowledged { 0x18 } else { 0x20 }
+    }
+    pub const fn address_read(acknowledged: bool) -> u8 {
+        if acknowledged { 0x40 } else { 0x48 }
+    }
+    pub const fn data_sent(acknowledged: bool) -> u8 {
+        if acknowledged { 0x28 } else { 0x30 }
+    }
+    /// By whether the master itself acknowledged.
+    pub const fn data_received(acknowledged: bool) -> u8 {
+        if acknowledged { 0x50 } else { 0x58 }
+    }
+
+    /// To a slave, by whether it lost arbitration as a master in the same byte.
+    pub const fn addressed_to_read(lost: bool) -> u8 {
+        if lost { 0xb0 } else { 0xa8 }
+    }
+    pub const fn addressed_to_write(general_call: bool, lost: bool) -> u8 {
+        match (general_call, lost) {
+            (false, false) => 0x60,
+            (false, true) => 0x68,
+            (true, false) => 0x70,
+            (true, true) => 0x78,
+        }
+    }
+    /// By whether the slave itself acknowledged.
+    pub const fn slave_received(general_call: bool, acknowledged: bool) -> u8 {
+        match (general_call, acknowledged) {
+            (false, true) => 0x80,
+            (false, false) => 0x88,
+            (true, true) => 0x90,
+            (true, false) => 0x98,
+        }
+    }
+    pub const STOP_OR_REPEATED_START: u8 = 0xa0;
+    pub const SLAVE_SENT: u8 = 0xb8;
+    pub const SLAVE_SENT_AND_REFUSED: u8 = 0xc0;
+    pub const SLAVE_SENT_LAST: u8 = 0xc8;
+}
+
+/// Bits of a byte on the bus: eight of data and the acknowledgement.
+const BYTE_BITS: u64 = 9;
+
+/// Bits from a request for a START on a free bus to the first event at another node.
+const START_AND_ADDRESS_BITS: u64 = 1 + BYTE_BITS;
+
+/// A bus and what its nodes are on it; the nodes are MCUs, always given in the same order.
+pub struct Bus {
+    roles: Vec<Role>,
+    phase: Phase,
+    /// What the next byte is.
+    next: NextByte,
+    counts: BusCounts,
+}
+
+/// What a bus has carried since power-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusCounts {
+    /// Bytes, addresses included.
+    pub bytes: u64,
+    /// Masters that lost arbitration.
+    pub arbitrations_lost: u64,
+    /// Transfers that ended because the master left the bus.
+    pub abandoned: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    None,
+    Master,
+    Slave { general_call: bool },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Nobody is master since this cycle. `in_byte`: the last one left within a byte.
+    Free {
+        since: u64,
+        in_byte: bool,
+    },
+    /// A START is being sent.
+    Start {
+        since: u64,
+        in_byte: bool,
+        due: u64,
+    },
+    /// The clock is held low: a program has to answer first.
+    Held,
+    RepeatedStart {
+        due: u64,
+    },
+    Byte {
+        due: u64,
+    },
+    Stop {
+        due: u64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum NextByte {
+    Address,
+    Written,
+    Read,
+}
+
+impl Bus {
+    /// A free bus that joins `nodes` MCUs.
+    pub fn new(nodes: usize) -> Self {
+        Self {
+            roles: vec![Role::None; nodes],
+            phase: Phase::Free { since: 0, in_byte: false },
+            next: NextByte::Address,
+            counts: BusCounts::default(),
+        }
+    }
+
+    pub fn counts(&self) -> BusCounts {
+        self.counts
+    }
+
+    /// The cycle at which the bus acts next; no node may run past it.
+    pub(crate) fn due(&self) -> Option<u64> {
+        match self.phase {
+            Phase::Free { .. } | Phase::Held => None,
+            Phase::Start { due, .. }
+            | Phase::RepeatedStart { due }
+            | Phase::Byte { due }
+            | Phase::Stop { due } => Some(due),
+        }
+    }
+
+    /// How many cycles pass at least from what one node does to its effect on another.
+    pub(crate) fn lookahead(&self, nodes: &[Mcu]) -> u64 {
+        let bit = nodes.iter().map(bit_cycles).min().unwrap_or(u64::MAX);
+        let quiet = !self.roles.iter().any(|role| matches!(role, Role::Slave { .. }));
+        match self.phase {
+            Phase::Free { .. } if quiet => bit * START_AND_ADDRESS_BITS,
+            _ => bit,
+        }
+    }
+
+    /// Takes notice of what the nodes have done, and acts if all of them have come to the cycle at
+    /// which the bus is due.
+    pub(crate) fn advance(&mut self, nodes: &mut [Mcu]) {
+        self.see_departures(nodes);
+        loop {
+            self.plan(nodes);
+            let Some(due) = self.due() else { return };
+            if nodes.iter().any(|node| node.is_alive() && node.cycle() < due) {
+                return;
+            }
+            self.act(nodes, due);
+        }
+    }
+
+    // --- Planning -------------------------------------------------------------------------------
+
+    fn see_departures(&mut self, nodes: &mut [Mcu]) {
+        let mut left_last = 0;
+        for (role, node) in self.roles.iter_mut().zip(nodes) {
+            let (left_at, recovered) = node.act_on_twi(|twi, _| (twi.take_left_at(), twi.take_recovered()));
+            let left_at = left_at.or((!node.is_alive()).then(|| node.cycle()));
+            if let Some(cycle) = left_at {
+                left_last = left_last.max(cycle);
+                *role = Role::None;
+            } else if recovered && *role != Role::Master {
+                *role = Role::None;
+                node.act_on_twi(|twi, cpu| twi.stop_sent(cpu));
+            }
+        }
+        let in_byte = match self.phase {
+            Phase::Free { .. } | Phase::Start { .. } => return,
+            Phase::Byte { .. } => true,
+            Phase::Held | Phase::RepeatedStart { .. } | Phase::Stop { .. } => false,
+        };
+        if self.masters().next().is_none() {
+            self.counts.abandoned += 1;
+            self.phase = Phase::Free { since: left_last, in_byte };
+        }
+    }
+
+    fn plan(&mut self, nodes: &[Mcu]) {
+        match self.phase {
+            Phase::Free { since, in_byte } | Phase::Start { since, in_byte, .. } => {
+                self.phase = match self.start_due(nodes, since) {
+                    Some(due) => Phase::Start { since, in_byte, due },
+                    None => Phase::Free { since, in_byte },
+                };
+            }
+            Phase::Held => self.go_on(nodes),
+            Phase::RepeatedStart { .. } | Phase::Byte { .. } | Phase::Stop { .. } => {}
+        }
+    }
+
+    /// End of the START that the first node to ask for one sends on the free bus.
+    fn start_due(&self, nodes: &[Mcu], free_since: u64) -> Option<u64> {
+        let abandoned = self.slaves().map(|slave| &nodes[slave]);
+        if abandoned.clone().any(holds_clock) {
+            return None;
+        }
+        let clock_free = abandoned.map(released_at).max().unwrap_or(0);
+        let (asked_at, first) = self
+            .roles
+            .iter()
+            .zip(nodes)
+            .filter(|&(&role, _)| role == Role::None)
+            .filter_map(|(_, node)| Some((start_asked_at(node)?, node)))
+            .min_by_key(|&(asked_at, _)| asked_at)?;
+        Some(asked_at.max(free_since).max(clock_free) + bit_cycles(first))
+    }
+
+    /// Lets the masters go on once no node holds the clock.
+    fn go_on(&mut self, nodes: &[Mcu]) {
+        if nodes.iter().any(holds_clock) {
+            return;
+        }
+        let released = nodes.iter().map(released_at).max().unwrap_or(0);
+        let bit = self.masters().map(|master| bit_cycles(&nodes[master])).max().unwrap_or(0);
+        let all = |wanted| self.masters().all(|master| command(&nodes[master]) == wanted);
+        self.phase = if all(Command::Stop) {
+            Phase::Stop { due: released + bit }
+        } else if all(Command::RepeatedStart) {
+            Phase::RepeatedStart { due: released + bit }
+        } else {
+            Phase::Byte { due: released + BYTE_BITS * bit }
+        };
+    }
+
+    // --- Acting ---------------------------------------------------------------------------------
+
+    fn act(&mut self, nodes: &mut [Mcu], now: u64) {
+        match self.phase {
+            Phase::Start { in_byte, .. } => self.start(nodes, now, in_byte),
+            Phase::RepeatedStart { .. } => self.repeated_start(nodes),
+            Phase::Stop { .. } => self.stop(nodes, now),
+            Phase::Byte { .. } => self.byte(nodes),
+            Phase::Free { .. } | Phase::Held => {}
+        }
+    }
+
+    /// All who asked before the START was over have sent it together.
+    fn start(&mut self, nodes: &mut [Mcu], now: u64, in_byte: bool) {
+        let in_time = |node: &Mcu| start_asked_at(node).is_some_and(|asked_at| asked_at <= now);
+        let starters: Vec<usize> = (0..nodes.len())
+            .filter(|&index| self.roles[index] == Role::None && in_time(&nodes[index]))
+            .collect();
+        if in_byte {
+            self.dismiss_slaves(nodes, status::BUS_ERROR);
+        } else {
+            self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
+        }
+        for index in starters {
+            self.roles[index] = Role::Master;
+            report(&mut nodes[index], status::START);
+        }
+        self.next = NextByte::Address;
+        self.phase = Phase::Held;
+    }
+
+    fn repeated_start(&mut self, nodes: &mut [Mcu]) {
+        self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
+        for master in self.indices(Role::is_master) {
+            report(&mut nodes[master], status::REPEATED_START);
+        }
+        self.next = NextByte::Address;
+        self.phase = Phase::Held;
+    }
+
+    fn stop(&mut self, nodes: &mut [Mcu], now: u64) {
+        self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
+        for master in self.indices(Role::is_master) {
+            self.roles[master] = Role::None;
+            nodes[master].act_on_twi(|twi, cpu| twi.stop_sent(cpu));
+        }
+        self.phase = Phase::Free { since: now, in_byte: false };
+    }
+
+    fn dismiss_slaves(&mut self, nodes: &mut [Mcu], status: u8) {
+        for slave in self.indices(Role::is_slave) {
+            self.roles[slave] = Role::None;
+            report(&mut nodes[slave], status);
+        }
+    }
+
+    fn byte(&mut self, nodes: &mut [Mcu]) {
+        self.counts.bytes += 1;
+        self.phase = Phase::Held;
+        match self.next {
+            NextByte::Address => self.address(nodes),
+            NextByte::Written => self.written_byte(nodes),
+            NextByte::Read => self.read_byte(nodes),
+        }
+    }
+
+    fn address(&mut self, nodes: &mut [Mcu]) {
+        let (byte, winners) = self.arbitrate(nodes);
+        let (address, read) = (byte >> 1, byte & 1 != 0);
+        let mut acknowledged = false;
+        for (index, (node, role)) in nodes.iter_mut().zip(&mut self.roles).enumerate() {
+            if winners.contains(&index) {
+                continue;
+            }
+            let lost = role.is_master();
+            let listens = acknowledges(node);
+            let own = listens && address != 0 && address == own_address(node);
+            let general_call = listens && byte == 0 && answers_general_call(node);
+            *role = Role::None;
+            if own || general_call {
+                acknowledged = true;
+                *role = Role::Slave { general_call };
+                let told = if read {
+                    status::addressed_to_read(lost)
+                } else {
+                    status::addressed_to_write(general_call, lost)
+                };
+                report(node, told);
+            } else if lost {
+                report(node, status::ARBITRATION_LOST);
+            }
+        }
+        self.next = if read { NextByte::Read } else { NextByte::Written };
+        for winner in winners {
+            let told =
+                if read { status::address_read(acknowledged) } else { status::address_written(acknowledged) };
+            report(&mut nodes[winner], told);
+        }
+    }
+
+    fn written_byte(&mut self, nodes: &mut [Mcu]) {
+        let (byte, winners) = self.arbitrate(nodes);
+        for loser in self.indices(Role::is_master) {
+            if !winners.contains(&loser) {
+                self.roles[loser] = Role::None;
+                report(&mut nodes[loser], status::ARBITRATION_LOST);
+            }
+        }
+        let mut acknowledged = false;
+        for (node, role) in nodes.iter_mut().zip(&mut self.roles) {
+            let Role::Slave { general_call } = *role else { continue };
+            let accepts = acknowledges(node);
+            acknowledged |= accepts;
+            if !accepts {
+                *role = Role::None;
+            }
+            node.act_on_twi(|twi, cpu| {
+                twi.receive(cpu, byte);
+                twi.report(cpu, status::slave_received(general_call, accepts));
+            });
+        }
+        for winner in winners {
+            report(&mut nodes[winner], status::data_sent(acknowledged));
+        }
+    }
+
+    fn read_byte(&mut self, nodes: &mut [Mcu]) {
+        let sent = |slave: usize| nodes[slave].twi(|twi, cpu| twi.data(cpu));
+        // Nobody pulls the wire low: it reads as ones.
+        let byte = self.slaves().map(sent).fold(0xff, |wire, sent| wire & sent);
+        let acknowledged = self.masters().any(|master| acknowledges(&nodes[master]));
+        for slave in self.indices(Role::is_slave) {
+            let told = if !acknowledged {
+                status::SLAVE_SENT_AND_REFUSED
+            } else if acknowledges(&nodes[slave]) {
+                status::SLAVE_SENT
+            } else {
+                status::SLAVE_SENT_LAST
+            };
+            if told != status::SLAVE_SENT {
+                self.roles[slave] = Role::None;
+            }
+            report(&mut nodes[slave], told);
+        }
+        for master in self.indices(Role::is_master) {
+            let accepts = acknowledges(&nodes[master]);
+            nodes[master].act_on_twi(|twi, cpu| twi.receive(cpu, byte));
+            if acknowledged && !accepts {
+                // Another master's acknowledgement won over this one's refusal.
+                self.counts.arbitrations_lost += 1;
+                self.roles[master] = Role::None;
+                report(&mut nodes[master], status::ARBITRATION_LOST);
+            } else {
+                report(&mut nodes[master], status::data_received(accepts));
+            }
+        }
+    }
+
+    /// What is on the wire when all masters send, and who is still master after it: at each bit, a
+    /// zero wins. A master that wants a STOP or START where another sends has lost too.
+    fn arbitrate(&mut self, nodes: &[Mcu]) -> (u8, Vec<usize>) {
+        let mut senders = self.indices(Role::is_master);
+        let masters = senders.len();
+        senders.retain(|&sender| command(&nodes[sender]) == Command::Byte);
+        let mut wire = 0;
+        for bit in (0..8).rev() {
+            let sends_one = |sender: &usize| nodes[*sender].twi(|twi, cpu| twi.data(cpu)) >> bit & 1;
+            let level = senders.iter().map(sends_one).min().unwrap_or(1);
+            senders.retain(|sender| sends_one(sender) == level);
+            wire |= level << bit;
+        }
+        self.counts.arbitrations_lost += (masters - senders.len()) as u64;
+        (wire, senders)
+    }
+
+    // --- Who is who -----------------------------------------------------------------------------
+
+    fn masters(&self) -> impl Iterator<Item = usize> + Clone {
+        self.positions(Role::is_master)
+    }
+
+    fn slaves(&self) -> impl Iterator<Item = usize> + Clone {
+        self.positions(Role::is_slave)
+    }
+
+    fn positions(&self, are: fn(&Role) -> bool) -> impl Iterator<Item = usize> + Clone {
+        self.roles.iter().enumerate().filter(move |(_, role)| are(role)).map(|(index, _)| index)
+    }
+
+    /// The nodes of one role, for a loop that changes roles.
+    fn indices(&self, are: fn(&Role) -> bool) -> Vec<usize> {
+        self.positions(are).collect()
+    }
+}
+
+impl Role {
+    fn is_master(&self) -> bool {
+        *self == Self::Master
+    }
+
+    fn is_slave(&self) -> bool {
+        matches!(self, Self::Slave { .. })
+    }
+}
+
+fn holds_clock(node: &Mcu) -> bool {
+    node.is_alive() && node.twi(|twi, _| twi.holds_clock())
+}
+
+fn released_at(node: &Mcu) -> u64 {
+    node.twi(|twi, _| twi.released_at())
+}
+
+fn start_asked_at(node: &Mcu) -> Option<u64> {
+    node.is_alive().then(|| node.twi(|twi, cpu| twi.start_asked_at(cpu))).flatten()
+}
+
+fn bit_cycles(node: &Mcu) -> u64 {
+    node.twi(|twi, cpu| twi.bit_cycles(cpu))
+}
+
+fn command(node: &Mcu) -> Command {
+    node.twi(|twi, _| twi.command())
+}
+
+fn acknowledges(node: &Mcu) -> bool {
+    node.is_alive() && node.twi(|twi, cpu| twi.acknowledges(cpu))
+}
+
+fn own_address(node: &Mcu) -> u8 {
+    node.twi(|twi, cpu| twi.own_address(cpu))
+}
+
+fn answers_general_call(node: &Mcu) -> bool {
+    node.twi(|twi, cpu| twi.answers_general_call(cpu))
+}
+
+fn report(node: &mut Mcu, status: u8) {
+    node.act_on_twi(|twi, cpu| twi.report(cpu, status));
+}

@@ -1,0 +1,508 @@
+//! A thin layer over one simavr instance: every dereference of simavr's structures is in this file
+//! and in `device`.
+//!
+//! A [`Cpu`] is a handle, copied freely between the harness and the callbacks that simavr makes into
+//! it. No Rust reference into simavr's memory outlives the method that makes it, so a callback may
+//! use its own handle while the harness is inside [`Cpu::run`].
+
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ptr::NonNull;
+use std::sync::Once;
+
+use simavr_ffi as ffi;
+
+use crate::mcu::Reset;
+
+// Missing from simavr-ffi's bindings.
+unsafe extern "C" {
+    fn avr_run_one(avr: *mut ffi::avr_t) -> ffi::avr_flashaddr_t;
+    /// The C library's, for what simavr allocated.
+    fn free(allocated: *mut c_void);
+}
+
+/// Index of the I flag in SREG.
+const INTERRUPT_FLAG: usize = 7;
+const SPL: u16 = 0x5d;
+const SPH: u16 = 0x5e;
+
+/// Handle of one simavr instance.
+///
+/// Invariant: the instance lives as long as the `Mcu` that created it, and no handle is kept by
+/// anything that lives longer. Within the crate that is so by construction: handles are kept by the
+/// `Mcu` and lent to its devices during a call.
+#[derive(Clone, Copy)]
+pub(crate) struct Cpu(NonNull<ffi::avr_t>);
+
+/// An interrupt vector of one instance.
+#[derive(Clone, Copy)]
+pub(crate) struct Vector(NonNull<ffi::avr_int_vector_t>);
+
+/// What the core is doing, as simavr sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Core {
+    Running,
+    Sleeping,
+    Stopped,
+}
+
+/// Bits of one register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RegisterBits {
+    pub address: u16,
+    pub mask: u8,
+}
+
+/// The part of the harness that callbacks reach from simavr's structure (`avr_t::custom.data`).
+struct Control {
+    /// Cycle at which [`Cpu::run`] has to return.
+    deadline: u64,
+    /// Set by a device that needs the harness before the deadline.
+    attention: bool,
+    /// The first error that simavr reported.
+    fault: Option<String>,
+}
+
+impl Cpu {
+    /// Creates and initialises an instance; `None` if simavr does not know the part.
+    pub fn create(part: &str, frequency_hz: u32) -> Option<Self> {
+        static LOGGER: Once = Once::new();
+        // SAFETY: the logger is set once, before any instance exists, to a function that stays.
+        LOGGER.call_once(|| unsafe { ffi::avr_global_logger_set(Some(log)) });
+        let name = CString::new(part).ok()?;
+        // SAFETY: `name` is a C string; simavr returns null or a new instance.
+        let avr = NonNull::new(unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) })?;
+        let control = Box::new(Control { deadline: 0, attention: false, fault: None });
+        // SAFETY: `avr` is a new instance that nobody else knows.
+        unsafe {
+            let instance = avr.as_ptr();
+            (*instance).custom.data = Box::into_raw(control).cast();
+            ffi::avr_init(instance);
+            (*instance).frequency = frequency_hz;
+            (*instance).vcc = 5000;
+            (*instance).avcc = 5000;
+            (*instance).aref = 5000;
+        }
+        Some(Self(avr))
+    }
+
+    /// Frees the instance.
+    ///
+    /// # Safety
+    /// No handle to this instance may be used afterwards.
+    pub unsafe fn destroy(self) {
+        let avr = self.0.as_ptr();
+        // SAFETY: the instance is alive by the type's invariant; `control` came from a Box in
+        // `create`, and the instance from malloc in simavr's `avr_core_allocate`.
+        unsafe {
+            ffi::avr_terminate(avr);
+            drop(Box::from_raw((*avr).custom.data.cast::<Control>()));
+            free(avr.cast());
+        }
+    }
+
+    /// # Safety
+    /// `avr` points to a live instance made by [`Cpu::create`].
+    pub unsafe fn from_raw(avr: *mut ffi::avr_t) -> Self {
+        // SAFETY: the caller passes simavr's own pointer, which is not null.
+        Self(unsafe { NonNull::new_unchecked(avr) })
+    }
+
+    pub fn as_ptr(self) -> *mut ffi::avr_t {
+        self.0.as_ptr()
+    }
+
+    fn control(self) -> *mut Control {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).custom.data.cast() }
+    }
+
+    // --- Clock and core -------------------------------------------------------------------------
+
+    /// Cycles since power-up.
+    pub fn cycle(self) -> u64 {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).cycle }
+    }
+
+    pub fn set_cycle(self, cycle: u64) {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).cycle = cycle }
+    }
+
+    /// Address of the next instruction, in bytes.
+    pub fn pc(self) -> u32 {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).pc }
+    }
+
+    pub fn stack_pointer(self) -> u16 {
+        u16::from_le_bytes([self.data(SPL), self.data(SPH)])
+    }
+
+    pub fn interrupts_enabled(self) -> bool {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).sreg[INTERRUPT_FLAG] != 0 }
+    }
+
+    /// The status register. simavr keeps its bits apart and joins them only when they are read.
+    pub fn status_register(self) -> u8 {
+        // SAFETY: the instance is alive by the type's invariant.
+        let bits = unsafe { (*self.as_ptr()).sreg };
+        (0..8).zip(bits).fold(0, |all, (index, bit)| all | bit << index)
+    }
+
+    pub fn core(self) -> Core {
+        // SAFETY: the instance is alive by the type's invariant.
+        match unsafe { (*self.as_ptr()).state } as u32 {
+            ffi::cpu_Running => Core::Running,
+            ffi::cpu_Sleeping => Core::Sleeping,
+            _ => Core::Stopped,
+        }
+    }
+
+    /// The first error that simavr reported, and with it the end of the run.
+    pub fn fault(self) -> Option<String> {
+        // SAFETY: `control` lives as long as the instance; the reference ends with the clone.
+        unsafe { (*self.control()).fault.clone() }
+    }
+
+    pub fn has_fault(self) -> bool {
+        // SAFETY: as in `fault`.
+        unsafe { (*self.control()).fault.is_some() }
+    }
+
+    // --- Running --------------------------------------------------------------------------------
+
+    /// Executes instructions until `deadline`, the next cycle timer, an interrupt to be served, a
+    /// sleep or a device's call for attention, whichever comes first; at least one instruction.
+    pub fn run(self, deadline: u64) {
+        let avr = self.as_ptr();
+        // SAFETY: the instance is alive, and no reference into it exists across the call:
+        // callbacks use handles of their own.
+        unsafe {
+            (*self.control()).deadline = deadline;
+            let left = deadline.saturating_sub((*avr).cycle).max(1);
+            (*avr).run_cycle_limit = left;
+            (*avr).run_cycle_count = (*avr).run_cycle_count.clamp(1, left);
+            (*avr).pc = avr_run_one(avr);
+        }
+    }
+
+    /// Holds a run to its deadline. simavr forgets how much of the run has passed whenever a timer
+    /// is registered; every callback that may have done so ends with this.
+    pub fn keep_deadline(self) {
+        let avr = self.as_ptr();
+        // SAFETY: the instance and its `control` are alive by the type's invariant.
+        unsafe {
+            let control = self.control();
+            let left =
+                if (*control).attention { 0 } else { (*control).deadline.saturating_sub((*avr).cycle) };
+            (*avr).run_cycle_count = (*avr).run_cycle_count.min(left);
+        }
+    }
+
+    /// Ends the run after the instruction in progress, for the harness to look at a device.
+    pub fn call_attention(self) {
+        // SAFETY: the instance and its `control` are alive by the type's invariant.
+        unsafe { (*self.control()).attention = true }
+        self.keep_deadline();
+    }
+
+    /// Whether a device called for attention.
+    pub fn attention(self) -> bool {
+        // SAFETY: `control` lives as long as the instance.
+        unsafe { (*self.control()).attention }
+    }
+
+    pub fn clear_attention(self) {
+        // SAFETY: `control` lives as long as the instance.
+        unsafe { (*self.control()).attention = false }
+    }
+
+    /// Fires the cycle timers that are due; returns the cycles to the next one (1000 if none).
+    pub fn process_timers(self) -> u64 {
+        // SAFETY: the instance is alive; callbacks use handles of their own.
+        unsafe { ffi::avr_cycle_timer_process(self.as_ptr()) }
+    }
+
+    /// Cycle of the earliest cycle timer.
+    pub fn next_timer(self) -> Option<u64> {
+        // SAFETY: the instance is alive; `timer` is null or a slot of its own pool.
+        unsafe { (*self.as_ptr()).cycle_timers.timer.as_ref().map(|slot| slot.when) }
+    }
+
+    /// Resets the core and simavr's peripherals. The cycle counter restarts: the caller sets it back.
+    pub fn reset(self) {
+        // SAFETY: the instance is alive; callbacks use handles of their own.
+        unsafe { ffi::avr_reset(self.as_ptr()) }
+    }
+
+    // --- Memory ---------------------------------------------------------------------------------
+
+    /// Size of the data space (registers, I/O, SRAM) in bytes.
+    pub fn data_size(self) -> usize {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { usize::from((*self.as_ptr()).ramend) + 1 }
+    }
+
+    /// First address of SRAM.
+    pub fn ram_start(self) -> u16 {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).ioend + 1 }
+    }
+
+    /// Size of the flash in bytes.
+    pub fn flash_size(self) -> usize {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).flashend as usize + 1 }
+    }
+
+    /// Calls `visit` on the whole data space.
+    pub fn with_data<R>(self, visit: impl FnOnce(&[u8]) -> R) -> R {
+        // SAFETY: simavr allocates `ramend + 1` bytes; no simavr code runs inside `visit`, which
+        // is given nothing else.
+        visit(unsafe { std::slice::from_raw_parts((*self.as_ptr()).data, self.data_size()) })
+    }
+
+    /// Calls `visit` on the whole data space, writable. No register's side effect takes place.
+    pub fn with_data_mut<R>(self, visit: impl FnOnce(&mut [u8]) -> R) -> R {
+        // SAFETY: as in `with_data`.
+        visit(unsafe { std::slice::from_raw_parts_mut((*self.as_ptr()).data, self.data_size()) })
+    }
+
+    /// The stored value at `address`, without the side effects of a read by the program.
+    pub fn data(self, address: u16) -> u8 {
+        self.with_data(|data| data[usize::from(address)])
+    }
+
+    /// Stores `value` at `address`, without the side effects of a write by the program.
+    pub fn set_data(self, address: u16, value: u8) {
+        self.with_data_mut(|data| data[usize::from(address)] = value);
+    }
+
+    /// Sets the bits of `mask` at `address` to `on`.
+    pub fn set_bits(self, address: u16, mask: u8, on: bool) {
+        let value = self.data(address) & !mask;
+        self.set_data(address, if on { value | mask } else { value });
+    }
+
+    /// Writes the flash from its start; bytes beyond its end are dropped.
+    pub fn load_flash(self, code: &[u8]) {
+        let length = code.len().min(self.flash_size());
+        // SAFETY: simavr allocates `flashend + 4` bytes, and `length` is within `flashend + 1`.
+        unsafe {
+            std::ptr::copy_nonoverlapping(code.as_ptr(), (*self.as_ptr()).flash, length);
+            (*self.as_ptr()).codeend = length as u32;
+        }
+    }
+
+    /// Notes in MCUCSR why the program is about to start over. Only power-on clears the other notes.
+    pub fn note_reset(self, cause: Reset) {
+        // SAFETY: the instance is alive by the type's invariant.
+        let flags = unsafe { (*self.as_ptr()).reset_flags };
+        let [power_on, external, brown_out, watchdog] =
+            [flags.porf, flags.extrf, flags.borf, flags.wdrf].map(RegisterBits::from);
+        let cause = match cause {
+            Reset::PowerOn => {
+                for bits in [external, brown_out, watchdog] {
+                    self.set_bits(bits.address, bits.mask, false);
+                }
+                power_on
+            }
+            Reset::External => external,
+            Reset::BrownOut => brown_out,
+        };
+        self.set_bits(cause.address, cause.mask, true);
+    }
+
+    // --- Interrupts -----------------------------------------------------------------------------
+
+    /// All vectors that simavr knows of, in no particular order.
+    pub fn vectors(self) -> impl Iterator<Item = Vector> {
+        // SAFETY: the table is part of the instance; its first `vector_count` entries are set.
+        let (table, count) = unsafe {
+            let interrupts = &raw const (*self.as_ptr()).interrupts;
+            ((*interrupts).vector, (*interrupts).vector_count)
+        };
+        table.into_iter().take(usize::from(count)).filter_map(NonNull::new).map(Vector)
+    }
+
+    pub fn vector(self, number: u8) -> Option<Vector> {
+        self.vectors().find(|vector| vector.number() == number)
+    }
+
+    /// Raises an interrupt: sets its flag, and makes it pending if it is enabled.
+    pub fn raise(self, vector: Vector) {
+        // SAFETY: both are alive; the vector belongs to this instance.
+        unsafe { ffi::avr_raise_interrupt(self.as_ptr(), vector.0.as_ptr()) };
+    }
+
+    /// Takes a pending interrupt back; its flag stays as it is.
+    pub fn withdraw(self, vector: Vector) {
+        vector.set_pending(false);
+        self.forget_withdrawn();
+    }
+
+    /// Drops from simavr's queue the vectors that are no longer pending. simavr leaves them there,
+    /// where they fill the queue and keep the core from sleeping.
+    pub fn forget_withdrawn(self) {
+        // SAFETY: the queue is part of the instance; its indices stay below its length, a power of
+        // two, and the entries between them are vectors of this instance.
+        unsafe {
+            let avr = self.as_ptr();
+            let queue = &raw mut (*avr).interrupts.pending;
+            let length = (*queue).buffer.len() as u16;
+            let (mut from, mut to) = ((*queue).read, (*queue).read);
+            while from != (*queue).write {
+                let entry = (*queue).buffer[usize::from(from)];
+                if (*entry).pending() != 0 {
+                    (*queue).buffer[usize::from(to)] = entry;
+                    to = (to + 1) % length;
+                }
+                from = (from + 1) % length;
+            }
+            (*queue).write = to;
+            if (*avr).interrupt_state > 0 && (*queue).read == to {
+                (*avr).interrupt_state = 0;
+            }
+        }
+    }
+
+    /// Whether the next [`Cpu::serve_interrupts`] would accept an interrupt.
+    pub fn interrupt_waits(self) -> bool {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).interrupt_state > 0 }
+    }
+
+    /// Accepts the pending interrupt of the lowest number if the core is ready for it: pushes the
+    /// return address and jumps to the vector. Returns that vector.
+    pub fn serve_interrupts(self) -> Option<Vector> {
+        let avr = self.as_ptr();
+        // SAFETY: the instance is alive; `running` holds vectors of this instance. simavr's stack
+        // of running handlers is emptied at once: a kernel that switches tasks in a handler does
+        // not return from them in order.
+        unsafe {
+            if (*avr).interrupt_state == 0 {
+                return None;
+            }
+            ffi::avr_service_interrupts(avr);
+            if (*avr).interrupts.running_ptr == 0 {
+                return None;
+            }
+            (*avr).interrupts.running_ptr = 0;
+            NonNull::new((*avr).interrupts.running[0]).map(Vector)
+        }
+    }
+
+    // --- Pins -----------------------------------------------------------------------------------
+
+    /// Sets the level that the outside gives to a pin. `external` holds the levels of all pins of
+    /// that port which the outside drives, so that an internal pull-up does not win over them.
+    pub fn drive_pin(self, port: char, bit: u8, level: bool, external: (u8, u8)) {
+        // SAFETY: the structure holds integers only, for which zero is a value.
+        let mut pull: ffi::avr_ioport_external_t = unsafe { std::mem::zeroed() };
+        pull.set_name(port as _);
+        pull.set_mask(external.0.into());
+        pull.set_value(external.1.into());
+        // SAFETY: simavr reads `pull` during the call only, and looks up the pin by itself; a
+        // port that the part does not have gives null, which `avr_raise_irq` ignores.
+        unsafe {
+            ffi::avr_ioctl(self.as_ptr(), ioctl(b"iop", port), (&raw mut pull).cast());
+            let pin = ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit));
+            ffi::avr_raise_irq(pin, level.into());
+        }
+    }
+
+    /// The level of each pin of a port as it could be measured outside: the output latch where the
+    /// pin is an output, the input elsewhere.
+    pub fn pins(self, port: char) -> u8 {
+        // SAFETY: the structure holds integers only, for which zero is a value.
+        let mut state: ffi::avr_ioport_state_t = unsafe { std::mem::zeroed() };
+        // SAFETY: simavr fills `state` in if the part has the port, and leaves it alone if not.
+        unsafe { ffi::avr_ioctl(self.as_ptr(), ioctl(b"ios", port), (&raw mut state).cast()) };
+        let (latch, direction, input) = (state.port(), state.ddr(), state.pin());
+        (latch & direction | input & !direction) as u8
+    }
+
+    /// Calls `visit` for each peripheral of simavr with its kind ("port", "watchdog", ...).
+    pub fn peripherals(self, mut visit: impl FnMut(&str, *mut ffi::avr_io_t)) {
+        // SAFETY: the list is simavr's own, ended by null; `kind` is a C string literal.
+        unsafe {
+            let mut next = (*self.as_ptr()).io_port;
+            while !next.is_null() {
+                let kind = CStr::from_ptr((*next).kind);
+                visit(&kind.to_string_lossy(), next);
+                next = (*next).next;
+            }
+        }
+    }
+}
+
+impl Vector {
+    pub fn number(self) -> u8 {
+        // SAFETY: the vector lives in the instance, alive by the invariant of `Cpu`.
+        unsafe { (*self.0.as_ptr()).vector }
+    }
+
+    pub fn enable_bit(self) -> RegisterBits {
+        // SAFETY: as in `number`.
+        unsafe { (*self.0.as_ptr()).enable }.into()
+    }
+
+    pub fn flag_bit(self) -> RegisterBits {
+        // SAFETY: as in `number`.
+        unsafe { (*self.0.as_ptr()).raised }.into()
+    }
+
+    pub fn is_pending(self) -> bool {
+        // SAFETY: as in `number`.
+        unsafe { (*self.0.as_ptr()).pending() != 0 }
+    }
+
+    fn set_pending(self, pending: bool) {
+        // SAFETY: as in `number`.
+        unsafe { (*self.0.as_ptr()).set_pending(pending.into()) }
+    }
+}
+
+impl From<ffi::avr_regbit_t> for RegisterBits {
+    fn from(bit: ffi::avr_regbit_t) -> Self {
+        let address = bit.reg() as u16;
+        let mask = if address == 0 { 0 } else { (bit.mask() as u8) << bit.bit() };
+        Self { address, mask }
+    }
+}
+
+/// simavr's name for a request to a port: three letters and the port's own.
+fn ioctl(kind: &[u8; 3], port: char) -> u32 {
+    u32::from_be_bytes([kind[0], kind[1], kind[2], port as u8])
+}
+
+/// Takes simavr's messages: errors, and stray accesses to memory, end the run; the rest is dropped.
+unsafe extern "C" fn log(
+    avr: *mut ffi::avr_t,
+    level: c_int,
+    format: *const c_char,
+    arguments: *mut ffi::__va_list_tag,
+) {
+    if avr.is_null() || format.is_null() || level as u32 > ffi::LOG_WARNING {
+        return;
+    }
+    // SAFETY: simavr passes a live instance, a C string and the arguments it calls for; the data
+    // pointer is set before simavr can log about an instance and cleared after it is freed.
+    unsafe {
+        let stray_access = CStr::from_ptr(format).to_bytes().starts_with(b"CORE");
+        let control: *mut Control = (*avr).custom.data.cast::<Control>();
+        if control.is_null() || (*control).fault.is_some() {
+            return;
+        }
+        if level as u32 == ffi::LOG_WARNING && !stray_access {
+            return;
+        }
+        let mut text = [0_u8; 256];
+        ffi::vsnprintf(text.as_mut_ptr().cast(), text.len() as _, format, arguments);
+        let message = CStr::from_bytes_until_nul(&text).unwrap_or_default().to_string_lossy();
+        (*control).fault = Some(message.trim_end().to_owned());
+        Cpu::from_raw(avr).call_attention();
+    }
+}

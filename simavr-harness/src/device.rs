@@ -1,0 +1,261 @@
+//! How the harness puts peripherals of its own in the place of simavr's: the callbacks, and who owns
+//! what they point to.
+
+use std::ffi::c_void;
+use std::ptr::NonNull;
+
+use simavr_ffi as ffi;
+
+use crate::cpu::Cpu;
+
+/// A peripheral that the harness owns. It sees the registers given to it, and may ask to be called
+/// at a cycle.
+pub(crate) trait Device {
+    /// The program writes `value` to `address`. What a later read shall give is for the device to
+    /// store ([`Cpu::set_data`]).
+    fn write(&mut self, cpu: Cpu, address: u16, value: u8);
+
+    /// The program reads `address`.
+    fn read(&mut self, cpu: Cpu, address: u16) -> u8 {
+        cpu.data(address)
+    }
+
+    /// The cycle at which the device has something to do by itself.
+    fn due(&self) -> Option<u64> {
+        None
+    }
+
+    /// That cycle has come: `now` is the cycle that [`Device::due`] gave. The core may have passed
+    /// it by less than an instruction.
+    fn expire(&mut self, _cpu: Cpu, _now: u64) {}
+}
+
+/// A device in its place: simavr calls it while the program runs, the harness between runs.
+pub(crate) struct Attached<D: Device>(NonNull<Slot<D>>);
+
+struct Slot<D> {
+    device: D,
+    /// The cycle for which simavr holds a timer.
+    armed: Option<u64>,
+}
+
+// SAFETY: the slot has one owner, and simavr calls into it only on the thread that runs the MCU to
+// which the owner belongs.
+unsafe impl<D: Device + Send> Send for Attached<D> {}
+
+impl<D: Device> Attached<D> {
+    /// Takes over the writes to `writes` and the reads of `reads`.
+    pub fn new(cpu: Cpu, device: D, writes: &[u16], reads: &[u16]) -> Self {
+        let slot = NonNull::from(Box::leak(Box::new(Slot { device, armed: None })));
+        for &address in writes {
+            // SAFETY: the slot outlives the instance's last run: both belong to one `Mcu`.
+            unsafe { set_write(cpu, address, Some(write::<D>), slot.as_ptr().cast()) };
+        }
+        for &address in reads {
+            // SAFETY: as above.
+            unsafe { set_read(cpu, address, Some(read::<D>), slot.as_ptr().cast()) };
+        }
+        Self(slot)
+    }
+
+    pub fn get(&self) -> &D {
+        // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner exclusively.
+        unsafe { &self.0.as_ref().device }
+    }
+
+    /// Works on the device from outside a run; what falls due by it happens at once.
+    pub fn with<R>(&mut self, cpu: Cpu, work: impl FnOnce(&mut D) -> R) -> R {
+        // SAFETY: as in `get`, and the borrow is exclusive here.
+        let slot = unsafe { self.0.as_mut() };
+        let result = work(&mut slot.device);
+        slot.catch_up(cpu);
+        slot.arm(cpu, self.0.as_ptr());
+        result
+    }
+
+    /// A reset dropped simavr's timers: forget the one that was set.
+    pub fn forget_timer(&mut self) {
+        // SAFETY: as in `with`.
+        unsafe { self.0.as_mut() }.armed = None;
+    }
+}
+
+impl<D: Device> Drop for Attached<D> {
+    fn drop(&mut self) {
+        // SAFETY: the slot came from a Box, and the instance that points to it does not run again.
+        drop(unsafe { Box::from_raw(self.0.as_ptr()) });
+    }
+}
+
+impl<D: Device> Slot<D> {
+    fn catch_up(&mut self, cpu: Cpu) {
+        while let Some(due) = self.device.due().filter(|&due| due <= cpu.cycle()) {
+            self.device.expire(cpu, due);
+        }
+    }
+
+    /// Brings simavr's timer into line with what the device asks for.
+    fn arm(&mut self, cpu: Cpu, parameter: *mut Self) {
+        let due = self.device.due();
+        if due == self.armed {
+            return;
+        }
+        self.armed = due;
+        // SAFETY: `parameter` is this slot, which outlives the instance's last run.
+        unsafe {
+            match due {
+                Some(due) => ffi::avr_cycle_timer_register(
+                    cpu.as_ptr(),
+                    due.saturating_sub(cpu.cycle()),
+                    Some(expire::<D>),
+                    parameter.cast(),
+                ),
+                None => ffi::avr_cycle_timer_cancel(cpu.as_ptr(), Some(expire::<D>), parameter.cast()),
+            }
+        }
+        cpu.keep_deadline();
+    }
+}
+
+unsafe extern "C" fn write<D: Device>(
+    avr: *mut ffi::avr_t,
+    address: ffi::avr_io_addr_t,
+    value: u8,
+    parameter: *mut c_void,
+) {
+    let parameter = parameter.cast::<Slot<D>>();
+    // SAFETY: simavr passes its own instance and the slot registered with it, which nobody else
+    // uses during a run.
+    let (cpu, slot) = unsafe { (Cpu::from_raw(avr), &mut *parameter) };
+    slot.device.write(cpu, address, value);
+    slot.arm(cpu, parameter);
+}
+
+unsafe extern "C" fn read<D: Device>(
+    avr: *mut ffi::avr_t,
+    address: ffi::avr_io_addr_t,
+    parameter: *mut c_void,
+) -> u8 {
+    let parameter = parameter.cast::<Slot<D>>();
+    // SAFETY: as in `write`.
+    let (cpu, slot) = unsafe { (Cpu::from_raw(avr), &mut *parameter) };
+    let value = slot.device.read(cpu, address);
+    slot.arm(cpu, parameter);
+    value
+}
+
+/// Returns the cycle of the next call; 0 for none.
+unsafe extern "C" fn expire<D: Device>(
+    avr: *mut ffi::avr_t,
+    _when: ffi::avr_cycle_count_t,
+    parameter: *mut c_void,
+) -> ffi::avr_cycle_count_t {
+    let parameter = parameter.cast::<Slot<D>>();
+    // SAFETY: as in `write`.
+    let (cpu, slot) = unsafe { (Cpu::from_raw(avr), &mut *parameter) };
+    slot.catch_up(cpu);
+    slot.armed = slot.device.due();
+    slot.armed.unwrap_or(0)
+}
+
+/// Write handlers of simavr's own with something to do after each.
+#[derive(Default)]
+pub(crate) struct WrappedWrites(Vec<NonNull<WrappedWrite>>);
+
+struct WrappedWrite {
+    handler: ffi::avr_io_write_t,
+    parameter: *mut c_void,
+    after: After,
+}
+
+/// What follows a write: called with the address, the value before it and the value written.
+type After = fn(Cpu, u16, u8, u8);
+
+// SAFETY: as for `Attached`.
+unsafe impl Send for WrappedWrites {}
+
+impl WrappedWrites {
+    /// Calls `after` after each write to `address`. Where simavr has no handler the value is stored.
+    pub fn wrap(&mut self, cpu: Cpu, address: u16, after: After) {
+        // SAFETY: the entry outlives the instance's last run: both belong to one `Mcu`.
+        unsafe {
+            let entry = (*cpu.as_ptr()).io[usize::from(address - IO_START)].w;
+            let wrapped = WrappedWrite { handler: entry.c, parameter: entry.param, after };
+            let wrapped = NonNull::from(Box::leak(Box::new(wrapped)));
+            set_write(cpu, address, Some(wrapped_write), wrapped.as_ptr().cast());
+            self.0.push(wrapped);
+        }
+    }
+}
+
+impl Drop for WrappedWrites {
+    fn drop(&mut self) {
+        for wrapped in self.0.drain(..) {
+            // SAFETY: it came from a Box, and the instance that points to it does not run again.
+            drop(unsafe { Box::from_raw(wrapped.as_ptr()) });
+        }
+    }
+}
+
+unsafe extern "C" fn wrapped_write(
+    avr: *mut ffi::avr_t,
+    address: ffi::avr_io_addr_t,
+    value: u8,
+    parameter: *mut c_void,
+) {
+    // SAFETY: simavr passes its own instance and the entry registered with it, which stays
+    // unchanged; the handler inside is simavr's own with its own parameter.
+    unsafe {
+        let cpu = Cpu::from_raw(avr);
+        let wrapped = &*parameter.cast::<WrappedWrite>();
+        let before = cpu.data(address);
+        match wrapped.handler {
+            Some(handler) => handler(avr, address, value, wrapped.parameter),
+            None => cpu.set_data(address, value),
+        }
+        (wrapped.after)(cpu, address, before, value);
+        cpu.keep_deadline();
+    }
+}
+
+/// First data address of the I/O registers.
+const IO_START: u16 = 0x20;
+
+/// Whether simavr has a write handler at `address`.
+pub(crate) fn has_write_handler(cpu: Cpu, address: u16) -> bool {
+    // SAFETY: the instance is alive; the index is checked.
+    unsafe { (*cpu.as_ptr()).io[usize::from(address - IO_START)].w.c.is_some() }
+}
+
+/// Makes the registers at `addresses` plain memory, whatever simavr did with them.
+pub(crate) fn make_plain(cpu: Cpu, addresses: &[u16]) {
+    for &address in addresses {
+        // SAFETY: with no handler simavr reads and stores the value by itself.
+        unsafe {
+            set_write(cpu, address, None, std::ptr::null_mut());
+            set_read(cpu, address, None, std::ptr::null_mut());
+        }
+    }
+}
+
+/// # Safety
+/// `handler` may be called with `parameter` as long as the instance runs.
+unsafe fn set_write(cpu: Cpu, address: u16, handler: ffi::avr_io_write_t, parameter: *mut c_void) {
+    // SAFETY: the instance is alive by the invariant of `Cpu`; the index is checked.
+    unsafe {
+        let entry = &mut (*cpu.as_ptr()).io[usize::from(address - IO_START)].w;
+        entry.c = handler;
+        entry.param = parameter;
+    }
+}
+
+/// # Safety
+/// `handler` may be called with `parameter` as long as the instance runs.
+unsafe fn set_read(cpu: Cpu, address: u16, handler: ffi::avr_io_read_t, parameter: *mut c_void) {
+    // SAFETY: the instance is alive by the invariant of `Cpu`; the index is checked.
+    unsafe {
+        let entry = &mut (*cpu.as_ptr()).io[usize::from(address - IO_START)].r;
+        entry.c = handler;
+        entry.param = parameter;
+    }
+}

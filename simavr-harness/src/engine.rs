@@ -1,0 +1,218 @@
+//! Runs a robot on several threads, with one outcome for any number of them.
+//!
+//! Time passes in windows. Within a window each module runs alone; after it, what the modules sent is
+//! exchanged. A window is never longer than the shortest frame that any dock is set up to send, so
+//! that a character begun in a window ends after it and is delivered in time.
+//!
+//! A program that sets up a shorter frame is noticed at the end of the window. Characters that it
+//! sends before that may be received late, by less than a window, and then too the same in every
+//! run.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use crate::module::Controller;
+use crate::robot::{Delivery, Member, Robot};
+
+/// The longest window, in cycles: a frame of ten bits at 38400 baud, at 16 MHz. It holds while no
+/// transmitter is on.
+pub const LONGEST_WINDOW: u64 = 4160;
+
+/// A robot and the threads that run it.
+pub struct Engine {
+    robot: Robot,
+    threads: usize,
+    cycle: u64,
+    events: Vec<Event>,
+}
+
+/// A marker that a program wrote.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Event {
+    pub cycle: u64,
+    /// The module's index.
+    pub module: usize,
+    pub controller: Controller,
+    pub value: u8,
+}
+
+impl Engine {
+    /// An engine at power-up. It uses `threads` threads, at least one.
+    pub fn new(robot: Robot, threads: usize) -> Self {
+        Self { robot, threads: threads.max(1), cycle: 0, events: Vec::new() }
+    }
+
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    pub fn robot_mut(&mut self) -> &mut Robot {
+        &mut self.robot
+    }
+
+    /// Cycles since power-up.
+    pub fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// Takes the markers written since the last call: run by run, by cycle, then module and MCU.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.events)
+    }
+
+    /// Runs the robot up to `cycle`.
+    pub fn run_until(&mut self, cycle: u64) {
+        if cycle <= self.cycle || self.robot.members.is_empty() {
+            return;
+        }
+        let run = Run::new(&mut self.robot.members, self.cycle, cycle);
+        thread::scope(|scope| {
+            for _ in 1..self.threads {
+                scope.spawn(|| run.work());
+            }
+            run.work();
+        });
+        let mut events: Vec<Event> = self.robot.members.iter_mut().flat_map(take_events).collect();
+        events.sort();
+        self.events.append(&mut events);
+        self.cycle = cycle;
+    }
+}
+
+/// One run of all modules, shared by the threads. They take modules as they come, so that a thread
+/// that the system holds up holds up no more than the module it has taken.
+struct Run<'a> {
+    members: Vec<Mutex<&'a mut Member>>,
+    /// What was sent in this window.
+    mail: Mutex<Vec<Delivery>>,
+    target: u64,
+    /// End of the window.
+    end: AtomicU64,
+    /// The next module to be run in this window; with none left, the window waits to be closed.
+    next: AtomicUsize,
+    /// Modules that have run.
+    finished: AtomicUsize,
+    /// The shortest frame seen among them.
+    shortest_frame: AtomicU64,
+    /// There are no more windows, or a thread panicked.
+    over: AtomicBool,
+}
+
+/// Rounds of spinning before a thread that has nothing to do gives its core to others.
+const SPINS: u32 = 200;
+
+impl<'a> Run<'a> {
+    fn new(members: &'a mut [Member], from: u64, target: u64) -> Self {
+        let frames = members.iter().filter_map(|member| member.module.shortest_frame());
+        let window = frames.min().unwrap_or(LONGEST_WINDOW).min(LONGEST_WINDOW);
+        Self {
+            members: members.iter_mut().map(Mutex::new).collect(),
+            mail: Mutex::default(),
+            target,
+            end: AtomicU64::new(target.min(from + window)),
+            next: AtomicUsize::new(0),
+            finished: AtomicUsize::new(0),
+            shortest_frame: AtomicU64::new(LONGEST_WINDOW),
+            over: AtomicBool::new(false),
+        }
+    }
+
+    /// What each thread does until the run is over.
+    fn work(&self) {
+        let _guard = EndIfPanicking(&self.over);
+        let mut idle_spins = 0;
+        while !self.over.load(Ordering::Acquire) {
+            match self.take_module() {
+                Some(number) => {
+                    idle_spins = 0;
+                    self.run_module(number);
+                }
+                None if idle_spins < SPINS => {
+                    idle_spins += 1;
+                    std::hint::spin_loop();
+                }
+                None => thread::yield_now(),
+            }
+        }
+    }
+
+    fn take_module(&self) -> Option<usize> {
+        let is_there = |&number: &usize| number < self.members.len();
+        // A look first: to count on while there is none would only keep the others from theirs.
+        Some(self.next.load(Ordering::Relaxed))
+            .filter(is_there)
+            .map(|_| self.next.fetch_add(1, Ordering::Acquire))
+            .filter(is_there)
+    }
+
+    fn run_module(&self, number: usize) {
+        {
+            let mut member = lock(&self.members[number]);
+            member.module.run_until(self.end.load(Ordering::Relaxed));
+            member.take_deliveries(number, |delivery| lock(&self.mail).push(delivery));
+            member.collect_events(number);
+            let frame = member.module.shortest_frame().unwrap_or(LONGEST_WINDOW);
+            self.shortest_frame.fetch_min(frame, Ordering::Relaxed);
+        }
+        if self.finished.fetch_add(1, Ordering::AcqRel) + 1 == self.members.len() {
+            self.close_window();
+        }
+    }
+
+    /// Exchanges what was sent and opens the next window. Only the thread that ran the window's last
+    /// module comes here; the others find no module to run until `next` is set back.
+    fn close_window(&self) {
+        let mut mail = std::mem::take(&mut *lock(&self.mail));
+        mail.sort_by_key(|delivery| {
+            (delivery.character.end, delivery.from.module, delivery.from.dock.index())
+        });
+        for Delivery { to, character, .. } in mail {
+            lock(&self.members[to.module]).module.receive(to.dock, character);
+        }
+        let window = self.shortest_frame.swap(LONGEST_WINDOW, Ordering::Relaxed);
+        self.finished.store(0, Ordering::Relaxed);
+        let end = self.end.load(Ordering::Relaxed);
+        if end < self.target {
+            self.end.store(self.target.min(end + window), Ordering::Relaxed);
+            self.next.store(0, Ordering::Release);
+        } else {
+            self.over.store(true, Ordering::Release);
+        }
+    }
+}
+
+impl Member {
+    /// Moves the markers of both MCUs to the module's events.
+    fn collect_events(&mut self, module: usize) {
+        for controller in Controller::ALL {
+            let markers = self.module.mcu_mut(controller).take_markers();
+            self.events.extend(markers.into_iter().map(|marker| Event {
+                cycle: marker.cycle,
+                module,
+                controller,
+                value: marker.value,
+            }));
+        }
+    }
+}
+
+fn take_events(member: &mut Member) -> Vec<Event> {
+    std::mem::take(&mut member.events)
+}
+
+/// Keeps the other threads from waiting for one that panicked.
+struct EndIfPanicking<'a>(&'a AtomicBool);
+
+impl Drop for EndIfPanicking<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(true, Ordering::Release);
+        }
+    }
+}
+
+/// Locks what no two threads use at once, and what is of no use after a panic.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,150 @@
+//! A program as the linker leaves it: what goes into flash, and where its symbols are.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use object::read::elf::{ElfFile32, ProgramHeader};
+use object::{Endianness, Object, ObjectSymbol, SymbolSection, elf};
+use thiserror::Error;
+
+/// An AVR program read from an ELF file.
+#[derive(Clone, Debug)]
+pub struct Image {
+    flash: Vec<u8>,
+    symbols: BTreeMap<String, Symbol>,
+}
+
+/// A symbol of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Symbol {
+    pub place: Place,
+    /// Size in bytes; 0 where the program does not say.
+    pub size: u16,
+}
+
+/// Which memory a symbol is in, and where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Byte address in flash.
+    Flash(u32),
+    /// Address in the data space.
+    Data(u16),
+    /// Address in the EEPROM.
+    Eeprom(u16),
+}
+
+/// Why there is no image.
+#[derive(Debug, Error)]
+pub enum ImageError {
+    #[error("cannot read the image {}: {source}; build the images with ./x build", .path.display())]
+    Unreadable { path: PathBuf, source: std::io::Error },
+    #[error("{}: {source}", .path.display())]
+    Bad { path: PathBuf, source: Box<ImageError> },
+    #[error("not an ELF file ({0}); build the images with ./x build")]
+    NotElf(#[from] object::Error),
+    #[error("an ELF file for machine {0}, not for an AVR; build the images with ./x build")]
+    NotAvr(u16),
+    #[error("the image has nothing to put into flash; build the images with ./x build")]
+    Empty,
+}
+
+/// avr-gcc's linker keeps one address space: flash, data and EEPROM each begin at one of these.
+const DATA: u32 = 0x80_0000;
+const EEPROM: u32 = 0x81_0000;
+const FUSES: u32 = 0x82_0000;
+const FLASH: Range<u32> = 0..DATA;
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not an AVR program.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ImageError> {
+        let path = path.as_ref();
+        let bytes =
+            std::fs::read(path).map_err(|source| ImageError::Unreadable { path: path.to_owned(), source })?;
+        Self::parse(&bytes).map_err(|source| ImageError::Bad { path: path.to_owned(), source: source.into() })
+    }
+
+    /// Reads an ELF file that is in memory.
+    ///
+    /// # Errors
+    /// It is not an AVR program.
+    pub fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
+        let file = ElfFile32::<Endianness>::parse(bytes)?;
+        let endian = file.endian();
+        let machine = file.elf_header().e_machine.get(endian);
+        if machine != elf::EM_AVR {
+            return Err(ImageError::NotAvr(machine));
+        }
+        let mut flash = Vec::new();
+        for segment in file.elf_program_headers() {
+            // Initial values of .data are stored in flash, at the segment's physical address.
+            let at = segment.p_paddr(endian);
+            if segment.p_type(endian) != elf::PT_LOAD || !FLASH.contains(&at) {
+                continue;
+            }
+            let content = segment.data(endian, bytes).unwrap_or_default();
+            place(&mut flash, at as usize, content);
+        }
+        if flash.is_empty() {
+            return Err(ImageError::Empty);
+        }
+        let symbols = file.symbols().filter_map(named_symbol).collect();
+        Ok(Self { flash, symbols })
+    }
+
+    /// What goes into flash, from address 0.
+    pub fn flash(&self) -> &[u8] {
+        &self.flash
+    }
+
+    /// The symbol of this name.
+    pub fn symbol(&self, name: &str) -> Option<Symbol> {
+        self.symbols.get(name).copied()
+    }
+
+    /// All symbols by name.
+    pub fn symbols(&self) -> impl Iterator<Item = (&str, Symbol)> {
+        self.symbols.iter().map(|(name, &symbol)| (name.as_str(), symbol))
+    }
+
+    /// The name of the function or label in flash at or before `address` (in bytes), and how far
+    /// behind it `address` is.
+    pub fn function_at(&self, address: u32) -> Option<(&str, u32)> {
+        self.symbols()
+            .filter_map(|(name, symbol)| match symbol.place {
+                Place::Flash(start) if start <= address => Some((name, address - start)),
+                _ => None,
+            })
+            .min_by_key(|&(_, distance)| distance)
+    }
+}
+
+/// Copies `content` to `at`; what lies between is unprogrammed flash.
+fn place(flash: &mut Vec<u8>, at: usize, content: &[u8]) {
+    let end = at + content.len();
+    if flash.len() < end {
+        flash.resize(end, 0xff);
+    }
+    flash[at..end].copy_from_slice(content);
+}
+
+/// A symbol that stands for a place; constants and file names have no section.
+fn named_symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<(String, Symbol)> {
+    if !matches!(symbol.section(), SymbolSection::Section(_)) {
+        return None;
+    }
+    let name = symbol.name().ok().filter(|name| !name.is_empty())?;
+    let address = u32::try_from(symbol.address()).ok()?;
+    let offset = |start| u16::try_from(address - start).ok();
+    let place = match address {
+        ..DATA => Place::Flash(address),
+        DATA..EEPROM => Place::Data(offset(DATA)?),
+        EEPROM..FUSES => Place::Eeprom(offset(EEPROM)?),
+        _ => return None,
+    };
+    let size = u16::try_from(symbol.size()).unwrap_or(u16::MAX);
+    Some((name.to_owned(), Symbol { place, size }))
+}

@@ -1,0 +1,129 @@
+//! One direction of the link between two docks: which of the bytes sent arrive.
+
+use std::collections::BTreeSet;
+
+use crate::random::Random;
+
+/// What goes wrong on the way. By default nothing does.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Probability that a byte is lost.
+    pub byte_loss: f64,
+    /// Probability that a frame is lost: the bytes up to a 0, and that 0.
+    pub frame_loss: f64,
+    /// The frames, counted from 0, that are lost whatever the chance.
+    pub lost_frames: BTreeSet<u64>,
+}
+
+/// What a direction of a link has carried since it was joined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkCounts {
+    pub bytes: u64,
+    pub lost_bytes: u64,
+    /// Frames begun; a 0 without bytes before it is none.
+    pub frames: u64,
+    /// Of these, the ones lost whole.
+    pub lost_frames: u64,
+}
+
+/// One direction of a link.
+#[derive(Clone, Debug)]
+pub(crate) struct Channel {
+    pub faults: Faults,
+    random: Random,
+    frame: Frame,
+    counts: LinkCounts,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Frame {
+    Between,
+    Carried,
+    Lost,
+}
+
+/// The byte that ends a frame.
+const DELIMITER: u8 = 0;
+
+impl Channel {
+    pub fn new(random: Random) -> Self {
+        Self { faults: Faults::default(), random, frame: Frame::Between, counts: LinkCounts::default() }
+    }
+
+    pub fn counts(&self) -> LinkCounts {
+        self.counts
+    }
+
+    /// Whether this byte arrives.
+    pub fn carries(&mut self, byte: u8) -> bool {
+        if self.frame == Frame::Between && byte != DELIMITER {
+            self.frame = self.begin_frame();
+        }
+        let arrives = self.frame != Frame::Lost && !self.random.chance(self.faults.byte_loss);
+        self.counts.bytes += 1;
+        self.counts.lost_bytes += u64::from(!arrives);
+        if byte == DELIMITER {
+            self.frame = Frame::Between;
+        }
+        arrives
+    }
+
+    fn begin_frame(&mut self) -> Frame {
+        let number = self.counts.frames;
+        self.counts.frames += 1;
+        let chance = self.random.chance(self.faults.frame_loss);
+        if chance || self.faults.lost_frames.contains(&number) {
+            self.counts.lost_frames += 1;
+            Frame::Lost
+        } else {
+            Frame::Carried
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What arrives of frames 1 1 0, 2 2 0, 3 3 0, ...
+    fn arrivals(faults: Faults, frames: u8) -> (Vec<u8>, LinkCounts) {
+        let mut channel = Channel { faults, ..Channel::new(Random::new(5)) };
+        let sent = (1..=frames).flat_map(|number| [number, number, 0]);
+        let arrived = sent.filter(|&byte| channel.carries(byte)).collect();
+        (arrived, channel.counts())
+    }
+
+    #[test]
+    fn a_good_link_carries_all() {
+        let (arrived, counts) = arrivals(Faults::default(), 2);
+        assert_eq!(arrived, [1, 1, 0, 2, 2, 0]);
+        assert_eq!(counts, LinkCounts { bytes: 6, frames: 2, ..LinkCounts::default() });
+    }
+
+    #[test]
+    fn the_frame_named_is_lost_whole() {
+        let faults = Faults { lost_frames: [1].into(), ..Faults::default() };
+        let (arrived, counts) = arrivals(faults, 3);
+        assert_eq!(arrived, [1, 1, 0, 3, 3, 0]);
+        assert_eq!(counts, LinkCounts { bytes: 9, lost_bytes: 3, frames: 3, lost_frames: 1 });
+    }
+
+    #[test]
+    fn delimiters_alone_are_no_frames() {
+        let faults = Faults { lost_frames: [0].into(), ..Faults::default() };
+        let mut channel = Channel { faults, ..Channel::new(Random::new(5)) };
+        let arrived: Vec<bool> = [0, 0, 7, 0, 8].map(|byte| channel.carries(byte)).into();
+        assert_eq!(arrived, [true, true, false, false, true]);
+    }
+
+    #[test]
+    fn losses_follow_their_probability() {
+        let (_, counts) = arrivals(Faults { frame_loss: 0.3, ..Faults::default() }, 200);
+        assert!((40..80).contains(&counts.lost_frames), "{counts:?}");
+        assert_eq!(counts.lost_bytes, 3 * counts.lost_frames);
+        let (_, counts) = arrivals(Faults { byte_loss: 0.1, ..Faults::default() }, 200);
+        assert!((40..80).contains(&counts.lost_bytes), "{counts:?}");
+        let (_, counts) = arrivals(Faults { byte_loss: 1.0, ..Faults::default() }, 200);
+        assert_eq!(counts.lost_bytes, 600);
+    }
+}

@@ -1,0 +1,34 @@
+//! Markers: what a program tells the harness by writing to its on-chip debug register, one `out`.
+
+use crate::cpu::Cpu;
+use crate::device::{Attached, Device};
+
+/// One write to OCDR (I/O 0x22 on the ATmega128).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Marker {
+    /// Cycle at which the `out` began; it takes one.
+    pub cycle: u64,
+    pub value: u8,
+}
+
+/// The register: it keeps what is written to it.
+#[derive(Default)]
+pub(crate) struct Markers {
+    pub log: Vec<Marker>,
+    /// Ends the run at each marker.
+    pub stop: bool,
+}
+
+pub(crate) fn attach(cpu: Cpu, ocdr: u16) -> Attached<Markers> {
+    Attached::new(cpu, Markers::default(), &[ocdr], &[])
+}
+
+impl Device for Markers {
+    fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        cpu.set_data(address, value);
+        self.log.push(Marker { cycle: cpu.cycle(), value });
+        if self.stop {
+            cpu.call_attention();
+        }
+    }
+}

@@ -1,0 +1,491 @@
+//! One microcontroller with its program.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::cpu::{Core, Cpu};
+use crate::device::{Attached, WrappedWrites};
+use crate::image::{Image, Place};
+use crate::marker::{self, Marker, Markers};
+use crate::part::Part;
+use crate::random::Random;
+use crate::repair::interrupt::{self, RESPONSE_CYCLES, WAKE_UP_CYCLES};
+use crate::repair::twi::{self, Twi};
+use crate::repair::usart::{self, Character, Usart, UsartCounts};
+use crate::repair::watchdog;
+
+/// The clock of every MCU of the robot, in Hz.
+pub const CLOCK_HZ: u32 = 16_000_000;
+
+/// Data address of the status register.
+const SREG: u16 = 0x5f;
+
+/// A microcontroller that runs a program, cycle by cycle. Time is in cycles since power-up; no reset
+/// sets it back.
+pub struct Mcu {
+    part: &'static Part,
+    image: Arc<Image>,
+    cpu: Cpu,
+    markers: Attached<Markers>,
+    usarts: Vec<Attached<Usart>>,
+    twi: Attached<Twi>,
+    // Held for simavr, which calls into it.
+    _wrapped: WrappedWrites,
+    /// Pins that the outside drives, by port: which, and their levels.
+    driven: BTreeMap<char, (u8, u8)>,
+    random: Random,
+    awake_cycles: u64,
+    /// The core slept when it was last looked at: the next interrupt wakes it.
+    asleep: bool,
+    ended: Option<State>,
+    resets: u64,
+}
+
+/// What an MCU is doing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum State {
+    Running,
+    Sleeping,
+    /// The program went to sleep with interrupts off: how test programs end.
+    Done,
+    /// The program did what no program should, in simavr's words.
+    Crashed(String),
+}
+
+/// Why an MCU starts over (chapter "Reset Sources"). The watchdog resets by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reset {
+    /// Power was off: SRAM and registers hold chance values.
+    PowerOn,
+    External,
+    BrownOut,
+}
+
+/// An interrupt that the core has just accepted: the next instruction is the one at its vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Accepted {
+    pub vector: u8,
+    /// What that took: 4 cycles, or 8 if it ended a sleep.
+    pub response_cycles: u64,
+}
+
+/// A pin: its port's letter and its bit, 0 to 7.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Pin {
+    pub port: char,
+    pub bit: u8,
+}
+
+/// Why there is no MCU.
+#[derive(Debug, Error)]
+pub enum McuError {
+    #[error("simavr was built without the {0}; install avr-libc and rebuild simavr-ffi")]
+    NotInSimavr(&'static str),
+    #[error("the image takes {image} bytes of flash, and the {part} has {flash}")]
+    TooLarge { image: usize, part: &'static str, flash: usize },
+}
+
+/// A symbol is not there, or not in the data space.
+#[derive(Debug, Error)]
+#[error("the image has no symbol \"{0}\" in the data space")]
+pub struct NoSuchData(String);
+
+// SAFETY: simavr keeps no state outside an instance but its logger, which is set once; everything
+// that points into the instance belongs to this `Mcu`, and so moves with it.
+unsafe impl Send for Mcu {}
+
+impl Mcu {
+    /// A new MCU at power-up. SRAM and registers hold a pattern drawn from `seed`, as real ones hold
+    /// chance values.
+    ///
+    /// # Errors
+    /// simavr does not have the part, or the image does not fit it.
+    pub fn new(part: &'static Part, image: Arc<Image>, seed: u64) -> Result<Self, McuError> {
+        let missing = || McuError::NotInSimavr(part.name);
+        let cpu = Cpu::create(part.name, CLOCK_HZ).ok_or_else(missing)?;
+        let wrapped = interrupt::install(cpu);
+        watchdog::install(cpu);
+        let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
+        let mut mcu = Self {
+            part,
+            markers: marker::attach(cpu, part.ocdr),
+            usarts: Option::ok_or_else(usarts, missing)?,
+            twi: twi::attach(cpu, &part.twi).ok_or_else(missing)?,
+            cpu,
+            image,
+            _wrapped: wrapped,
+            driven: BTreeMap::new(),
+            random: Random::new(seed),
+            awake_cycles: 0,
+            asleep: false,
+            ended: None,
+            resets: 0,
+        };
+        let (image, flash) = (mcu.image.flash(), cpu.flash_size());
+        if image.len() > flash {
+            return Err(McuError::TooLarge { image: image.len(), part: part.name, flash });
+        }
+        cpu.load_flash(image);
+        mcu.reset(Reset::PowerOn);
+        mcu.resets = 0;
+        Ok(mcu)
+    }
+
+    // --- Looking --------------------------------------------------------------------------------
+
+    pub fn part(&self) -> &'static Part {
+        self.part
+    }
+
+    pub fn image(&self) -> &Arc<Image> {
+        &self.image
+    }
+
+    pub fn state(&self) -> State {
+        match (&self.ended, self.cpu.core()) {
+            (Some(end), _) => end.clone(),
+            (None, Core::Sleeping) => State::Sleeping,
+            (None, _) => State::Running,
+        }
+    }
+
+    /// Whether the program goes on: it is neither done nor crashed.
+    pub fn is_alive(&self) -> bool {
+        self.ended.is_none()
+    }
+
+    /// Why the program crashed, if it did.
+    pub fn crash_reason(&self) -> Option<&str> {
+        match &self.ended {
+            Some(State::Crashed(reason)) => Some(reason),
+            _ => None,
+        }
+    }
+
+    /// Cycles since power-up.
+    pub fn cycle(&self) -> u64 {
+        self.cpu.cycle()
+    }
+
+    /// Of these, the cycles in which the core did not sleep.
+    pub fn awake_cycles(&self) -> u64 {
+        self.awake_cycles
+    }
+
+    /// How often the MCU was reset, by the watchdog or from outside.
+    pub fn resets(&self) -> u64 {
+        self.resets
+    }
+
+    /// Address of the next instruction, in bytes.
+    pub fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+
+    pub fn stack_pointer(&self) -> u16 {
+        self.cpu.stack_pointer()
+    }
+
+    /// Whether the I flag is set.
+    pub fn interrupts_enabled(&self) -> bool {
+        self.cpu.interrupts_enabled()
+    }
+
+    /// The byte at `address` of the data space; `None` beyond its end. Looking changes nothing, not
+    /// even in a register that a read by the program would change.
+    pub fn read(&self, address: u16) -> Option<u8> {
+        if address == SREG {
+            return Some(self.cpu.status_register());
+        }
+        self.cpu.with_data(|data| data.get(usize::from(address)).copied())
+    }
+
+    /// Writes a byte of SRAM or a register, without the side effects of a write by the program.
+    /// Addresses beyond the data space are ignored.
+    pub fn write(&mut self, address: u16, value: u8) {
+        self.cpu.with_data_mut(|data| {
+            if let Some(byte) = data.get_mut(usize::from(address)) {
+                *byte = value;
+            }
+        });
+    }
+
+    /// The bytes of a variable of the program.
+    ///
+    /// # Errors
+    /// The image has no such symbol in the data space.
+    pub fn read_symbol(&self, name: &str) -> Result<Vec<u8>, NoSuchData> {
+        let symbol = self.image.symbol(name);
+        symbol
+            .and_then(|symbol| {
+                let Place::Data(start) = symbol.place else { return None };
+                let range = usize::from(start)..usize::from(start) + usize::from(symbol.size);
+                self.cpu.with_data(|data| data.get(range).map(<[u8]>::to_vec))
+            })
+            .ok_or_else(|| NoSuchData(name.to_owned()))
+    }
+
+    /// A hash of all that decides what the program does next: data space, SREG, program counter
+    /// and clock (FNV-1a, 64 bits).
+    pub fn state_hash(&self) -> u64 {
+        let cpu = self.cpu;
+        let rest = [cpu.status_register().into(), cpu.pc().into(), cpu.cycle()];
+        let rest = rest.into_iter().flat_map(u64::to_le_bytes);
+        cpu.with_data(|data| fnv_1a(data.iter().copied().chain(rest)))
+    }
+
+    // --- Markers --------------------------------------------------------------------------------
+
+    /// The markers since power-up or since they were last taken.
+    pub fn markers(&self) -> &[Marker] {
+        &self.markers.get().log
+    }
+
+    pub fn take_markers(&mut self) -> Vec<Marker> {
+        self.markers.with(self.cpu, |markers| std::mem::take(&mut markers.log))
+    }
+
+    // --- Running --------------------------------------------------------------------------------
+
+    /// Runs up to the first instruction boundary at or after `cycle`, or to the program's end.
+    /// Asleep, it stops at `cycle` exactly.
+    pub fn run_until(&mut self, cycle: u64) {
+        while self.run_slice(cycle) {}
+    }
+
+    /// Runs for `cycles` at most, until the program writes the marker `value`, which is then the
+    /// last one logged. Returns it; `None` if the time passed or the program ended without it.
+    pub fn run_to_marker(&mut self, value: u8, cycles: u64) -> Option<Marker> {
+        let limit = self.cycle() + cycles;
+        self.markers.with(self.cpu, |markers| markers.stop = true);
+        let found = loop {
+            let seen = self.markers().len();
+            let more = self.run_slice(limit);
+            let found = self.markers()[seen..].iter().copied().find(|marker| marker.value == value);
+            if found.is_some() || !more {
+                break found;
+            }
+        };
+        self.markers.with(self.cpu, |markers| markers.stop = false);
+        found
+    }
+
+    /// Runs to the program's end, for `cycles` at most.
+    pub fn run_to_end(&mut self, cycles: u64) -> State {
+        self.run_until(self.cycle() + cycles);
+        self.state()
+    }
+
+    /// Executes one instruction; asleep, passes the time to the next event in the MCU, at most 1000
+    /// cycles. Accepts an interrupt afterwards if one is due.
+    pub fn step(&mut self) -> Option<Accepted> {
+        let limit = match self.cpu.core() {
+            Core::Sleeping => self.cycle() + 1000,
+            _ => self.cycle() + 1,
+        };
+        self.turn(limit)
+    }
+
+    /// Runs until `cycle`, the program's end or a device's call for attention. Returns whether there
+    /// is more to run.
+    pub(crate) fn run_slice(&mut self, cycle: u64) -> bool {
+        self.cpu.clear_attention();
+        while self.is_alive() && self.cycle() < cycle {
+            self.turn(cycle);
+            if self.cpu.attention() {
+                return self.is_alive() && self.cycle() < cycle;
+            }
+        }
+        false
+    }
+
+    /// The earliest cycle at which the program can do anything: now, or when the core next wakes of
+    /// itself.
+    pub(crate) fn earliest_action(&self) -> u64 {
+        match self.state() {
+            State::Running => self.cycle(),
+            State::Sleeping => self.cpu.next_timer().unwrap_or(u64::MAX),
+            State::Done | State::Crashed(_) => u64::MAX,
+        }
+    }
+
+    /// One round of the simulation: instructions, then timers, then interrupts.
+    fn turn(&mut self, limit: u64) -> Option<Accepted> {
+        let start = self.cycle();
+        if self.cpu.core() == Core::Running {
+            self.cpu.run(limit);
+            self.awake_cycles += self.cycle() - start;
+            self.asleep = self.cpu.core() == Core::Sleeping;
+        }
+        let before_timers = self.cycle();
+        let to_next_timer = self.cpu.process_timers();
+        if self.cycle() < before_timers {
+            self.complete_reset(before_timers);
+        }
+        match self.cpu.core() {
+            Core::Running => {}
+            Core::Sleeping if self.cpu.interrupts_enabled() => {
+                let left = limit.saturating_sub(self.cycle());
+                self.cpu.set_cycle(self.cycle() + to_next_timer.min(left));
+            }
+            Core::Sleeping => self.ended = Some(State::Done),
+            Core::Stopped => self.crash(),
+        }
+        if self.cpu.has_fault() {
+            self.crash();
+        }
+        self.serve_interrupts()
+    }
+
+    fn crash(&mut self) {
+        let reason = self.cpu.fault().unwrap_or_else(|| "the core stopped".to_owned());
+        self.ended = Some(State::Crashed(format!("{reason} (pc {:#x})", self.pc())));
+    }
+
+    fn serve_interrupts(&mut self) -> Option<Accepted> {
+        let vector = self.cpu.serve_interrupts()?;
+        let woken = std::mem::take(&mut self.asleep);
+        let response_cycles = RESPONSE_CYCLES + if woken { WAKE_UP_CYCLES } else { 0 };
+        self.cpu.set_cycle(self.cycle() + response_cycles);
+        self.awake_cycles += response_cycles;
+        interrupt::refresh(self.cpu, vector);
+        Some(Accepted { vector: vector.number(), response_cycles })
+    }
+
+    /// Does something to the MCU from outside, between two instructions. An interrupt raised by it
+    /// is served at once, before the next instruction, as one raised inside would be.
+    fn act_from_outside<R>(&mut self, act: impl FnOnce(&mut Self) -> R) -> R {
+        let waited = self.cpu.interrupt_waits();
+        let result = act(self);
+        if !waited && self.cpu.interrupt_waits() && self.is_alive() {
+            self.serve_interrupts();
+        }
+        result
+    }
+
+    // --- The outside ----------------------------------------------------------------------------
+
+    /// Sets the level that the outside gives to a pin. It stays through resets.
+    pub fn drive_pin(&mut self, pin: Pin, level: bool) {
+        let external = self.driven.entry(pin.port).or_default();
+        let mask = 1 << pin.bit;
+        external.0 |= mask;
+        external.1 = if level { external.1 | mask } else { external.1 & !mask };
+        let external = *external;
+        self.act_from_outside(|mcu| mcu.cpu.drive_pin(pin.port, pin.bit, level, external));
+    }
+
+    /// The level of a pin as it could be measured: an output's, or that of the input.
+    pub fn pin(&self, pin: Pin) -> bool {
+        self.cpu.pins(pin.port) & 1 << pin.bit != 0
+    }
+
+    /// Raises an interrupt by its vector number, as its source would; `false` if there is no such.
+    pub fn raise_interrupt(&mut self, vector: u8) -> bool {
+        let vector = self.cpu.vector(vector);
+        if let Some(vector) = vector {
+            self.act_from_outside(|mcu| mcu.cpu.raise(vector));
+        }
+        vector.is_some()
+    }
+
+    /// Starts the program over. What was crashed or done runs again.
+    pub fn reset(&mut self, cause: Reset) {
+        let now = self.cycle();
+        self.cpu.note_reset(cause);
+        self.cpu.reset();
+        if cause == Reset::PowerOn {
+            let ram = usize::from(self.cpu.ram_start());
+            let random = &mut self.random;
+            self.cpu.with_data_mut(|data| {
+                random.fill(&mut data[..0x20]);
+                random.fill(&mut data[ram..]);
+            });
+        }
+        self.ended = None;
+        self.complete_reset(now);
+    }
+
+    /// What a reset means to the harness: simavr has set its clock back, dropped all timers and
+    /// forgotten what the outside drives.
+    fn complete_reset(&mut self, now: u64) {
+        let cpu = self.cpu;
+        cpu.set_cycle(now);
+        self.resets += 1;
+        self.asleep = false;
+        for usart in &mut self.usarts {
+            usart.forget_timer();
+            usart.with(cpu, |usart| usart.reset(cpu));
+        }
+        self.twi.with(cpu, |twi| twi.reset(cpu));
+        for (&port, &external) in &self.driven {
+            for bit in (0..8).filter(|bit| external.1 & 1 << bit != 0) {
+                cpu.drive_pin(port, bit, true, external);
+            }
+        }
+    }
+
+    // --- Serial links ---------------------------------------------------------------------------
+
+    fn usart(&self, number: usize) -> Option<&Usart> {
+        self.usarts.get(number).map(Attached::get)
+    }
+
+    /// What USART `number` has done; `None` if the part has no such.
+    pub fn usart_counts(&self, number: usize) -> Option<UsartCounts> {
+        self.usart(number).map(Usart::counts)
+    }
+
+    /// Cycles of a frame of USART `number` as it is set up; `None` while its transmitter is off.
+    pub fn usart_frame_cycles(&self, number: usize) -> Option<u64> {
+        let usart = self.usart(number)?;
+        usart.transmitter_is_on(self.cpu).then(|| usart.frame_cycles(self.cpu))
+    }
+
+    /// Takes the characters whose frames USART `number` began since the last call.
+    pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
+        let cpu = self.cpu;
+        let usart = self.usarts.get_mut(number);
+        usart.map(|usart| usart.with(cpu, Usart::take_sent)).unwrap_or_default()
+    }
+
+    /// Lets a character come in at USART `number`, received at the end of its frame.
+    pub fn receive(&mut self, number: usize, character: Character) {
+        self.act_from_outside(|mcu| {
+            let cpu = mcu.cpu;
+            if let Some(usart) = mcu.usarts.get_mut(number) {
+                usart.with(cpu, |usart| usart.receive(character));
+            }
+        });
+    }
+
+    // --- Two-wire bus ---------------------------------------------------------------------------
+
+    /// Reads the node's state.
+    pub(crate) fn twi<R>(&self, look: impl FnOnce(&Twi, Cpu) -> R) -> R {
+        look(self.twi.get(), self.cpu)
+    }
+
+    /// Lets the bus act on the node.
+    pub(crate) fn act_on_twi<R>(&mut self, act: impl FnOnce(&mut Twi, Cpu) -> R) -> R {
+        self.act_from_outside(|mcu| {
+            let cpu = mcu.cpu;
+            mcu.twi.with(cpu, |twi| act(twi, cpu))
+        })
+    }
+}
+
+impl Drop for Mcu {
+    fn drop(&mut self) {
+        // SAFETY: the devices, dropped after this, use no handle when they are dropped.
+        unsafe { self.cpu.destroy() }
+    }
+}
+
+/// FNV-1a, 64 bits.
+pub(crate) fn fnv_1a(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, step)
+}

@@ -1,0 +1,120 @@
+//! One module of the robot: two MCUs joined by a two-wire bus, and six docks.
+
+use std::sync::Arc;
+
+use tasks::dock::Dock;
+
+use crate::bus::{Bus, BusCounts};
+use crate::image::Image;
+use crate::lockstep;
+use crate::mcu::{Mcu, McuError, fnv_1a};
+use crate::part::Part;
+use crate::random::Random;
+use crate::repair::usart::Character;
+
+/// One of a module's two MCUs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Controller {
+    Master,
+    Slave,
+}
+
+/// The programs of a module's MCUs.
+#[derive(Clone, Debug)]
+pub struct Images {
+    pub master: Arc<Image>,
+    pub slave: Arc<Image>,
+}
+
+/// A module.
+pub struct Module {
+    /// In the order of [`Controller::ALL`].
+    mcus: [Mcu; 2],
+    bus: Bus,
+    quantum: u64,
+}
+
+/// Which USART of which MCU serves each dock, in the order of [`Dock::ALL`]. Two docks have none:
+/// nothing passes through them.
+const DOCK_USARTS: [Option<(Controller, usize)>; 6] = [
+    Some((Controller::Master, 0)), // Front
+    Some((Controller::Slave, 0)),  // Back
+    Some((Controller::Master, 1)), // Left
+    None,                          // Right
+    Some((Controller::Slave, 1)),  // Up
+    None,                          // Down
+];
+
+impl Controller {
+    pub const ALL: [Controller; 2] = [Self::Master, Self::Slave];
+}
+
+impl Module {
+    /// A module at power-up; what its memories hold is drawn from `seed`.
+    ///
+    /// # Errors
+    /// An image does not fit its MCU.
+    pub fn new(images: &Images, seed: u64) -> Result<Self, McuError> {
+        let mcu = |image: &Arc<Image>, part| {
+            let seed = Random::of_part(seed, part).next_u64();
+            Mcu::new(Part::ATMEGA128, Arc::clone(image), seed)
+        };
+        let mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
+        Ok(Self { bus: Bus::new(mcus.len()), mcus, quantum: u64::MAX })
+    }
+
+    pub fn mcu(&self, controller: Controller) -> &Mcu {
+        &self.mcus[controller as usize]
+    }
+
+    pub fn mcu_mut(&mut self, controller: Controller) -> &mut Mcu {
+        &mut self.mcus[controller as usize]
+    }
+
+    /// What the bus between the MCUs has carried.
+    pub fn bus_counts(&self) -> BusCounts {
+        self.bus.counts()
+    }
+
+    /// Sets the longest turn that one MCU runs before the other, in cycles. It changes the speed
+    /// only; by default there is no bound beyond what the bus sets.
+    pub fn set_quantum(&mut self, cycles: u64) {
+        self.quantum = cycles;
+    }
+
+    /// Runs both MCUs up to `cycle`.
+    pub fn run_until(&mut self, cycle: u64) {
+        lockstep::run_until(&mut self.mcus, &mut self.bus, cycle, self.quantum);
+    }
+
+    /// Takes what the module has begun to send through a dock since the last call, in order.
+    pub(crate) fn take_sent(&mut self, dock: Dock) -> Vec<Character> {
+        match Self::usart(dock) {
+            Some((controller, number)) => self.mcu_mut(controller).take_sent(number),
+            None => Vec::new(),
+        }
+    }
+
+    /// Lets a character come in through a dock.
+    pub(crate) fn receive(&mut self, dock: Dock, character: Character) {
+        if let Some((controller, number)) = Self::usart(dock) {
+            self.mcu_mut(controller).receive(number, character);
+        }
+    }
+
+    /// The shortest frame, in cycles, that a transmitter at a dock is set up for.
+    pub(crate) fn shortest_frame(&self) -> Option<u64> {
+        let usarts = DOCK_USARTS.iter().flatten();
+        usarts.filter_map(|&(mcu, number)| self.mcu(mcu).usart_frame_cycles(number)).min()
+    }
+
+    /// A hash of the state of both MCUs.
+    pub fn state_hash(&self) -> u64 {
+        let hashes = self.mcus.each_ref().map(Mcu::state_hash);
+        fnv_1a(hashes.into_iter().flat_map(u64::to_le_bytes))
+    }
+
+    fn usart(dock: Dock) -> Option<(Controller, usize)> {
+        DOCK_USARTS[usize::from(dock.index())]
+    }
+}

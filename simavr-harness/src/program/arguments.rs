@@ -1,0 +1,82 @@
+//! What can be asked on the command line.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed with.
+#[derive(Parser)]
+#[command(version)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run a robot, show it live, and end with a summary.
+    Sim(Sim),
+}
+
+#[derive(Args)]
+pub struct Sim {
+    /// How the modules are joined.
+    #[arg(default_value = "chain")]
+    pub shape: Shape,
+
+    /// How many modules the robot has.
+    #[arg(long, default_value = "5", value_parser = modules)]
+    pub modules: usize,
+
+    /// How long to run, in simulated seconds.
+    #[arg(long, default_value = "5", value_parser = seconds)]
+    pub seconds: f64,
+
+    /// What chance there is (SRAM at power-up, noise) follows from this number alone.
+    #[arg(long, default_value = "1")]
+    pub seed: u64,
+
+    /// Threads to run on. They do not change what happens. As many as the machine has cores, unless given.
+    #[arg(long, default_value_t = cores(), value_parser = threads)]
+    pub threads: usize,
+
+    /// Print one JSON object in place of the summary, to a file or to the standard output (-).
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
+    pub images: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Shape {
+    /// A line of modules, the Back of each at the Front of the next.
+    Chain,
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
+fn modules(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(modules @ 1..=1000) => Ok(modules),
+        _ => Err("give a number of modules from 1 to 1000".into()),
+    }
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads @ 1..=256) => Ok(threads),
+        _ => Err("give a number of threads from 1 to 256".into()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("give a time from 0.001 to 86400 seconds".into()),
+    }
+}

@@ -1,0 +1,98 @@
+//! The robot as it runs: a progress line, and a line for each module.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
+
+use simavr_harness::{CLOCK_HZ, Robot};
+
+use super::observer::Observer;
+use super::view;
+
+/// The most modules that get a line each; of a longer robot the first are shown.
+const LINES: usize = 20;
+
+/// How often a display that is no terminal gets a progress line, in simulated seconds.
+const PROGRESS: f64 = 1.0;
+
+/// A picture of the robot on the standard error, drawn over itself on a terminal.
+pub struct Display {
+    is_on: bool,
+    is_terminal: bool,
+    lines: usize,
+    next_progress: f64,
+}
+
+impl Display {
+    pub fn new(is_on: bool) -> Self {
+        Display { is_on, is_terminal: io::stderr().is_terminal(), lines: 0, next_progress: PROGRESS }
+    }
+
+    pub fn show(
+        &mut self,
+        robot: &Robot,
+        observer: &Observer,
+        now: u64,
+        end: u64,
+        wall: Duration,
+    ) -> io::Result<()> {
+        if !self.is_on {
+            return Ok(());
+        }
+        let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
+        let progress = format!(
+            "{:7.2} of {:.2} s simulated in {:.1} s, {} hormones delivered",
+            seconds(now),
+            seconds(end),
+            wall.as_secs_f64(),
+            observer.delivered
+        );
+        if self.is_terminal {
+            self.draw(robot, observer, &progress)
+        } else if seconds(now) >= self.next_progress || now == end {
+            self.next_progress = seconds(now) + PROGRESS;
+            writeln!(io::stderr(), "{progress}")
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Leaves the last picture where it stands.
+    pub fn finish(&mut self) {
+        self.lines = 0;
+    }
+
+    fn draw(&mut self, robot: &Robot, observer: &Observer, progress: &str) -> io::Result<()> {
+        let mut picture = String::new();
+        if self.lines > 0 {
+            picture += &format!("\x1b[{}A", self.lines); // back to the first line
+        }
+        picture +=
+            &format!("{progress}\x1b[K\n module  type      hormone  action    topology changes\x1b[K\n");
+        let shown = robot.modules().min(LINES);
+        for module in 0..shown {
+            picture += &line(robot, observer, module);
+        }
+        self.lines = shown + 2;
+        if shown < robot.modules() {
+            picture += &format!("    ... {} more\x1b[K\n", robot.modules() - shown);
+            self.lines += 1;
+        }
+        let mut stderr = io::stderr().lock();
+        stderr.write_all(picture.as_bytes())?;
+        stderr.flush()
+    }
+}
+
+fn line(robot: &Robot, observer: &Observer, module: usize) -> String {
+    let Some(status) = view::status(robot, module) else {
+        return format!("{module:7}  (starting)\x1b[K\n");
+    };
+    let hormone = status.hormone().map_or("-".into(), |data| format!("{data:?}"));
+    let mark = if view::is_right(robot, module) { ' ' } else { '?' };
+    format!(
+        "{module:7}{mark} {:9} {hormone:8} {:9} {}\x1b[K\n",
+        format!("{:?}", status.module_type),
+        format!("{:?}", status.action),
+        observer.topology_changes(module)
+    )
+}

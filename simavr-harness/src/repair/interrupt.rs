@@ -1,0 +1,65 @@
+//! Interrupts as the datasheet has them (chapters "Reset and Interrupt Handling", "External
+//! Interrupts"). simavr lets entry take no time, does not fire a flag that was latched while its
+//! interrupt was masked, and does not clear the flags of EIFR.
+//!
+//! The rule put in place: an interrupt is pending exactly while its flag and its enable bit are set.
+//! It is checked again after every write to a register that holds either, and for level-triggered
+//! flags (a USART's RXC, TWINT), which acceptance does not clear, after each acceptance. So it holds
+//! too for a kernel that leaves a handler by other ways than RETI.
+
+use crate::cpu::{Cpu, RegisterBits, Vector};
+use crate::device::{WrappedWrites, has_write_handler};
+
+/// Cycles from the end of an instruction to the first one at the vector.
+pub(crate) const RESPONSE_CYCLES: u64 = 4;
+
+/// Cycles more when the interrupt ends a sleep.
+pub(crate) const WAKE_UP_CYCLES: u64 = 4;
+
+/// Wraps every register whose write may change what is pending, and every other one for which simavr
+/// has a handler, so that none of them makes a run miss its deadline.
+pub(crate) fn install(cpu: Cpu) -> WrappedWrites {
+    let mut wrapped = WrappedWrites::default();
+    for address in 0x20..cpu.ram_start() {
+        let holds = |bits: RegisterBits| bits.mask != 0 && bits.address == address;
+        let handled = has_write_handler(cpu, address);
+        if cpu.vectors().any(|vector| holds(vector.flag_bit()) || holds(vector.enable_bit())) {
+            let after = if handled { refresh_after } else { clear_flags_and_refresh };
+            wrapped.wrap(cpu, address, after);
+        } else if handled {
+            wrapped.wrap(cpu, address, |_, _, _, _| {});
+        }
+    }
+    wrapped
+}
+
+/// Makes `vector` pending, or no longer so, by its flag and enable bit.
+pub(crate) fn refresh(cpu: Cpu, vector: Vector) {
+    let (flag, enable) = (vector.flag_bit(), vector.enable_bit());
+    if flag.mask == 0 || enable.mask == 0 {
+        return;
+    }
+    let is_set = |bits: RegisterBits| cpu.data(bits.address) & bits.mask != 0;
+    let wanted = is_set(flag) && is_set(enable);
+    if wanted && !vector.is_pending() {
+        cpu.raise(vector);
+    } else if !wanted && vector.is_pending() {
+        cpu.withdraw(vector);
+    }
+}
+
+fn refresh_after(cpu: Cpu, _address: u16, _before: u8, _written: u8) {
+    cpu.vectors().for_each(|vector| refresh(cpu, vector));
+    cpu.forget_withdrawn();
+}
+
+/// A register that simavr takes for memory: its flags are cleared by writing ones to them.
+fn clear_flags_and_refresh(cpu: Cpu, address: u16, before: u8, written: u8) {
+    let flags = cpu
+        .vectors()
+        .map(Vector::flag_bit)
+        .filter(|flag| flag.address == address)
+        .fold(0, |all, flag| all | flag.mask);
+    cpu.set_data(address, written & !flags | before & flags & !written);
+    refresh_after(cpu, address, before, written);
+}

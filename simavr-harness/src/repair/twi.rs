@@ -1,0 +1,240 @@
+//! One MCU's two-wire interface (chapter "Two-wire Serial Interface"), in the place of simavr's: the
+//! registers, and what the program asked for through them. What happens on the wires is the
+//! business of the [`Bus`](crate::bus::Bus) that joins such nodes.
+//!
+//! simavr's own does not do: two of them do not hear each other, the address mask comes from a
+//! CPU register, and there are neither general calls nor clock stretching.
+
+use crate::cpu::{Cpu, Vector};
+use crate::device::{Attached, Device, make_plain};
+use crate::part::TwiRegisters;
+use crate::repair::interrupt;
+
+// TWCR
+const TWINT: u8 = 0x80;
+const TWEA: u8 = 0x40;
+const TWSTA: u8 = 0x20;
+const TWSTO: u8 = 0x10;
+const TWWC: u8 = 0x08;
+const TWEN: u8 = 0x04;
+const TWIE: u8 = 0x01;
+
+/// TWSR without its prescaler bits.
+const STATUS: u8 = 0xf8;
+/// The status between two events.
+const NO_STATUS: u8 = 0xf8;
+
+/// A node of a two-wire bus.
+pub(crate) struct Twi {
+    registers: &'static TwiRegisters,
+    vector: Vector,
+    /// The clock is held low until the program clears TWINT.
+    holds_clock: bool,
+    /// Cycle at which the program let the clock go last.
+    released_at: u64,
+    /// TWCR as it was written then.
+    command: u8,
+    /// Cycle at which the request for a START that stands now took effect.
+    start_asked_at: u64,
+    /// Cycle at which the interface was switched off or reset, if the bus has yet to notice.
+    left_at: Option<u64>,
+    /// The program gave up the part of an addressed slave (TWSTO without being master).
+    recovered: bool,
+}
+
+/// What the program wants of the bus next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Command {
+    /// Go on with the next byte.
+    Byte,
+    RepeatedStart,
+    Stop,
+}
+
+/// Puts the harness's interface in the place of simavr's. `None`: the part has no such vector.
+pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attached<Twi>> {
+    let &TwiRegisters { twbr, twsr, twar, twdr, twcr, vector } = registers;
+    make_plain(cpu, &[twbr, twsr, twar, twdr, twcr]);
+    let node = Twi {
+        registers,
+        vector: cpu.vector(vector)?,
+        holds_clock: false,
+        released_at: 0,
+        command: 0,
+        start_asked_at: 0,
+        left_at: None,
+        recovered: false,
+    };
+    Some(Attached::new(cpu, node, &[twbr, twsr, twdr, twcr], &[]))
+}
+
+impl Twi {
+    /// Sets the registers to their values after a reset and lets go of the bus.
+    pub fn reset(&mut self, cpu: Cpu) {
+        cpu.set_data(self.registers.twbr, 0);
+        cpu.set_data(self.registers.twsr, NO_STATUS);
+        cpu.set_data(self.registers.twar, 0xfe);
+        cpu.set_data(self.registers.twdr, 0xff);
+        cpu.set_data(self.registers.twcr, 0);
+        self.leave(cpu);
+    }
+
+    fn leave(&mut self, cpu: Cpu) {
+        self.left_at = Some(cpu.cycle());
+        self.release_clock(cpu);
+        interrupt::refresh(cpu, self.vector);
+        cpu.call_attention();
+    }
+
+    fn release_clock(&mut self, cpu: Cpu) {
+        if std::mem::take(&mut self.holds_clock) {
+            self.released_at = cpu.cycle();
+        }
+    }
+
+    fn control(&self, cpu: Cpu) -> u8 {
+        cpu.data(self.registers.twcr)
+    }
+
+    // --- What the bus reads ---------------------------------------------------------------------
+
+    /// Whether the node holds the clock low: its program has yet to answer the last event.
+    pub fn holds_clock(&self) -> bool {
+        self.holds_clock
+    }
+
+    pub fn released_at(&self) -> u64 {
+        self.released_at
+    }
+
+    /// Cycle since which the node waits to send a START.
+    pub fn start_asked_at(&self, cpu: Cpu) -> Option<u64> {
+        let asks = self.control(cpu) & (TWINT | TWEN | TWSTA) == TWEN | TWSTA;
+        asks.then_some(self.start_asked_at)
+    }
+
+    pub fn acknowledges(&self, cpu: Cpu) -> bool {
+        self.control(cpu) & (TWEA | TWEN) == TWEA | TWEN
+    }
+
+    /// The address byte's upper seven bits to which the node answers.
+    pub fn own_address(&self, cpu: Cpu) -> u8 {
+        cpu.data(self.registers.twar) >> 1
+    }
+
+    pub fn answers_general_call(&self, cpu: Cpu) -> bool {
+        cpu.data(self.registers.twar) & 1 != 0
+    }
+
+    /// The byte to be sent.
+    pub fn data(&self, cpu: Cpu) -> u8 {
+        cpu.data(self.registers.twdr)
+    }
+
+    pub fn command(&self) -> Command {
+        if self.command & TWSTO != 0 {
+            Command::Stop
+        } else if self.command & TWSTA != 0 {
+            Command::RepeatedStart
+        } else {
+            Command::Byte
+        }
+    }
+
+    /// Length of a bit when this node gives the clock (section "Bit Rate Generator Unit").
+    pub fn bit_cycles(&self, cpu: Cpu) -> u64 {
+        let prescaler = 1 << (2 * (cpu.data(self.registers.twsr) & 3));
+        16 + 2 * u64::from(cpu.data(self.registers.twbr)) * prescaler
+    }
+
+    /// The cycle at which the node left the bus, if it did since the last call.
+    pub fn take_left_at(&mut self) -> Option<u64> {
+        self.left_at.take()
+    }
+
+    /// Whether the node gave up being an addressed slave since the last call.
+    pub fn take_recovered(&mut self) -> bool {
+        std::mem::take(&mut self.recovered)
+    }
+
+    // --- What the bus tells ---------------------------------------------------------------------
+
+    /// A byte has come in.
+    pub fn receive(&mut self, cpu: Cpu, value: u8) {
+        cpu.set_data(self.registers.twdr, value);
+    }
+
+    /// Something has happened that the program is to know: sets the status and TWINT.
+    pub fn report(&mut self, cpu: Cpu, status: u8) {
+        self.set_status(cpu, status);
+        cpu.set_bits(self.registers.twcr, TWINT, true);
+        self.holds_clock = true;
+        interrupt::refresh(cpu, self.vector);
+    }
+
+    /// The STOP that the program asked for has been sent.
+    pub fn stop_sent(&mut self, cpu: Cpu) {
+        cpu.set_bits(self.registers.twcr, TWSTO, false);
+    }
+
+    fn set_status(&self, cpu: Cpu, status: u8) {
+        let prescaler = cpu.data(self.registers.twsr) & !STATUS;
+        cpu.set_data(self.registers.twsr, status | prescaler);
+    }
+
+    // --- What the program writes ----------------------------------------------------------------
+
+    fn write_control(&mut self, cpu: Cpu, value: u8) {
+        let before = self.control(cpu);
+        let held = before & TWINT & !value;
+        let now = value & (TWEA | TWSTA | TWSTO | TWEN | TWIE) | before & TWWC | held;
+        cpu.set_data(self.registers.twcr, now);
+        if now & TWEN == 0 {
+            cpu.set_bits(self.registers.twcr, TWINT | TWSTO, false);
+            self.set_status(cpu, NO_STATUS);
+            if before & TWEN != 0 {
+                self.leave(cpu);
+            }
+            return;
+        }
+        let released = self.holds_clock && held == 0;
+        if released {
+            self.set_status(cpu, NO_STATUS);
+            self.release_clock(cpu);
+            self.command = now;
+        }
+        let newly_asked = before & (TWEN | TWSTA) != TWEN | TWSTA;
+        if now & TWSTA != 0 && (released || newly_asked) {
+            self.start_asked_at = cpu.cycle();
+        }
+        self.recovered |= now & TWSTO != 0;
+        interrupt::refresh(cpu, self.vector);
+        cpu.call_attention();
+    }
+
+    /// TWDR can be written only while TWINT is set; otherwise the write is lost and TWWC tells so.
+    fn write_data(&mut self, cpu: Cpu, value: u8) {
+        let writable = self.control(cpu) & TWINT != 0;
+        if writable {
+            cpu.set_data(self.registers.twdr, value);
+        }
+        cpu.set_bits(self.registers.twcr, TWWC, !writable);
+    }
+}
+
+impl Device for Twi {
+    fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        if address == self.registers.twcr {
+            self.write_control(cpu, value);
+        } else if address == self.registers.twdr {
+            self.write_data(cpu, value);
+        } else if address == self.registers.twsr {
+            let status = cpu.data(address) & STATUS;
+            cpu.set_data(address, status | value & !STATUS);
+            cpu.call_attention();
+        } else {
+            cpu.set_data(address, value);
+            cpu.call_attention();
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! A USART in asynchronous mode (chapter "USART"), in the place of simavr's: a frame takes its true
+//! time, the transmitter has a buffer before its shift register, TXC is set once when both are
+//! empty, and the receiver has two bytes of buffer and its shift register.
+//!
+//! Bytes come and go as [`Character`]s with the cycles of their frame, so that whoever joins two
+//! USARTs can deliver a byte at the end of its frame. What a module hears of its own transmission is
+//! up to the joiner as well.
+
+use std::collections::VecDeque;
+
+use crate::cpu::{Cpu, Vector};
+use crate::device::{Attached, Device, make_plain};
+use crate::part::UsartRegisters;
+use crate::repair::interrupt;
+
+/// One byte on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Character {
+    pub value: u8,
+    /// Cycle at which the start bit begins.
+    pub start: u64,
+    /// Cycle at which the last stop bit ends.
+    pub end: u64,
+}
+
+/// What a USART has done since power-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UsartCounts {
+    /// Characters sent.
+    pub sent: u64,
+    /// Characters that came while the receiver was on.
+    pub received: u64,
+    /// Of these, the ones lost because the buffer and the shift register were full.
+    pub overrun: u64,
+    /// Characters that came while the receiver was off.
+    pub unheard: u64,
+}
+
+pub(crate) struct Usart {
+    registers: &'static UsartRegisters,
+    vectors: Vectors,
+    transmitter: Transmitter,
+    receiver: Receiver,
+    counts: UsartCounts,
+}
+
+struct Vectors {
+    receive_complete: Vector,
+    data_register_empty: Vector,
+    transmit_complete: Vector,
+}
+
+#[derive(Default)]
+struct Transmitter {
+    buffer: Option<u8>,
+    /// End of the frame in the shift register.
+    shifting_until: Option<u64>,
+    /// Characters begun since they were last taken.
+    sent: Vec<Character>,
+}
+
+#[derive(Default)]
+struct Receiver {
+    /// On their way here, by the end of their frames.
+    arriving: VecDeque<Character>,
+    /// Two bytes of buffer, then the shift register.
+    held: VecDeque<u8>,
+}
+
+/// The receive buffer and the shift register behind it.
+const RECEIVER_HOLDS: usize = 3;
+
+// UCSRnA
+const RXC: u8 = 0x80;
+const TXC: u8 = 0x40;
+const UDRE: u8 = 0x20;
+const DOR: u8 = 0x08;
+const U2X: u8 = 0x02;
+const MPCM: u8 = 0x01;
+// UCSRnB
+const RXEN: u8 = 0x10;
+const TXEN: u8 = 0x08;
+const UCSZ2: u8 = 0x04;
+// UCSRnC
+const EIGHT_BITS: u8 = 0x06;
+
+/// Puts the harness's USART in the place of simavr's. `None`: the part has no such vectors.
+pub(crate) fn attach(cpu: Cpu, registers: &'static UsartRegisters) -> Option<Attached<Usart>> {
+    let &UsartRegisters { udr, ucsra, ucsrb, ucsrc, ubrrl, ubrrh, .. } = registers;
+    let vectors = Vectors {
+        receive_complete: cpu.vector(registers.receive_complete)?,
+        data_register_empty: cpu.vector(registers.data_register_empty)?,
+        transmit_complete: cpu.vector(registers.transmit_complete)?,
+    };
+    make_plain(cpu, &[ucsra, ucsrb, ucsrc, ubrrl, ubrrh]);
+    let usart = Usart {
+        registers,
+        vectors,
+        transmitter: Transmitter::default(),
+        receiver: Receiver::default(),
+        counts: UsartCounts::default(),
+    };
+    Some(Attached::new(cpu, usart, &[udr, ucsra, ucsrb], &[udr]))
+}
+
+impl Usart {
+    /// Sets the registers to their values after a reset; what is on the wire stays there.
+    pub fn reset(&mut self, cpu: Cpu) {
+        self.transmitter.buffer = None;
+        self.transmitter.shifting_until = None;
+        self.receiver.held.clear();
+        cpu.set_data(self.registers.ucsra, UDRE);
+        cpu.set_data(self.registers.ucsrb, 0);
+        cpu.set_data(self.registers.ucsrc, EIGHT_BITS);
+        self.refresh(cpu);
+    }
+
+    /// Takes the characters whose frames began since the last call, in order.
+    pub fn take_sent(&mut self) -> Vec<Character> {
+        std::mem::take(&mut self.transmitter.sent)
+    }
+
+    /// A character comes in: it is received at the end of its frame.
+    pub fn receive(&mut self, character: Character) {
+        let place = self.receiver.arriving.partition_point(|other| other.end <= character.end);
+        self.receiver.arriving.insert(place, character);
+    }
+
+    pub fn counts(&self) -> UsartCounts {
+        self.counts
+    }
+
+    /// Length of a frame in cycles as the registers stand: start bit, 5 to 9 data bits, parity, stop
+    /// bits (section "Frame Formats").
+    pub fn frame_cycles(&self, cpu: Cpu) -> u64 {
+        let control = cpu.data(self.registers.ucsrc);
+        let nine_bits = cpu.data(self.registers.ucsrb) & UCSZ2 != 0;
+        let data_bits = if nine_bits { 9 } else { 5 + (control >> 1 & 3) };
+        let parity_bits = u8::from(control & 0x30 != 0);
+        let stop_bits = if control & 0x08 == 0 { 1 } else { 2 };
+        let bits = 1 + data_bits + parity_bits + stop_bits;
+        let divisor =
+            u16::from_le_bytes([cpu.data(self.registers.ubrrl), cpu.data(self.registers.ubrrh) & 0x0f]);
+        let double_speed = cpu.data(self.registers.ucsra) & U2X != 0;
+        let bit_cycles = (if double_speed { 8 } else { 16 }) * (u64::from(divisor) + 1);
+        u64::from(bits) * bit_cycles
+    }
+
+    pub fn transmitter_is_on(&self, cpu: Cpu) -> bool {
+        cpu.data(self.registers.ucsrb) & TXEN != 0
+    }
+
+    fn receiver_is_on(&self, cpu: Cpu) -> bool {
+        cpu.data(self.registers.ucsrb) & RXEN != 0
+    }
+
+    fn set_status(&self, cpu: Cpu, bits: u8, on: bool) {
+        cpu.set_bits(self.registers.ucsra, bits, on);
+    }
+
+    fn refresh(&self, cpu: Cpu) {
+        let Vectors { receive_complete, data_register_empty, transmit_complete } = self.vectors;
+        for vector in [receive_complete, data_register_empty, transmit_complete] {
+            interrupt::refresh(cpu, vector);
+        }
+    }
+
+    /// Moves the buffered byte to the idle shift register.
+    fn shift_out(&mut self, cpu: Cpu, start: u64) {
+        let Some(value) = self.transmitter.buffer.take() else { return };
+        let end = start + self.frame_cycles(cpu);
+        self.transmitter.shifting_until = Some(end);
+        self.transmitter.sent.push(Character { value, start, end });
+        self.counts.sent += 1;
+        self.set_status(cpu, UDRE, true);
+    }
+
+    fn end_of_sent_frame(&mut self, cpu: Cpu, now: u64) {
+        self.transmitter.shifting_until = None;
+        if self.transmitter.buffer.is_some() {
+            self.shift_out(cpu, now);
+        } else {
+            self.set_status(cpu, TXC, true);
+        }
+    }
+
+    fn end_of_received_frame(&mut self, cpu: Cpu, value: u8) {
+        if !self.receiver_is_on(cpu) {
+            self.counts.unheard += 1;
+            return;
+        }
+        if self.receiver.held.len() == RECEIVER_HOLDS {
+            // It was shifted in over the byte that waited in the shift register.
+            self.receiver.held.pop_back();
+            self.set_status(cpu, DOR, true);
+            self.counts.overrun += 1;
+        }
+        self.receiver.held.push_back(value);
+        self.counts.received += 1;
+        self.set_status(cpu, RXC, true);
+    }
+
+    fn write_data(&mut self, cpu: Cpu, value: u8) {
+        if !self.transmitter_is_on(cpu) || self.transmitter.buffer.is_some() {
+            return;
+        }
+        self.transmitter.buffer = Some(value);
+        if self.transmitter.shifting_until.is_none() {
+            self.shift_out(cpu, cpu.cycle());
+        } else {
+            self.set_status(cpu, UDRE, false);
+        }
+    }
+
+    fn write_status(&mut self, cpu: Cpu, value: u8) {
+        let kept = cpu.data(self.registers.ucsra) & !(U2X | MPCM) & !(value & TXC);
+        cpu.set_data(self.registers.ucsra, kept | value & (U2X | MPCM));
+    }
+
+    fn write_control(&mut self, cpu: Cpu, value: u8) {
+        cpu.set_data(self.registers.ucsrb, value);
+        if value & RXEN == 0 {
+            self.receiver.held.clear();
+            self.set_status(cpu, RXC | DOR, false);
+        }
+    }
+}
+
+impl Device for Usart {
+    fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        if address == self.registers.udr {
+            self.write_data(cpu, value);
+        } else if address == self.registers.ucsra {
+            self.write_status(cpu, value);
+        } else {
+            self.write_control(cpu, value);
+        }
+        self.refresh(cpu);
+    }
+
+    fn read(&mut self, cpu: Cpu, _udr: u16) -> u8 {
+        let value = self.receiver.held.pop_front();
+        self.set_status(cpu, DOR, false);
+        self.set_status(cpu, RXC, !self.receiver.held.is_empty());
+        self.refresh(cpu);
+        value.unwrap_or(0)
+    }
+
+    fn due(&self) -> Option<u64> {
+        let arrival = self.receiver.arriving.front().map(|character| character.end);
+        [self.transmitter.shifting_until, arrival].into_iter().flatten().min()
+    }
+
+    fn expire(&mut self, cpu: Cpu, now: u64) {
+        if self.transmitter.shifting_until == Some(now) {
+            self.end_of_sent_frame(cpu, now);
+        }
+        if self.receiver.arriving.front().is_some_and(|character| character.end == now)
+            && let Some(character) = self.receiver.arriving.pop_front()
+        {
+            self.end_of_received_frame(cpu, character.value);
+        }
+        self.refresh(cpu);
+    }
+}

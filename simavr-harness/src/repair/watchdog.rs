@@ -1,0 +1,52 @@
+//! The watchdog of the ATmega128 (chapter "Watchdog Timer"). It has no interrupt, so simavr leaves
+//! its IRQs without the pool that simavr's own reset then dereferences, and crashes; and it keeps
+//! the watchdog running after a reset, as newer parts do. Here it is off after every reset.
+//!
+//! On every part the instruction WDR registers a cycle timer outside any register write; it too has
+//! to keep the deadline of a run.
+
+use std::ffi::{c_int, c_void};
+use std::sync::OnceLock;
+
+use simavr_ffi as ffi;
+
+use crate::cpu::Cpu;
+
+type Request = unsafe extern "C" fn(*mut ffi::avr_io_t, u32, *mut c_void) -> c_int;
+
+/// simavr's handler of requests to a watchdog, the same for all instances.
+static REQUEST: OnceLock<Request> = OnceLock::new();
+
+pub(crate) fn install(cpu: Cpu) {
+    cpu.peripherals(|kind, peripheral| {
+        if kind != "watchdog" {
+            return;
+        }
+        // SAFETY: simavr's list holds live peripherals, and one of this kind is the first field of
+        // an `avr_watchdog_t`; simavr does without either handler.
+        unsafe {
+            let has_interrupt = (*peripheral.cast::<ffi::avr_watchdog_t>()).watchdog.vector != 0;
+            if !has_interrupt {
+                (*peripheral).reset = None;
+            }
+            if let Some(request) = (*peripheral).ioctl {
+                REQUEST.get_or_init(|| request);
+                (*peripheral).ioctl = Some(keep_deadline_after_request);
+            }
+        }
+    });
+}
+
+unsafe extern "C" fn keep_deadline_after_request(
+    io: *mut ffi::avr_io_t,
+    request: u32,
+    parameter: *mut c_void,
+) -> c_int {
+    let Some(handler) = REQUEST.get() else { return -1 };
+    // SAFETY: simavr passes a live watchdog of a live instance; the handler is simavr's own.
+    unsafe {
+        let answer = handler(io, request, parameter);
+        Cpu::from_raw((*io).avr).keep_deadline();
+        answer
+    }
+}

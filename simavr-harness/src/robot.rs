@@ -1,0 +1,212 @@
+//! Modules, and how they are attached to each other.
+
+use tasks::dock::Dock;
+use thiserror::Error;
+
+use crate::engine::Event;
+use crate::link::{Channel, Faults, LinkCounts};
+use crate::mcu::{McuError, fnv_1a};
+use crate::module::{Controller, Images, Module};
+use crate::random::Random;
+use crate::repair::usart::Character;
+
+/// A dock of a module of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Face {
+    /// The module's index. The robot itself has no such thing.
+    pub module: usize,
+    pub dock: Dock,
+}
+
+/// Modules and the attachments between their docks.
+pub struct Robot {
+    pub(crate) members: Vec<Member>,
+}
+
+/// A module and where its docks lead.
+pub(crate) struct Member {
+    pub module: Module,
+    /// In the order of [`Dock::ALL`].
+    ports: [Option<Port>; 6],
+    /// Markers of this run, in no particular order.
+    pub events: Vec<Event>,
+}
+
+/// What a dock is attached to, and the way there.
+struct Port {
+    peer: Face,
+    channel: Channel,
+}
+
+/// A character on its way between two modules.
+pub(crate) struct Delivery {
+    pub from: Face,
+    pub to: Face,
+    pub character: Character,
+}
+
+/// A robot to be built.
+#[derive(Clone, Debug)]
+pub struct RobotBuilder {
+    images: Images,
+    modules: usize,
+    attachments: Vec<(Face, Face)>,
+    seed: u64,
+}
+
+/// Why a robot cannot be built so.
+#[derive(Debug, Error)]
+pub enum RobotError {
+    #[error("there is no module {module}: the robot has {modules}, counted from 0")]
+    NoSuchModule { module: usize, modules: usize },
+    #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
+    DockInUse { module: usize, dock: Dock },
+    #[error("the {dock:?} dock of module {module} cannot be attached to itself")]
+    DockToItself { module: usize, dock: Dock },
+    #[error(transparent)]
+    Mcu(#[from] McuError),
+}
+
+impl RobotBuilder {
+    /// A robot of `modules` modules, attached to nothing.
+    pub fn new(images: Images, modules: usize) -> Self {
+        Self { images, modules, attachments: Vec::new(), seed: 0 }
+    }
+
+    /// A chain: the Back of each module is attached to the Front of the next.
+    pub fn chain(images: Images, modules: usize) -> Self {
+        let link = |behind: usize| {
+            let back = Face { module: behind - 1, dock: Dock::Back };
+            (back, Face { module: behind, dock: Dock::Front })
+        };
+        let attachments = (1..modules).map(link).collect();
+        Self { attachments, ..Self::new(images, modules) }
+    }
+
+    /// Attaches two docks to each other.
+    #[must_use]
+    pub fn attach(mut self, one: Face, other: Face) -> Self {
+        self.attachments.push((one, other));
+        self
+    }
+
+    /// Sets the seed of all chance in the robot's run: memories at power-up and losses on links.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Builds the robot, all MCUs at power-up.
+    ///
+    /// # Errors
+    /// An attachment names a module that is not there, or a dock twice; an image does not fit.
+    pub fn build(self) -> Result<Robot, RobotError> {
+        let member = |index| {
+            let seed = Random::of_part(self.seed, index as u64).next_u64();
+            let module = Module::new(&self.images, seed)?;
+            Ok(Member { module, ports: Default::default(), events: Vec::new() })
+        };
+        let members = (0..self.modules).map(member).collect::<Result<_, RobotError>>()?;
+        let mut robot = Robot { members };
+        for (index, (one, other)) in self.attachments.into_iter().enumerate() {
+            // Apart from the numbers of the modules.
+            let part = u64::MAX - 2 * index as u64;
+            robot.attach(one, other, [part, part - 1].map(|part| Random::of_part(self.seed, part)))?;
+        }
+        Ok(robot)
+    }
+}
+
+impl Robot {
+    pub fn modules(&self) -> usize {
+        self.members.len()
+    }
+
+    /// The module at `index`; `None` if there is none.
+    pub fn module(&self, index: usize) -> Option<&Module> {
+        self.members.get(index).map(|member| &member.module)
+    }
+
+    pub fn module_mut(&mut self, index: usize) -> Option<&mut Module> {
+        self.members.get_mut(index).map(|member| &mut member.module)
+    }
+
+    /// What a dock is attached to: the wiring, which a module's own view has to equal.
+    pub fn neighbour(&self, face: Face) -> Option<Face> {
+        self.port(face).map(|port| port.peer)
+    }
+
+    /// What the link has carried that begins at this dock; `None` if it is attached to nothing.
+    pub fn link_counts(&self, from: Face) -> Option<LinkCounts> {
+        self.port(from).map(|port| port.channel.counts())
+    }
+
+    /// Sets what goes wrong on the link that begins at this dock. Returns `false` if it is attached
+    /// to nothing.
+    pub fn set_faults(&mut self, from: Face, faults: Faults) -> bool {
+        let member = self.members.get_mut(from.module);
+        let port = member.and_then(|member| member.ports[index(from.dock)].as_mut());
+        port.map(|port| port.channel.faults = faults).is_some()
+    }
+
+    /// The MCUs whose programs have crashed, and why.
+    pub fn crashes(&self) -> impl Iterator<Item = (usize, Controller, String)> {
+        self.members.iter().enumerate().flat_map(|(module, member)| {
+            Controller::ALL.into_iter().filter_map(move |controller| {
+                let reason = member.module.mcu(controller).crash_reason()?;
+                Some((module, controller, reason.to_owned()))
+            })
+        })
+    }
+
+    /// A hash of the state of all MCUs.
+    pub fn state_hash(&self) -> u64 {
+        let hashes = self.members.iter().map(|member| member.module.state_hash());
+        fnv_1a(hashes.flat_map(u64::to_le_bytes))
+    }
+
+    fn port(&self, face: Face) -> Option<&Port> {
+        self.members.get(face.module)?.ports[index(face.dock)].as_ref()
+    }
+
+    fn attach(&mut self, one: Face, other: Face, random: [Random; 2]) -> Result<(), RobotError> {
+        let modules = self.members.len();
+        for Face { module, dock } in [one, other] {
+            let member = self.members.get(module);
+            let member = member.ok_or(RobotError::NoSuchModule { module, modules })?;
+            if member.ports[index(dock)].is_some() {
+                return Err(RobotError::DockInUse { module, dock });
+            }
+        }
+        let Face { module, dock } = one;
+        if one == other {
+            return Err(RobotError::DockToItself { module, dock });
+        }
+        for ((from, peer), random) in [(one, other), (other, one)].into_iter().zip(random) {
+            let port = Port { peer, channel: Channel::new(random) };
+            self.members[from.module].ports[index(from.dock)] = Some(port);
+        }
+        Ok(())
+    }
+}
+
+impl Member {
+    /// Takes what the module, number `number` of the robot, has sent, as far as it arrives anywhere.
+    /// What a dock hears of its own light would be added here.
+    pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
+        for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
+            let from = Face { module: number, dock };
+            for character in self.module.take_sent(dock) {
+                let Some(port) = port else { continue };
+                if port.channel.carries(character.value) {
+                    deliver(Delivery { from, to: port.peer, character });
+                }
+            }
+        }
+    }
+}
+
+fn index(dock: Dock) -> usize {
+    usize::from(dock.index())
+}

@@ -1,0 +1,46 @@
+//! Builds the programs in `fixtures` with avr-gcc, and gives MCUs that run them.
+
+// Each test program includes this file and uses its own part of it.
+#![allow(dead_code)]
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use simavr_harness::{Image, Mcu, Part};
+
+/// Builds `fixtures/<source>`, with each of `defines` ("NAME=VALUE") defined.
+pub fn build_with(source: &str, defines: &[&str]) -> Arc<Image> {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(source);
+    let elf =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{source}-{}-{number}.elf", std::process::id()));
+    let status = Command::new("avr-gcc")
+        .args(["-mmcu=atmega128", "-Os", "-std=gnu99", "-Wall", "-Werror", "-o"])
+        .arg(&elf)
+        .args(defines.iter().map(|define| format!("-D{define}")))
+        .arg(&fixture)
+        .status()
+        .expect("avr-gcc runs (Debian: gcc-avr and avr-libc; ./x test installs them)");
+    assert!(status.success(), "avr-gcc builds {}", fixture.display());
+    let image = Image::load(&elf).expect("avr-gcc makes an AVR image");
+    std::fs::remove_file(&elf).expect("the image can be removed");
+    Arc::new(image)
+}
+
+/// Builds `fixtures/<source>`.
+pub fn build(source: &str) -> Arc<Image> {
+    build_with(source, &[])
+}
+
+/// An ATmega128 that runs `image`.
+pub fn mcu(image: &Arc<Image>) -> Mcu {
+    Mcu::new(Part::ATMEGA128, image.clone(), 1).expect("the image fits the ATmega128")
+}
+
+/// The values of all markers so far.
+pub fn marked(mcu: &Mcu) -> Vec<u8> {
+    mcu.markers().iter().map(|marker| marker.value).collect()
+}

@@ -1,0 +1,132 @@
+//! A single program: its image, its memory, its end and its resets.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{build, build_with, marked, mcu};
+use simavr_harness::{Image, Mcu, Part, Pin, Place, Reset, State};
+
+const PORF: u8 = 0x01;
+const EXTRF: u8 = 0x02;
+const BORF: u8 = 0x04;
+const WDRF: u8 = 0x08;
+
+#[test]
+fn sleep_with_interrupts_off_ends_the_run() {
+    let mut mcu = mcu(&build("program.c"));
+    assert_eq!(mcu.run_to_end(10_000), State::Done);
+    assert_eq!(marked(&mcu), [PORF, 0x55]);
+    let end = mcu.cycle();
+    mcu.run_until(end + 1000);
+    assert_eq!(mcu.cycle(), end, "a program that is done does not go on");
+}
+
+#[test]
+fn an_endless_loop_is_stopped_at_the_cycle_asked_for() {
+    let mut mcu = mcu(&build_with("program.c", &["FOREVER"]));
+    assert_eq!(mcu.run_to_end(10_001), State::Running);
+    assert!((10_001..10_003).contains(&mcu.cycle()), "{}", mcu.cycle());
+    assert_eq!(mcu.awake_cycles(), mcu.cycle());
+}
+
+#[test]
+fn what_no_program_should_do_crashes_it() {
+    for (variant, reason) in [("CRASH", "Invalid Opcode"), ("STRAY", "write address")] {
+        let mut mcu = mcu(&build_with("program.c", &[variant]));
+        let state = mcu.run_to_end(10_000);
+        let State::Crashed(message) = state else { panic!("{variant}: {state:?}") };
+        assert!(message.contains(reason), "{variant}: {message}");
+        assert_eq!(marked(&mcu), [PORF]);
+    }
+}
+
+#[test]
+fn symbols_lead_to_memory() {
+    let image = build("program.c");
+    let mut mcu = mcu(&image);
+    mcu.run_to_end(10_000);
+    assert_eq!(mcu.read_symbol("initialised").unwrap(), 0x1235_u16.to_le_bytes());
+    assert_eq!(mcu.read_symbol("cleared").unwrap(), [0, 0, 0]);
+    assert!(mcu.read_symbol("main").is_err(), "main is in flash");
+    let Some(Place::Flash(main)) = image.symbol("main").map(|symbol| symbol.place) else {
+        panic!("main is in flash")
+    };
+    assert_eq!(image.function_at(main + 2), Some(("main", 2)));
+}
+
+#[test]
+fn an_image_that_is_none_says_what_to_do() {
+    for error in [
+        Image::load("no/such/image.elf").unwrap_err(),
+        Image::parse(b"not an image").unwrap_err(),
+        Image::parse(&std::fs::read(std::env::current_exe().unwrap()).unwrap()).unwrap_err(),
+    ] {
+        assert!(error.to_string().contains("./x build"), "{error}");
+    }
+}
+
+#[test]
+fn memory_at_power_up_follows_the_seed() {
+    let image = build("program.c");
+    let chance = |seed| {
+        let mut mcu = Mcu::new(Part::ATMEGA128, Arc::clone(&image), seed).unwrap();
+        mcu.run_to_end(10_000);
+        mcu.read_symbol("chance").unwrap()
+    };
+    assert_eq!(chance(7), chance(7));
+    assert_ne!(chance(7), chance(8));
+    let distinct: std::collections::BTreeSet<_> = chance(7).into_iter().collect();
+    assert!(distinct.len() > 32, "64 random bytes, not {distinct:?}");
+}
+
+#[test]
+fn a_reset_keeps_the_clock_and_the_memory() {
+    let mut mcu = mcu(&build("program.c"));
+    mcu.run_to_end(10_000);
+    let (clock, chance) = (mcu.cycle(), mcu.read_symbol("chance").unwrap());
+    for (cause, flag) in [(Reset::External, EXTRF), (Reset::BrownOut, BORF)] {
+        mcu.take_markers();
+        mcu.reset(cause);
+        assert_eq!(mcu.run_to_end(10_000), State::Done);
+        assert_eq!(marked(&mcu), [flag, 0x55]);
+        assert!(mcu.markers()[0].cycle > clock);
+        assert_eq!(mcu.read_symbol("chance").unwrap(), chance);
+    }
+    mcu.reset(Reset::PowerOn);
+    assert_ne!(mcu.read_symbol("chance").unwrap(), chance);
+    assert_eq!(mcu.resets(), 3);
+}
+
+/// Pull-ups on bits 7 to 4; the outside drives bit 5 low and bit 1 high. Then bits 3 to 0 become
+/// outputs, of which 2 and 0 are high.
+#[test]
+fn pins_are_driven_and_read() {
+    let pin = |bit| Pin { port: 'D', bit };
+    let mut mcu = mcu(&build_with("program.c", &["PINS"]));
+    mcu.drive_pin(pin(5), false);
+    mcu.drive_pin(pin(1), true);
+    for cause in [PORF, EXTRF] {
+        assert_eq!(mcu.run_to_end(10_000), State::Done);
+        assert_eq!(marked(&mcu), [cause, 0xd2, 0x55]);
+        let levels = (0..8).fold(0, |all, bit| all | u8::from(mcu.pin(pin(bit))) << bit);
+        assert_eq!(levels, 0xd5, "{levels:#x}");
+        mcu.take_markers();
+        mcu.reset(Reset::External);
+    }
+}
+
+#[test]
+fn the_watchdog_resets_again_and_again_on_one_clock() {
+    let mut mcu = mcu(&build_with("program.c", &["WATCHDOG"]));
+    mcu.run_until(16_000_000 / 10);
+    // 2048 cycles of the 128 kHz that simavr gives the watchdog: 16 ms.
+    let period = 16_000_000 / 1000 * 16;
+    let starts: Vec<_> = mcu.markers().iter().map(|marker| marker.cycle).collect();
+    assert_eq!(marked(&mcu)[..3], [PORF, WDRF, WDRF]);
+    assert_eq!(mcu.resets(), 6);
+    for pair in starts.windows(2) {
+        let length = pair[1] - pair[0];
+        assert!((period..period + 1000).contains(&length), "{length}");
+    }
+}

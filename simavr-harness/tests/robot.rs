@@ -1,0 +1,168 @@
+//! Modules attached to each other: what passes between them, and that nothing but the seed decides
+//! the outcome of a run.
+
+mod common;
+
+use common::build_with;
+use simavr_harness::{
+    Controller, Engine, Event, Face, Faults, Images, LinkCounts, Pin, Robot, RobotBuilder, RobotError,
+};
+use tasks::dock::Dock;
+
+const MILLISECOND: u64 = 16_000;
+
+/// The relay at 38400 baud.
+fn relay() -> Images {
+    relay_at(51)
+}
+
+/// The relay with this divisor (UBRR): 8 cycles a bit and unit of UBRR + 1.
+fn relay_at(divisor: u8) -> Images {
+    let divisor = format!("DIVISOR={divisor}");
+    let build = |role| build_with("relay.c", &[role, &divisor, "WORK=20"]);
+    Images { master: build("MASTER"), slave: build("SLAVE") }
+}
+
+/// A chain that relays packets from its first module.
+fn chain(images: &Images, modules: usize, seed: u64) -> Robot {
+    let mut robot = RobotBuilder::chain(images.clone(), modules).seed(seed).build().unwrap();
+    let first = robot.module_mut(0).unwrap().mcu_mut(Controller::Slave);
+    first.drive_pin(Pin { port: 'A', bit: 0 }, true);
+    robot
+}
+
+fn back_of(module: usize) -> Face {
+    Face { module, dock: Dock::Back }
+}
+
+fn front_of(module: usize) -> Face {
+    Face { module, dock: Dock::Front }
+}
+
+/// The hop counts that the masters marked, by module.
+fn hops(events: &[Event], modules: usize) -> Vec<Vec<u8>> {
+    let of_module = |module| {
+        let marked = events.iter().filter(|event| event.module == module);
+        marked.map(|event| event.value).collect()
+    };
+    (0..modules).map(of_module).collect()
+}
+
+#[test]
+fn the_wiring_of_a_chain() {
+    let robot = RobotBuilder::chain(relay(), 3).build().unwrap();
+    for module in 0..3 {
+        for dock in Dock::ALL {
+            let expected = match dock {
+                Dock::Front if module > 0 => Some(back_of(module - 1)),
+                Dock::Back if module < 2 => Some(front_of(module + 1)),
+                _ => None,
+            };
+            assert_eq!(robot.neighbour(Face { module, dock }), expected);
+        }
+    }
+}
+
+#[test]
+fn an_impossible_wiring_is_refused() {
+    let build = |one, other| -> Result<Robot, RobotError> {
+        RobotBuilder::chain(relay(), 2).attach(one, other).build()
+    };
+    let result = build(back_of(1), front_of(2));
+    assert!(matches!(result, Err(RobotError::NoSuchModule { module: 2, modules: 2 })));
+    let result = build(back_of(1), front_of(1));
+    assert!(matches!(result, Err(RobotError::DockInUse { module: 1, dock: Dock::Front })));
+    let result = build(back_of(1), back_of(1));
+    assert!(matches!(result, Err(RobotError::DockToItself { module: 1, dock: Dock::Back })));
+    assert!(build(back_of(1), front_of(0)).is_ok(), "a ring");
+}
+
+#[test]
+fn packets_run_down_the_chain() {
+    let mut engine = Engine::new(chain(&relay(), 4, 0), 1);
+    engine.run_until(210 * MILLISECOND);
+    let events = engine.take_events();
+    assert!(events.is_sorted());
+    assert_eq!(hops(&events, 4), [vec![], vec![1; 10], vec![2; 10], vec![3; 10]]);
+    let counts = engine.robot().link_counts(back_of(0)).unwrap();
+    assert_eq!(counts, LinkCounts { bytes: 30, frames: 10, ..LinkCounts::default() });
+    let bus = engine.robot().module(1).unwrap().bus_counts();
+    assert_eq!(bus.bytes, 10 * 3);
+    assert!(engine.take_events().is_empty());
+    assert_eq!(engine.robot().crashes().count(), 0);
+}
+
+#[test]
+fn a_frame_lost_on_a_link_is_lost_to_all_behind_it() {
+    let mut robot = chain(&relay(), 3, 0);
+    let faults = Faults { lost_frames: [2, 3].into(), ..Faults::default() };
+    assert!(robot.set_faults(back_of(0), faults.clone()));
+    assert!(!robot.set_faults(back_of(2), faults), "nothing is attached there");
+    let mut engine = Engine::new(robot, 1);
+    engine.run_until(130 * MILLISECOND);
+    assert_eq!(hops(&engine.take_events(), 3), [vec![], vec![1; 4], vec![2; 4]]);
+    let counts = engine.robot().link_counts(back_of(0)).unwrap();
+    assert_eq!((counts.frames, counts.lost_frames), (6, 2));
+}
+
+/// Two memories drawn from different seeds, and losses on a link, differ; else nothing does.
+#[test]
+fn the_outcome_depends_on_the_seed_only() {
+    let images = relay();
+    let outcome = |seed: u64, threads: usize, step: u64, quantum: u64| {
+        let mut robot = chain(&images, 5, seed);
+        robot.set_faults(back_of(1), Faults { byte_loss: 0.1, frame_loss: 0.2, ..Faults::default() });
+        for module in 0..5 {
+            robot.module_mut(module).unwrap().set_quantum(quantum);
+        }
+        let mut engine = Engine::new(robot, threads);
+        while engine.cycle() < 150 * MILLISECOND {
+            engine.run_until((engine.cycle() + step).min(150 * MILLISECOND));
+        }
+        let links = engine.robot().link_counts(back_of(1)).unwrap();
+        (engine.robot().state_hash(), links, engine.take_events())
+    };
+    let expected = outcome(1, 1, u64::MAX / 2, u64::MAX);
+    assert!(expected.1.lost_bytes > 0 && expected.1.lost_bytes < expected.1.bytes);
+    for threads in [2, 3, 5, 64] {
+        assert_eq!(outcome(1, threads, u64::MAX / 2, u64::MAX), expected, "{threads} threads");
+    }
+    for quantum in [40, 333] {
+        assert_eq!(outcome(1, 2, u64::MAX / 2, quantum), expected, "quantum {quantum}");
+    }
+    for step in [1000, 5 * MILLISECOND + 7] {
+        let mut found = outcome(1, 2, step, u64::MAX);
+        // The markers of each call are in order by themselves.
+        found.2.sort();
+        assert_eq!(found, expected, "step {step}");
+    }
+    assert_ne!(outcome(2, 1, u64::MAX / 2, u64::MAX).0, expected.0);
+}
+
+/// At 250 kBd a frame is 320 cycles: the windows follow.
+#[test]
+fn fast_links_deliver_in_time() {
+    let images = relay_at(3);
+    let outcome = |threads, step| {
+        let mut engine = Engine::new(chain(&images, 3, 0), threads);
+        while engine.cycle() < 50 * MILLISECOND {
+            engine.run_until(engine.cycle() + step);
+        }
+        (engine.robot().state_hash(), engine.take_events())
+    };
+    let whole = outcome(1, 50 * MILLISECOND);
+    assert_eq!(hops(&whole.1, 3), [vec![], vec![1, 1], vec![2, 2]]);
+    // Steps shorter than a frame leave no doubt about the windows.
+    assert_eq!(outcome(2, 100), whole);
+}
+
+#[test]
+fn a_program_that_crashes_is_named() {
+    let images = Images { master: build_with("program.c", &["CRASH"]), slave: build_with("program.c", &[]) };
+    let mut engine = Engine::new(RobotBuilder::chain(images, 2).build().unwrap(), 2);
+    engine.run_until(MILLISECOND);
+    let crashes: Vec<_> = engine.robot().crashes().collect();
+    let places: Vec<_> = crashes.iter().map(|(module, mcu, _)| (*module, *mcu)).collect();
+    assert_eq!(places, [(0, Controller::Master), (1, Controller::Master)]);
+    assert!(crashes[0].2.contains("Invalid Opcode"), "{}", crashes[0].2);
+}

@@ -1,0 +1,158 @@
+//! Two MCUs on a bus see the status codes of the datasheet.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{build_with, marked, mcu};
+use simavr_harness::{Bus, BusCounts, Image, Mcu, Reset, State, lockstep};
+
+/// TWBR for 100 kHz at 16 MHz: 160 cycles a bit.
+const BIT_RATE: &str = "BIT_RATE=72";
+const BIT: u64 = 160;
+
+/// A master that plays `script`, and a slave, run to the master's end.
+fn play(script: char, slave_defines: &[&str]) -> ([Mcu; 2], Bus) {
+    let master = build_with("twi_master.c", &[BIT_RATE, &format!("SCRIPT='{script}'")]);
+    let slave = build_with("twi_slave.c", &[&[BIT_RATE], slave_defines].concat());
+    let mut mcus = [mcu(&master), mcu(&slave)];
+    let mut bus = Bus::new(2);
+    lockstep::run_until(&mut mcus, &mut bus, 200_000, u64::MAX);
+    assert_eq!(mcus[0].state(), State::Done, "{:x?}", marked(&mcus[0]));
+    assert_eq!(mcus[1].state(), State::Sleeping);
+    (mcus, bus)
+}
+
+#[track_caller]
+fn assert_markers(mcu: &Mcu, expected: &[u8]) {
+    let found = marked(mcu);
+    assert!(found == expected, "found {found:x?}, expected {expected:x?}");
+}
+
+#[test]
+fn write_three() {
+    let (mcus, bus) = play('W', &[]);
+    assert_markers(&mcus[0], &[0x08, 0x18, 0x28, 0x28, 0x28, 0xff]);
+    assert_markers(&mcus[1], &[0x60, 0x80, 0xd0, 0x80, 0xd1, 0x80, 0xd2, 0xa0]);
+    assert_eq!(bus.counts(), BusCounts { bytes: 4, ..BusCounts::default() });
+}
+
+#[test]
+fn read_four() {
+    let (mcus, _) = play('R', &[]);
+    let bytes = [0x08, 0x40, 0x50, 0xe0, 0x50, 0xe1, 0x50, 0xe2, 0x58, 0xe3, 0xff];
+    assert_markers(&mcus[0], &bytes);
+    assert_markers(&mcus[1], &[0xa8, 0xb8, 0xb8, 0xb8, 0xc0]);
+}
+
+#[test]
+fn repeated_start() {
+    let (mcus, _) = play('T', &[]);
+    assert_markers(&mcus[0], &[0x08, 0x18, 0x28, 0x10, 0x40, 0x50, 0xe0, 0x58, 0xe1, 0xff]);
+    assert_markers(&mcus[1], &[0x60, 0x80, 0xd0, 0xa0, 0xa8, 0xb8, 0xc0]);
+}
+
+#[test]
+fn nobody_there() {
+    let master = build_with("twi_master.c", &[BIT_RATE, "SCRIPT='W'"]);
+    let mut mcus = [mcu(&master)];
+    lockstep::run_until(&mut mcus, &mut Bus::new(1), 200_000, u64::MAX);
+    assert_markers(&mcus[0], &[0x08, 0x20, 0xff]);
+}
+
+#[test]
+fn general_call() {
+    let (mcus, _) = play('G', &[]);
+    assert_markers(&mcus[0], &[0x08, 0x18, 0x28, 0x28, 0xff]);
+    assert_markers(&mcus[1], &[0x70, 0x90, 0xd0, 0x90, 0xd1, 0xa0]);
+}
+
+#[test]
+fn the_slave_refuses_the_second_byte() {
+    let (mcus, _) = play('N', &["TAKES=1"]);
+    assert_markers(&mcus[0], &[0x08, 0x18, 0x28, 0x30, 0xff]);
+    assert_markers(&mcus[1], &[0x60, 0x80, 0xd0, 0x88]);
+}
+
+/// A slow slave stretches the clock: the same events, later by what it waits at each.
+#[test]
+fn the_clock_waits_for_a_slow_slave() {
+    let duration = |mcus: &[Mcu; 2]| {
+        let markers = mcus[0].markers();
+        markers.last().unwrap().cycle - markers[0].cycle
+    };
+    let (quick, _) = play('W', &[]);
+    let (slow, _) = play('W', &["WAIT=250"]);
+    assert_eq!(marked(&quick[0]), marked(&slow[0]));
+    // Four bytes and a STOP, and the time in the handlers.
+    let wire = (4 * 9 + 1) * BIT;
+    assert!((wire..wire + 1000).contains(&duration(&quick)), "{}", duration(&quick));
+    // A round takes at least five cycles; the last wait, after the STOP, delays nobody.
+    assert!(duration(&slow) > duration(&quick) + 4 * 250 * 5, "{}", duration(&slow));
+}
+
+/// Programs of two nodes that send each other 50 messages each, at `bit_rate` (TWBR).
+fn peers(bit_rate: u8) -> [Arc<Image>; 2] {
+    let bit_rate = format!("BIT_RATE={bit_rate}");
+    [("OWN=0x10", "PEER=0x20"), ("OWN=0x20", "PEER=0x10")]
+        .map(|(own, peer)| build_with("twi_peer.c", &[&bit_rate, own, peer]))
+}
+
+const MESSAGES: std::ops::RangeInclusive<u8> = 1..=50;
+
+#[test]
+fn two_masters_lose_arbitrations_but_no_message() {
+    let mut mcus = peers(72).each_ref().map(mcu);
+    let mut bus = Bus::new(2);
+    lockstep::run_until(&mut mcus, &mut bus, 3_000_000, u64::MAX);
+    for mcu in &mcus {
+        let received: Vec<u8> = marked(mcu).into_iter().filter(|&value| value != 0xff).collect();
+        assert_eq!(received, MESSAGES.collect::<Vec<_>>());
+        assert!(marked(mcu).contains(&0xff), "all sent");
+    }
+    assert!(bus.counts().arbitrations_lost > 20, "{:?}", bus.counts());
+}
+
+#[test]
+fn the_length_of_turns_changes_nothing() {
+    // 100 kHz, and 400 kHz.
+    for bit_rate in [72, 12] {
+        let images = peers(bit_rate);
+        let outcome = |quantum| {
+            let mut mcus = images.each_ref().map(mcu);
+            let mut bus = Bus::new(2);
+            lockstep::run_until(&mut mcus, &mut bus, 500_000, quantum);
+            (mcus.each_ref().map(Mcu::state_hash), mcus.each_ref().map(marked), bus.counts())
+        };
+        let whole = outcome(u64::MAX);
+        assert!(whole.2.bytes > 50, "{:?}", whole.2);
+        for quantum in [1, 7, 40, 160, 1000] {
+            assert_eq!(outcome(quantum), whole, "quantum {quantum}, TWBR {bit_rate}");
+        }
+    }
+}
+
+/// Resets one node at many places of a transfer: it lets go of the bus, and both get all later
+/// messages through.
+#[test]
+fn a_reset_in_mid_transfer_does_not_hang_the_bus() {
+    let images = peers(12);
+    let mut bus_errors = 0;
+    for reset_node in 0..2 {
+        for delay in (0..4000).step_by(97) {
+            let mut mcus = images.each_ref().map(mcu);
+            let mut bus = Bus::new(2);
+            let at = 20_000 + delay;
+            lockstep::run_until(&mut mcus, &mut bus, at, u64::MAX);
+            mcus[reset_node].reset(Reset::External);
+            lockstep::run_until(&mut mcus, &mut bus, 1_000_000, u64::MAX);
+            for (index, mcu) in mcus.iter().enumerate() {
+                let received = marked(mcu);
+                assert!(received.contains(&50), "node {index} of reset {reset_node} at {at}");
+            }
+            let errors = |mcu: &Mcu| marked(mcu).iter().filter(|&&value| value == 0xee).count();
+            bus_errors += mcus.iter().map(errors).sum::<usize>();
+        }
+    }
+    assert!(bus_errors > 0, "some reset falls into a byte");
+}

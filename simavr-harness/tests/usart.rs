@@ -1,0 +1,106 @@
+//! A USART's frames take their time, and its buffers hold what the datasheet says.
+
+mod common;
+
+use common::{build_with, marked, mcu};
+use simavr_harness::{Character, State};
+
+/// 8N1 at 38400 baud: ten bits of 416 cycles.
+const FRAME: u64 = 4160;
+
+#[test]
+fn sixty_four_bytes_take_sixty_four_frames_and_one_txc() {
+    let mut mcu = mcu(&build_with("usart.c", &["SEND"]));
+    mcu.run_until(70 * FRAME);
+    let sent = mcu.take_sent(0);
+    assert_eq!(sent.len(), 64);
+    assert_eq!(sent[63].end - sent[0].start, 64 * FRAME);
+    assert!(sent.windows(2).all(|pair| pair[0].end == pair[1].start));
+    let values: Vec<u8> = sent.iter().map(|character| character.value).collect();
+    assert_eq!(values, (1..=64).rev().collect::<Vec<u8>>());
+    assert_eq!(marked(&mcu), [0x77]);
+    assert!(mcu.markers()[0].cycle >= sent[63].end);
+    assert!(mcu.take_sent(0).is_empty());
+}
+
+#[test]
+fn a_byte_is_received_at_the_end_of_its_frame() {
+    let mut mcu = mcu(&build_with("usart.c", &["ECHO"]));
+    let end = 3 * FRAME;
+    mcu.run_until(FRAME);
+    mcu.receive(0, Character { value: 0x42, start: end - FRAME, end });
+    mcu.run_until(5 * FRAME);
+    let handled = mcu.markers()[0].cycle;
+    // Response from sleep, jmp, and what the handler saves before its marker.
+    assert!((end + 8 + 3..end + 40).contains(&handled), "{}", handled - end);
+    let [echo] = mcu.take_sent(0)[..] else { panic!("one byte is sent back") };
+    assert_eq!(echo.value, 0x42);
+    assert!((handled..handled + 10).contains(&echo.start));
+    assert_eq!(mcu.usart_frame_cycles(0), Some(FRAME));
+    assert_eq!(mcu.usart_frame_cycles(1), None, "USART1 is off");
+}
+
+/// Two bytes wait in the buffer and one in the shift register; the next ones take its place.
+#[test]
+fn bytes_not_read_in_time_are_lost_and_the_loss_is_flagged() {
+    const DOR: u8 = 0x08;
+    let status_and_data = |bytes: u8| {
+        let mut mcu = mcu(&build_with("usart.c", &["LATE"]));
+        let start = mcu.run_to_marker(1, 10_000).unwrap().cycle;
+        for value in 1..=bytes {
+            let start = start + u64::from(value) * FRAME;
+            mcu.receive(0, Character { value, start, end: start + FRAME });
+        }
+        assert_eq!(mcu.run_to_end(100_000), State::Done);
+        let counts = mcu.usart_counts(0).unwrap();
+        assert_eq!(counts.received, bytes.into());
+        let read: Vec<_> = marked(&mcu)[1..].chunks(2).map(|pair| (pair[0] & DOR, pair[1])).collect();
+        (read, counts.overrun)
+    };
+    assert_eq!(status_and_data(2), (vec![(0, 1), (0, 2)], 0));
+    assert_eq!(status_and_data(3), (vec![(0, 1), (0, 2), (0, 3)], 0));
+    assert_eq!(status_and_data(5), (vec![(DOR, 1), (0, 2), (0, 5)], 2));
+}
+
+#[test]
+fn a_receiver_that_is_off_hears_nothing() {
+    let mut mcu = mcu(&build_with("usart.c", &["SEND"]));
+    mcu.run_until(1000);
+    mcu.receive(0, Character { value: 1, start: 1000, end: 1000 + FRAME });
+    mcu.run_until(2 * FRAME);
+    let counts = mcu.usart_counts(0).unwrap();
+    assert_eq!((counts.received, counts.unheard), (0, 1));
+}
+
+/// The flag shows a condition: it raises the interrupt again though no RETI ended the handler.
+#[test]
+fn bytes_that_wait_raise_one_interrupt_after_another() {
+    let mut mcu = mcu(&build_with("usart.c", &["KERNEL"]));
+    let start = mcu.run_to_marker(1, 10_000).unwrap().cycle;
+    for value in [0x61, 0x62, 0x63] {
+        mcu.receive(0, Character { value, start, end: start + FRAME });
+    }
+    mcu.run_until(start + 100_000);
+    assert_eq!(marked(&mcu), [1, 0x61, 0x62, 0x63]);
+}
+
+#[test]
+fn the_length_of_a_frame_follows_its_format() {
+    const UBRRL: u16 = 0x29;
+    const UCSRB: u16 = 0x2a;
+    const UCSRA: u16 = 0x2b;
+    const UCSRC: u16 = 0x95;
+    let mut mcu = mcu(&build_with("usart.c", &["SEND"]));
+    mcu.run_until(1000);
+    // 8 cycles a bit and unit of UBRR + 1.
+    mcu.write(UBRRL, 9);
+    for (format, bits) in [(0x06, 10), (0x00, 7), (0x0e, 11), (0x26, 11), (0x3e, 12)] {
+        mcu.write(UCSRC, format);
+        assert_eq!(mcu.usart_frame_cycles(0), Some(bits * 80), "UCSRC {format:#x}");
+    }
+    mcu.write(UCSRC, 0x06);
+    mcu.write(UCSRB, 0x0c);
+    assert_eq!(mcu.usart_frame_cycles(0), Some(11 * 80), "nine data bits");
+    mcu.write(UCSRA, 0);
+    assert_eq!(mcu.usart_frame_cycles(0), Some(11 * 160), "single speed");
+}

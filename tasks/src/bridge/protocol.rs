@@ -1,0 +1,207 @@
+//! A message as one I2C transfer.
+//!
+//! ```text
+//!   +--------+----+------+-------------------+-------+
+//!   | length | to | from | payload, 0..=16 B | CRC-8 |
+//!   +--------+----+------+-------------------+-------+
+//!
+//!   length      bits 4..0 bytes of payload; bit 7 the message is a datagram; bits 6..5 zero
+//! ```
+//!
+//! I2C acknowledges each byte but does not check it, hence the CRC. Both addresses cross unchanged:
+//! the two MCUs are one module, and to both "here" means that module.
+
+use crate::message::{Address, MAX_PAYLOAD, Message};
+
+/// The most bytes of a transfer.
+pub const MAX_PACKET: usize = 3 + MAX_PAYLOAD + 1;
+
+const DATAGRAM: u8 = 0x80;
+
+/// Why a transfer is no message.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum PacketError {
+    /// The transfer is not as long as its first byte says, or that byte is out of range.
+    Length,
+    Crc,
+    /// `to` or `from` is no address.
+    Address,
+}
+
+/// The message as bytes to transfer, laid out in `packet`.
+pub fn encode<'p>(message: &Message, packet: &'p mut [u8; MAX_PACKET]) -> &'p [u8] {
+    let payload = message.payload();
+    let datagram = if message.is_datagram() { DATAGRAM } else { 0 };
+    let header = [payload.len() as u8 | datagram, message.to().byte(), message.from().byte()];
+    let mut crc = Crc8::new();
+    let mut length = 0;
+    for (slot, byte) in packet.iter_mut().zip(header.iter().chain(payload)) {
+        *slot = *byte;
+        crc.update(*byte);
+        length += 1;
+    }
+    if let Some(slot) = packet.get_mut(length) {
+        *slot = crc.value();
+    }
+    packet.get(..=length).unwrap_or(&[])
+}
+
+/// The message in the bytes of one whole transfer.
+pub fn decode(packet: &[u8]) -> Result<Message, PacketError> {
+    let [length, to, from, payload @ .., crc] = packet else {
+        return Err(PacketError::Length);
+    };
+    if usize::from(length & !DATAGRAM) != payload.len() {
+        return Err(PacketError::Length);
+    }
+    let mut expected = Crc8::new();
+    for byte in [length, to, from].into_iter().chain(payload) {
+        expected.update(*byte);
+    }
+    if expected.value() != *crc {
+        return Err(PacketError::Crc);
+    }
+    let to = Address::from_byte(*to).ok_or(PacketError::Address)?;
+    let from = Address::from_byte(*from).ok_or(PacketError::Address)?;
+    let make = if length & DATAGRAM != 0 { Message::datagram } else { Message::new };
+    make(to, from, payload).map_err(|_| PacketError::Length)
+}
+
+/// CRC-8 of ITU-T I.432.1: polynomial 0x07, initial value 0, inverted by 0x55 so that a bus stuck
+/// low does not read as a message of zeros.
+struct Crc8(u8);
+
+impl Crc8 {
+    const fn new() -> Crc8 {
+        Crc8(0)
+    }
+
+    const fn update(&mut self, byte: u8) {
+        self.0 ^= byte;
+        let mut bit = 0;
+        while bit < 8 {
+            let carry = self.0 & 0x80 != 0;
+            self.0 <<= 1;
+            if carry {
+                self.0 ^= 0x07;
+            }
+            bit += 1;
+        }
+    }
+
+    const fn value(self) -> u8 {
+        self.0 ^ 0x55
+    }
+}
+
+/// What a bridge counts, read out of RAM by the console, a debugger or the simulator. All wrap.
+#[repr(C)]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct BridgeCounters {
+    /// Messages that crossed to the other MCU.
+    pub messages_sent: u16,
+    /// Messages that came from the other MCU.
+    pub messages_received: u16,
+    /// Transfers begun again after lost arbitration, a NACK or a bus error.
+    pub retries: u16,
+    /// Transfers that are no message: length, CRC or address.
+    pub errors: u16,
+    /// Messages given up after the last repetition.
+    pub gave_up: u16,
+    /// Messages for a task or dock that this MCU does not have.
+    pub ignored: u16,
+    /// Messages lost for want of a buffer.
+    pub no_buffer: u16,
+}
+
+impl BridgeCounters {
+    /// All at 0.
+    pub const fn new() -> BridgeCounters {
+        BridgeCounters {
+            messages_sent: 0,
+            messages_received: 0,
+            retries: 0,
+            errors: 0,
+            gave_up: 0,
+            ignored: 0,
+            no_buffer: 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::dock::Dock;
+    use crate::message::TaskCode;
+    use std::vec::Vec;
+
+    const TO: Address = Address::here(TaskCode::HORMONE);
+    const FROM: Address = Address::beyond(Dock::Back, TaskCode::HORMONE);
+
+    fn packet(message: &Message) -> Vec<u8> {
+        encode(message, &mut [0xEE; MAX_PACKET]).to_vec()
+    }
+
+    fn crc8(bytes: &[u8]) -> u8 {
+        let mut crc = Crc8::new();
+        for byte in bytes {
+            crc.update(*byte);
+        }
+        crc.value()
+    }
+
+    #[test]
+    fn crc_8_known_vectors() {
+        assert_eq!(crc8(b"123456789"), 0xA1, "the catalogue's check value");
+        assert_eq!(crc8(b""), 0x55);
+    }
+
+    #[test]
+    fn the_layout_is_as_drawn() {
+        let message = Message::new(TO, FROM, &[7, 8]).unwrap();
+        let expected = [2, 0xE1, 0x21, 7, 8];
+        assert_eq!(packet(&message), [&expected[..], &[crc8(&expected)]].concat());
+        let probe = Message::datagram(TO, FROM, &[]).unwrap();
+        let expected = [0x80, 0xE1, 0x21];
+        assert_eq!(packet(&probe), [&expected[..], &[crc8(&expected)]].concat());
+    }
+
+    #[test]
+    fn a_transfer_of_another_length_is_refused() {
+        let bytes = packet(&Message::new(TO, FROM, &[7, 8]).unwrap());
+        for length in 0..bytes.len() {
+            assert_eq!(decode(&bytes[..length]), Err(PacketError::Length));
+        }
+        assert_eq!(decode(&[&bytes[..], &[0]].concat()), Err(PacketError::Length));
+        let mut too_long = Vec::from([MAX_PAYLOAD as u8 + 1, TO.byte(), FROM.byte()]);
+        too_long.extend([0; MAX_PAYLOAD + 1]);
+        too_long.push(crc8(&too_long));
+        assert_eq!(decode(&too_long), Err(PacketError::Length));
+        for reserved in [0x20, 0x40, 0x60] {
+            let covered = [reserved, TO.byte(), FROM.byte()];
+            let bytes = [&covered[..], &[crc8(&covered)]].concat();
+            assert_eq!(decode(&bytes), Err(PacketError::Length));
+        }
+    }
+
+    #[test]
+    fn what_is_no_address_is_refused() {
+        for (to, from) in [(0xC0, FROM.byte()), (TO.byte(), 0xDF)] {
+            let covered = [0, to, from];
+            let bytes = [&covered[..], &[crc8(&covered)]].concat();
+            assert_eq!(decode(&bytes), Err(PacketError::Address));
+        }
+    }
+
+    #[test]
+    fn a_stuck_bus_is_no_message() {
+        for length in 0..=MAX_PACKET {
+            assert!(decode(&[0x00; MAX_PACKET][..length]).is_err());
+            assert!(decode(&[0xFF; MAX_PACKET][..length]).is_err());
+        }
+    }
+}

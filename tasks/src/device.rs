@@ -1,0 +1,51 @@
+//! What the system tasks ask of their devices. The board implements it.
+
+use kernel::Task;
+
+/// The sending half of a dock's serial link.
+pub trait Transmit {
+    /// Sends `bytes`, and blocks until the last stop bit is on the wire.
+    fn transmit(&mut self, task: &mut Task, bytes: &[u8]);
+}
+
+/// The receiving half of a dock's serial link.
+pub trait Receive {
+    /// Blocks until the zero byte that ends a frame has come, and copies the frame, that zero
+    /// included, to the start of `buffer`. Returns its length in bytes.
+    ///
+    /// A frame that does not fit is dropped up to its zero, and counted in
+    /// [`overruns`](Self::overruns), as are bytes that the hardware or the FIFO lost.
+    fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize;
+
+    /// How many bytes and frames were lost on the way in, modulo 65,536.
+    fn overruns(&self, task: &mut Task) -> u16;
+}
+
+/// How a transfer over the bus between the MCUs ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Transfer {
+    /// The other MCU acknowledged every byte.
+    Done,
+    /// The other MCU did not acknowledge its address or a byte: it is off, in reset or its buffer is full.
+    Refused,
+    /// The bus was in a state that the protocol does not know.
+    Fault,
+}
+
+/// The bus between the two MCUs of a module. Either may start a transfer; a lost arbitration is
+/// tried again when the bus is free, without the task's doing.
+///
+/// After a transfer has ended, or one from the other MCU has come in whole, the board posts the
+/// semaphore that it was given for this.
+pub trait Bus {
+    /// Starts to send `bytes`, at most 24. One transfer at a time: the one before must have an outcome.
+    fn send(&mut self, task: &mut Task, bytes: &[u8]);
+
+    /// The outcome of the transfer that `send` started, once.
+    fn outcome(&mut self, task: &mut Task) -> Option<Transfer>;
+
+    /// Copies what came from the other MCU to the start of `buffer`, and returns its length, once.
+    /// Until then further transfers from there are refused.
+    fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
+}

@@ -1,0 +1,55 @@
+//! Random delay before a repetition.
+//!
+//! On a half-duplex medium two ends that collided once and repeat after the same time-out collide
+//! for ever. Each adds a few milliseconds of its own.
+
+/// A 16-bit linear feedback shift register (Galois form, x^16 + x^14 + x^13 + x^11 + 1, period
+/// 65535).
+pub struct Backoff(u16);
+
+impl Backoff {
+    /// `seed` should differ from dock to dock and from module to module.
+    pub const fn new(seed: u16) -> Backoff {
+        // Zero is the one state that the register never leaves.
+        Backoff(if seed == 0 { 1 } else { seed })
+    }
+
+    /// The delay to add before the next repetition, 0..=7 ms.
+    pub fn next_ms(&mut self) -> u8 {
+        // More shifts than bits are taken, so that no bit is used twice, and a number that has no
+        // factor in common with the period, so that every state has its turn.
+        for _ in 0..4 {
+            let carry = self.0 & 1 != 0;
+            self.0 >>= 1;
+            if carry {
+                self.0 ^= 0xB400;
+            }
+        }
+        (self.0 & 7) as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_delays_are_equally_frequent_over_the_period() {
+        let mut backoff = Backoff::new(0);
+        let mut counts = [0_u16; 8];
+        for _ in 0..65535_u16 {
+            counts[usize::from(backoff.next_ms())] += 1;
+        }
+        assert_eq!(backoff.0, 1, "the register is back where it began");
+        // Every state but zero.
+        assert_eq!(counts, [8191, 8192, 8192, 8192, 8192, 8192, 8192, 8192]);
+    }
+
+    #[test]
+    fn two_ends_part_soon() {
+        for seed in 1..=2000 {
+            let (mut one, mut other) = (Backoff::new(seed), Backoff::new(seed + 1));
+            assert!((0..8).any(|_| one.next_ms() != other.next_ms()), "seeds {seed} and the next");
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! What the two tasks of a dock share: its end of the link, its mailbox and its counts.
+
+use kernel::{Context, MaskedCell, Mutex, Task};
+
+use super::counters::LinkCounters;
+use super::endpoint::Endpoint;
+use super::frame::Label;
+use crate::dock::Dock;
+use crate::mailbox::Mailbox;
+
+/// Messages that may wait at a dock to be sent.
+const ROOM: u8 = 4;
+
+/// How often a message is repeated before it is given up.
+const RETRY_LIMIT: u8 = 8;
+
+/// A dock's link. A `static`: its tasks run on it, and readers of RAM find the [`LinkCounters`] at its start.
+#[repr(C)]
+pub struct Port {
+    state: Mutex<State>,
+    mailbox: Mailbox,
+    /// The ACK that the receiving task asks the sending task for.
+    ack_due: MaskedCell<Option<Label>>,
+    dock: Dock,
+}
+
+/// What both tasks change.
+#[repr(C)]
+pub(super) struct State {
+    pub(super) counters: LinkCounters,
+    pub(super) endpoint: Endpoint,
+}
+
+impl Port {
+    /// The link at `dock`.
+    pub const fn new(dock: Dock) -> Self {
+        Port {
+            state: Mutex::new(State {
+                counters: LinkCounters::new(),
+                endpoint: Endpoint::new(dock, 0, RETRY_LIMIT),
+            }),
+            mailbox: Mailbox::new(ROOM),
+            ack_due: MaskedCell::new(None),
+            dock,
+        }
+    }
+
+    /// Where messages to the neighbour beyond this dock go.
+    pub const fn mailbox(&self) -> &Mailbox {
+        &self.mailbox
+    }
+
+    /// What the link counts.
+    pub fn counters(&self, task: &mut Task) -> LinkCounters {
+        self.state.with(task, |state| state.counters)
+    }
+
+    pub(super) fn dock(&self) -> Dock {
+        self.dock
+    }
+
+    pub(super) fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut State) -> R) -> R {
+        self.state.with(task, work)
+    }
+
+    /// Counts one more of what `which` names.
+    pub(super) fn count(&self, task: &mut Task, which: impl FnOnce(&mut LinkCounters) -> &mut u16) {
+        self.with(task, |state| {
+            let counter = which(&mut state.counters);
+            *counter = counter.wrapping_add(1);
+        });
+    }
+
+    /// Begins anew, with the epochs that `seed` gives; see [`Endpoint::new`].
+    pub(super) fn restart(&self, task: &mut Task, seed: u16) {
+        self.with(task, |state| state.endpoint = Endpoint::new(self.dock, seed, RETRY_LIMIT));
+    }
+
+    /// Asks the sending task for an ACK. A newer one takes the place of one not yet sent: the neighbour
+    /// has one message outstanding at a time.
+    pub(super) fn acknowledge(&self, task: &mut Task, label: Label) {
+        task.mask(|masked| self.ack_due.set(masked, Some(label)));
+        self.mailbox.wake(task);
+    }
+
+    pub(super) fn take_ack_due(&self, task: &mut Task) -> Option<Label> {
+        task.mask(|masked| {
+            let label = self.ack_due.get(masked);
+            self.ack_due.set(masked, None);
+            label
+        })
+    }
+}

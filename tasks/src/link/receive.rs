@@ -1,0 +1,79 @@
+//! The receiving task of a dock (paper, section 5): takes frames off the line and delivers what they bring.
+
+use kernel::{Never, Task};
+
+use super::cobs::MAX_WIRE;
+use super::endpoint::Arrival;
+use super::frame::Frame;
+use super::port::Port;
+use crate::device::Receive;
+use crate::message::{Address, Message};
+use crate::post_office::{PostOffice, Undelivered};
+use crate::router::Source;
+
+/// Runs the receiving task of `port`. `seed` should differ from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
+pub fn run(
+    task: &mut Task,
+    port: &'static Port,
+    mut line: impl Receive,
+    office: &'static PostOffice,
+    seed: u16,
+) -> Never {
+    port.restart(task, seed);
+    let mut wire = [0; MAX_WIRE];
+    loop {
+        let length = line.receive(task, &mut wire);
+        let overruns = line.overruns(task);
+        port.with(task, |state| state.counters.overruns = overruns);
+        match wire.get_mut(..length).map(Frame::decode) {
+            Some(Ok(frame)) => {
+                port.count(task, |counters| &mut counters.frames_received);
+                take(task, port, office, frame);
+            }
+            _ => port.count(task, |counters| &mut counters.errors),
+        }
+    }
+}
+
+/// Does what a frame asks for.
+fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, frame: Frame) {
+    match port.with(task, |state| state.endpoint.on_frame(frame)) {
+        Arrival::Message { label, to, payload } => {
+            // Acknowledged unless there is no room now: what nobody here wants, no repetition helps.
+            if deliver(task, port, office, to, payload) {
+                port.with(task, |state| state.endpoint.accept(label));
+                port.acknowledge(task, label);
+            }
+        }
+        Arrival::Duplicate(label) => {
+            port.count(task, |counters| &mut counters.duplicates);
+            port.acknowledge(task, label);
+        }
+        Arrival::Datagram { to, payload } => {
+            deliver(task, port, office, to, payload);
+        }
+        Arrival::Delivered => port.mailbox().wake(task),
+        Arrival::StaleAck => {}
+        Arrival::Reflection => port.count(task, |counters| &mut counters.reflections),
+    }
+}
+
+/// Hands a message on, and counts it if that fails. Returns whether it is dealt with.
+fn deliver(
+    task: &mut Task,
+    port: &'static Port,
+    office: &'static PostOffice,
+    to: Address,
+    payload: &[u8],
+) -> bool {
+    let from = Address::beyond(port.dock(), to.task());
+    // A frame holds no more than a message.
+    let Ok(message) = Message::new(to, from, payload) else { return true };
+    let Err(undelivered) = office.deliver(task, message, Source::Dock(port.dock())) else { return true };
+    port.count(task, |counters| match undelivered {
+        Undelivered::Ignored => &mut counters.ignored,
+        Undelivered::Refused => &mut counters.refused,
+        Undelivered::NoRoom => &mut counters.no_buffer,
+    });
+    undelivered != Undelivered::NoRoom
+}

@@ -1,0 +1,202 @@
+//! What tasks send one another, and how a task is addressed.
+
+use crate::dock::Dock;
+
+/// The most payload bytes that a message carries.
+pub const MAX_PAYLOAD: usize = 16;
+
+/// The name of a task within a module, the same in every module: 0x00..=0x0F are behaviours,
+/// 0x10..=0x1F are system tasks.
+///
+/// A code need not belong to a task that exists: what names no task is found out by the router.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+pub struct TaskCode(u8);
+
+impl TaskCode {
+    /// AC_RECV: receives probes (paper, Figure 5).
+    pub const AC_RECEIVE: TaskCode = TaskCode(0x00);
+    /// HORMONE (paper, Figure 5).
+    pub const HORMONE: TaskCode = TaskCode(0x01);
+    /// The bridge between the two MCUs.
+    pub const BRIDGE: TaskCode = TaskCode(0x10);
+    /// Power management.
+    pub const POWER: TaskCode = TaskCode(0x11);
+
+    /// The task with this code; `None` above 0x1F.
+    pub const fn new(code: u8) -> Option<TaskCode> {
+        if code <= Address::TASK { Some(TaskCode(code)) } else { None }
+    }
+
+    /// The code, 0x00..=0x1F.
+    pub const fn code(self) -> u8 {
+        self.0
+    }
+
+    /// Whether this is a behaviour: a neighbour may address no other task (paper, section 5).
+    pub const fn is_behaviour(self) -> bool {
+        self.0 < 0x10
+    }
+}
+
+/// Where a message goes or comes from: a task of this module, or of the neighbour beyond a dock.
+///
+/// "Beyond Back, HORMONE" is the HORMONE task of the module attached to the Back dock. There is no
+/// address for any module farther away: modules have no names (paper, section 7).
+///
+/// One byte: bits 7..5 the dock's index, or 7 for "this module"; bits 4..0 the task's code.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+pub struct Address(u8);
+
+impl Address {
+    const TASK: u8 = 0x1F;
+    const HERE: u8 = 7;
+
+    /// A task of this module, on whichever MCU.
+    pub const fn here(task: TaskCode) -> Address {
+        Address(Self::HERE << 5 | task.0)
+    }
+
+    /// A task of the module attached to `dock`.
+    pub const fn beyond(dock: Dock, task: TaskCode) -> Address {
+        Address(dock.index() << 5 | task.0)
+    }
+
+    /// The address in this byte; `None` if its dock is the one index that means nothing, 6.
+    pub const fn from_byte(byte: u8) -> Option<Address> {
+        if byte >> 5 == 6 { None } else { Some(Address(byte)) }
+    }
+
+    pub const fn byte(self) -> u8 {
+        self.0
+    }
+
+    /// The dock that the task lies beyond; `None` for a task of this module.
+    pub const fn dock(self) -> Option<Dock> {
+        Dock::from_index(self.0 >> 5)
+    }
+
+    pub const fn task(self) -> TaskCode {
+        TaskCode(self.0 & Self::TASK)
+    }
+}
+
+/// The payload is longer than [`MAX_PAYLOAD`] bytes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct TooLong;
+
+/// What one task sends to another. Beyond a dock it is acknowledged and repeated until it arrives
+/// or the link gives up, unless it was made as a [datagram](Message::datagram).
+#[derive(Clone, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Message {
+    to: Address,
+    from: Address,
+    /// Payload bytes in bits 4..0, [`Self::DATAGRAM`] in bit 7: a message lives in RAM by the dozen.
+    length: u8,
+    payload: [u8; MAX_PAYLOAD],
+}
+
+impl Message {
+    const DATAGRAM: u8 = 0x80;
+
+    /// A message of up to [`MAX_PAYLOAD`] bytes.
+    pub fn new(to: Address, from: Address, payload: &[u8]) -> Result<Message, TooLong> {
+        Self::with_flags(to, from, payload, 0)
+    }
+
+    /// A message that a link sends once and forgets: for what is soon said again, as probes are.
+    pub fn datagram(to: Address, from: Address, payload: &[u8]) -> Result<Message, TooLong> {
+        Self::with_flags(to, from, payload, Self::DATAGRAM)
+    }
+
+    pub fn to(&self) -> Address {
+        self.to
+    }
+
+    /// The sender. For a message that came in at a dock this is the addressed task's counterpart
+    /// beyond that dock: who sent it does not travel on the wire.
+    pub fn from(&self) -> Address {
+        self.from
+    }
+
+    pub fn payload(&self) -> &[u8] {
+        let length = usize::from(self.length & !Self::DATAGRAM);
+        self.payload.get(..length).unwrap_or(&self.payload)
+    }
+
+    pub fn is_datagram(&self) -> bool {
+        self.length & Self::DATAGRAM != 0
+    }
+
+    fn with_flags(to: Address, from: Address, bytes: &[u8], flags: u8) -> Result<Message, TooLong> {
+        let mut payload = [0; MAX_PAYLOAD];
+        payload.get_mut(..bytes.len()).ok_or(TooLong)?.copy_from_slice(bytes);
+        Ok(Message { to, from, length: bytes.len() as u8 | flags, payload })
+    }
+}
+
+/// How many messages one MCU holds at once, over all its queues. Each buffer takes 21 bytes.
+pub const BUFFERS: usize = 12;
+
+kernel::pool!(Message, BUFFERS);
+
+/// A message in a buffer of the pool. It moves from task to task; dropped, it frees the buffer.
+pub type Buffered = kernel::Message<Message>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn task_codes_have_five_bits_and_the_lower_half_are_behaviours() {
+        for code in 0..=255u8 {
+            match TaskCode::new(code) {
+                Some(task) => {
+                    assert!(code < 32);
+                    assert_eq!(task.code(), code);
+                    assert_eq!(task.is_behaviour(), code < 16);
+                }
+                None => assert!(code >= 32),
+            }
+        }
+    }
+
+    #[test]
+    fn an_address_is_its_byte() {
+        for byte in 0..=255u8 {
+            let Some(address) = Address::from_byte(byte) else {
+                assert_eq!(byte >> 5, 6);
+                continue;
+            };
+            assert_eq!(address.byte(), byte);
+            assert_eq!(address.task().code(), byte & 0x1F);
+            assert_eq!(address.dock().map(Dock::index), Some(byte >> 5).filter(|dock| *dock != 7));
+            let rebuilt = match address.dock() {
+                Some(dock) => Address::beyond(dock, address.task()),
+                None => Address::here(address.task()),
+            };
+            assert_eq!(rebuilt, address);
+        }
+    }
+
+    #[test]
+    fn a_message_keeps_what_it_was_given_and_refuses_too_much() {
+        let to = Address::beyond(Dock::Back, TaskCode::HORMONE);
+        let from = Address::here(TaskCode::HORMONE);
+        let bytes: [u8; MAX_PAYLOAD + 1] = core::array::from_fn(|index| index as u8 + 1);
+        for length in 0..=MAX_PAYLOAD {
+            let message = Message::new(to, from, &bytes[..length]).unwrap();
+            assert_eq!((message.to(), message.from()), (to, from));
+            assert_eq!(message.payload(), &bytes[..length]);
+            assert!(!message.is_datagram());
+            let datagram = Message::datagram(to, from, &bytes[..length]).unwrap();
+            assert_eq!(datagram.payload(), &bytes[..length]);
+            assert!(datagram.is_datagram());
+        }
+        assert_eq!(Message::new(to, from, &bytes), Err(TooLong));
+        assert_eq!(Message::datagram(to, from, &bytes), Err(TooLong));
+    }
+}

@@ -1,0 +1,61 @@
+//! Delivery on one MCU: from a message's address to a task's mailbox.
+
+use kernel::{Message as Owned, Task};
+
+use crate::dock::Dock;
+use crate::mailbox::Mailbox;
+use crate::message::{Message, TaskCode};
+use crate::router::{Route, Router, Source};
+
+/// The mailboxes of one MCU, and the router that chooses among them.
+pub struct PostOffice {
+    pub router: Router,
+    /// The tasks here that can be addressed.
+    pub tasks: &'static [(TaskCode, &'static Mailbox)],
+    /// The sending tasks of the docks here.
+    pub links: &'static [(Dock, &'static Mailbox)],
+    pub bridge: &'static Mailbox,
+}
+
+/// Why a message was not delivered. It is gone, and its buffer free again.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Undelivered {
+    /// There is no such task or dock in this module.
+    Ignored,
+    /// A neighbour may not send this.
+    Refused,
+    /// The pool is empty or the mailbox full: it may work later.
+    NoRoom,
+}
+
+impl PostOffice {
+    /// Puts `message` into a buffer, and that into the mailbox that its address names.
+    ///
+    /// # Errors
+    /// [`Undelivered`]; whoever calls counts it.
+    pub fn deliver(&self, task: &mut Task, message: Message, source: Source) -> Result<(), Undelivered> {
+        let mailbox = self.mailbox(&message, source)?;
+        let message = Owned::new(task, message).map_err(|_| Undelivered::NoRoom)?;
+        mailbox.put(task, message).map_err(|_| Undelivered::NoRoom)
+    }
+
+    fn mailbox(&self, message: &Message, source: Source) -> Result<&'static Mailbox, Undelivered> {
+        match self.router.route(message, source) {
+            Route::Task(code) => find(self.tasks, |named| named == code),
+            Route::Link(dock) => find(self.links, |named| named == dock),
+            Route::Bridge => Some(self.bridge),
+            Route::Ignored => None,
+            Route::Refused => return Err(Undelivered::Refused),
+        }
+        .ok_or(Undelivered::Ignored)
+    }
+}
+
+fn find<Name: Copy>(
+    mailboxes: &[(Name, &'static Mailbox)],
+    is_it: impl Fn(Name) -> bool,
+) -> Option<&'static Mailbox> {
+    mailboxes.iter().find(|(name, _)| is_it(*name)).map(|(_, mailbox)| *mailbox)
+}
+

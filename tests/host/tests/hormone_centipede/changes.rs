@@ -1,0 +1,98 @@
+//! Changes while walking: without reprogramming, the gait is right again from the first beat after
+//! the modules have found their neighbours, and that is within a Period and discovery.
+
+use hormone::gait::centipede;
+use hormone::module_type::ModuleType;
+use tasks::dock::Dock::{Back, Front, Left, Right};
+
+use crate::robot::{Robot, Segment};
+use Segment::{Branch, Spine};
+
+const PERIOD: u32 = 1_000;
+/// How long it may take to notice a lost neighbour, the slower half of discovery.
+const DISCOVERY: u32 = 300;
+
+/// Head 0, branch 1 with legs 2 and 3, spine 4, branch 5 with legs 6 and 7, spine 8, tail 9; walking.
+fn walking(seed: u64) -> Robot {
+    let mut robot = Robot::centipede(&centipede::RULES, &[Branch, Spine, Branch, Spine], seed);
+    robot.longest_delay = 3;
+    robot.discover(150).unwrap();
+    let known = robot.now;
+    robot.run(3_000);
+    assert_eq!(robot.gait_violations(known, robot.now), 0);
+    robot
+}
+
+/// After a change at this moment, the gait is right in time and stays so.
+fn recovers(robot: &mut Robot) {
+    robot.discover(DISCOVERY).expect("discovery in time");
+    let known = robot.now;
+    robot.run(6 * PERIOD);
+    assert_eq!(robot.gait_violations(known, robot.now), 0);
+    let next_hormone = |module| robot.hormones_received(module).iter().find(|beat| beat.at >= known);
+    for module in (0..robot.len()).filter(|&module| robot.module_type(module) == ModuleType::LeftLeg) {
+        let first = next_hormone(module).expect("a hormone for every leg");
+        assert!(first.at - known <= PERIOD, "leg {module} waited from {known} to {}", first.at);
+    }
+}
+
+#[test]
+fn legs_are_taken_off_and_put_on_elsewhere() {
+    for seed in 0..8 {
+        let mut robot = walking(seed);
+        robot.run(97 * seed as u32);
+        robot.detach((5, Left));
+        robot.detach((5, Right));
+        recovers(&mut robot);
+        assert_eq!(robot.module_type(5), ModuleType::Spine);
+
+        robot.attach((4, Left), (6, Back));
+        robot.attach((4, Right), (7, Back));
+        recovers(&mut robot);
+        assert_eq!(robot.module_type(4), ModuleType::Branch);
+    }
+}
+
+#[test]
+fn a_branch_with_one_leg_passes_the_beat_on() {
+    let mut robot = walking(1);
+    robot.detach((1, Right));
+    robot.discover(DISCOVERY).unwrap();
+    assert_eq!(robot.module_type(1), ModuleType::Other);
+    let before = robot.hormones_received(9).len();
+    robot.run(5 * PERIOD);
+    assert_eq!(robot.hormones_received(9).len() - before, 10, "each beat reaches the tail, once");
+}
+
+#[test]
+fn a_leg_and_a_spine_change_places() {
+    for seed in 0..8 {
+        let mut robot = walking(seed);
+        robot.run(101 * seed as u32);
+        robot.swap(3, 4);
+        recovers(&mut robot);
+        assert_eq!(robot.module_type(3), ModuleType::Spine);
+        assert_eq!(robot.module_type(4), ModuleType::RightLeg);
+    }
+}
+
+#[test]
+fn cut_in_two_both_halves_walk_and_joined_they_walk_as_one() {
+    for seed in 0..8 {
+        let mut robot = walking(seed);
+        robot.run(103 * seed as u32);
+        // The halves: head, branch 1 and spine 4, now the tail; branch 5 needs a head of its own.
+        robot.detach((4, Back));
+        robot.detach((8, Back));
+        robot.attach((9, Back), (5, Front));
+        robot.discover(DISCOVERY).unwrap();
+        assert_eq!(robot.module_type(4), ModuleType::Tail);
+        assert_eq!(robot.module_type(8), ModuleType::Tail);
+        assert_eq!(robot.module_type(9), ModuleType::Head);
+        recovers(&mut robot);
+
+        robot.attach((4, Back), (9, Front));
+        recovers(&mut robot);
+        assert_eq!(robot.module_type(9), ModuleType::Spine);
+    }
+}

@@ -1,0 +1,8 @@
+//! The centipede's behaviours as whole robots: many modules, perfect links with a delay, and probes
+//! that may be lost. The modules are the pure machines of the crate `hormone`, a millisecond a step.
+
+mod changes;
+mod discovery;
+mod gait;
+mod robot;
+mod tree;

@@ -1,0 +1,435 @@
+//! A robot made of the pure machines, and the gait's definition to hold it against.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroU16;
+
+use hormone::action::Action;
+use hormone::controller::{Controller, Response};
+use hormone::gait::centipede;
+use hormone::hormone::{Data, Hormone};
+use hormone::module_type::ModuleType;
+use hormone::probe::Probe;
+use hormone::rule::Rule;
+use hormone::schedule::Schedule;
+use hormone::topology::{Neighbours, Topology};
+use kernel::flash::Flash;
+use tasks::dock::Dock::{self, Back, Front, Left, Right};
+
+/// A dock of one of the robot's modules.
+pub type Port = (usize, Dock);
+
+/// SplitMix64: the same run for the same seed.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Random(seed)
+    }
+
+    pub fn below(&mut self, bound: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ (z >> 31)) % bound
+    }
+}
+
+/// One hormone as a module took it: received, or generated if the module is a head.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Beat {
+    pub at: u32,
+    pub data: Data,
+    pub action: Action,
+}
+
+struct Module {
+    topology: Topology,
+    schedule: Schedule,
+    controller: Controller<10>,
+    /// Its clock is the robot's plus this: the modules were not switched on together.
+    clock_offset: u16,
+    generated: Vec<Beat>,
+    received: Vec<Beat>,
+}
+
+enum Content {
+    Probe(u8),
+    Hormone([u8; 2]),
+}
+
+/// A segment of a centipede's body.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Segment {
+    Spine,
+    /// A branch with its two legs.
+    Branch,
+}
+
+pub struct Robot {
+    modules: Vec<Module>,
+    wires: Vec<[Option<Port>; 6]>,
+    /// Directions that carry nothing, by the port they leave from.
+    pub blind: Vec<Port>,
+    /// What is under way, by the time of its arrival and a running number.
+    air: BTreeMap<(u32, u64), (Port, Port, Content)>,
+    sent: u64,
+    random: Random,
+    /// A message takes 1 to this many milliseconds.
+    pub longest_delay: u16,
+    /// Of a hundred probes, how many are lost.
+    pub probe_loss: u64,
+    /// Milliseconds since the start.
+    pub now: u32,
+}
+
+impl Robot {
+    /// `count` modules, none attached.
+    pub fn new(rules: &'static Flash<[Rule; 10]>, period: NonZeroU16, count: usize, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let module = |_| {
+            let clock_offset = random.below(1 << 16) as u16;
+            let phase = random.below(1_000) as u16;
+            Module {
+                topology: Topology::new(),
+                schedule: Schedule::new(clock_offset.wrapping_add(phase % 40)),
+                controller: Controller::new(rules, period, clock_offset.wrapping_sub(phase)),
+                clock_offset,
+                generated: Vec::new(),
+                received: Vec::new(),
+            }
+        };
+        Robot {
+            modules: (0..count).map(module).collect(),
+            wires: vec![[None; 6]; count],
+            blind: Vec::new(),
+            air: BTreeMap::new(),
+            sent: 0,
+            random,
+            longest_delay: 1,
+            probe_loss: 0,
+            now: 0,
+        }
+    }
+
+    /// A head, `body` in this order, a tail. Their indices are in the same order, each branch followed
+    /// by its left and its right leg.
+    pub fn centipede(rules: &'static Flash<[Rule; 10]>, body: &[Segment], seed: u64) -> Self {
+        let legs = 2 * body.iter().filter(|&&segment| segment == Segment::Branch).count();
+        let count = 2 + body.len() + legs;
+        let mut robot = Robot::new(rules, centipede::PERIOD, count, seed);
+        let mut last = 0;
+        let mut next = 1;
+        for segment in body {
+            robot.attach((last, Back), (next, Front));
+            last = next;
+            next += 1;
+            if *segment == Segment::Branch {
+                robot.attach((last, Left), (next, Back));
+                robot.attach((last, Right), (next + 1, Back));
+                next += 2;
+            }
+        }
+        robot.attach((last, Back), (next, Front));
+        robot
+    }
+
+    /// The types of [`centipede`](Self::centipede)'s modules by construction.
+    pub fn planned_types(body: &[Segment]) -> Vec<ModuleType> {
+        let mut types = vec![ModuleType::Head];
+        for segment in body {
+            match segment {
+                Segment::Spine => types.push(ModuleType::Spine),
+                Segment::Branch => {
+                    types.extend([ModuleType::Branch, ModuleType::LeftLeg, ModuleType::RightLeg]);
+                }
+            }
+        }
+        types.push(ModuleType::Tail);
+        types
+    }
+
+    pub fn len(&self) -> usize {
+        self.modules.len()
+    }
+
+    pub fn attach(&mut self, one: Port, other: Port) {
+        assert!(self.wire(one).is_none() && self.wire(other).is_none(), "the dock is taken");
+        *self.wire_mut(one) = Some(other);
+        *self.wire_mut(other) = Some(one);
+    }
+
+    pub fn detach(&mut self, port: Port) {
+        if let Some(other) = self.wire_mut(port).take() {
+            *self.wire_mut(other) = None;
+        }
+    }
+
+    /// Modules `one` and `other` change places.
+    pub fn swap(&mut self, one: usize, other: usize) {
+        let moved = |index: usize| match index {
+            index if index == one => other,
+            index if index == other => one,
+            index => index,
+        };
+        self.wires.swap(one, other);
+        for wire in self.wires.iter_mut().flatten().flatten() {
+            wire.0 = moved(wire.0);
+        }
+    }
+
+    pub fn wire(&self, (module, dock): Port) -> Option<Port> {
+        self.wires[module][usize::from(dock.index())]
+    }
+
+    fn wire_mut(&mut self, (module, dock): Port) -> &mut Option<Port> {
+        &mut self.wires[module][usize::from(dock.index())]
+    }
+
+    /// The neighbours that `module` truly has.
+    pub fn wiring(&self, module: usize) -> Neighbours {
+        self.wires[module].map(|wire| wire.map(|(_, dock)| dock))
+    }
+
+    /// The neighbours that `module` believes it has.
+    pub fn neighbours(&self, module: usize) -> Neighbours {
+        self.modules[module].controller.status().neighbours().unwrap()
+    }
+
+    /// The type that `module` believes it has.
+    pub fn module_type(&self, module: usize) -> ModuleType {
+        self.modules[module].controller.status().module_type
+    }
+
+    pub fn hormones_received(&self, module: usize) -> &[Beat] {
+        &self.modules[module].received
+    }
+
+    pub fn hormones_under_way(&self) -> usize {
+        self.air.values().filter(|(_, _, content)| matches!(content, Content::Hormone(_))).count()
+    }
+
+    /// Whether every module's view of its neighbours equals the wiring.
+    pub fn knows_itself(&self) -> bool {
+        (0..self.len()).all(|module| {
+            self.neighbours(module) == self.wiring(module)
+                && self.module_type(module) == ModuleType::of(&self.wiring(module))
+        })
+    }
+
+    /// Runs for at most `limit` milliseconds until the robot knows itself; how long it took.
+    pub fn discover(&mut self, limit: u32) -> Option<u32> {
+        let start = self.now;
+        while !self.knows_itself() {
+            if self.now - start >= limit {
+                return None;
+            }
+            self.run(1);
+        }
+        Some(self.now - start)
+    }
+
+    /// Runs for this many milliseconds.
+    pub fn run(&mut self, milliseconds: u32) {
+        for _ in 0..milliseconds {
+            self.now += 1;
+            while let Some(arrival) = self.air.first_entry()
+                && arrival.key().0 <= self.now
+            {
+                let (from, to, content) = arrival.remove();
+                if self.wire(from) == Some(to) && !self.blind.contains(&from) {
+                    self.arrive(to, content);
+                }
+            }
+            for module in 0..self.len() {
+                self.step(module);
+            }
+        }
+    }
+
+    /// `payload` reaches HORMONE of `to` as if its neighbour had sent it.
+    pub fn inject(&mut self, to: Port, payload: [u8; 2]) {
+        self.arrive(to, Content::Hormone(payload));
+    }
+
+    /// `byte` reaches AC_RECV of `to` as if a neighbour had sent it.
+    pub fn inject_probe(&mut self, to: Port, byte: u8) {
+        self.arrive(to, Content::Probe(byte));
+    }
+
+    /// What is due in `index` by its own clock.
+    fn step(&mut self, index: usize) {
+        let now = self.clock(index);
+        if self.modules[index].topology.expire(now) {
+            self.topology_changed(index);
+        }
+        while let Some(dock) = self.modules[index].schedule.due(now) {
+            let probe = self.modules[index].topology.probe(dock).to_byte();
+            if self.random.below(100) >= self.probe_loss {
+                self.send((index, dock), Content::Probe(probe));
+            }
+        }
+        let module = &mut self.modules[index];
+        if module.controller.next_due(now) == Some(0)
+            && let Some(response) = module.controller.timer(now)
+        {
+            let beat = Beat::new(self.now, &module.controller);
+            module.generated.push(beat);
+            self.propagate(index, response);
+        }
+    }
+
+    fn arrive(&mut self, (index, dock): Port, content: Content) {
+        let now = self.clock(index);
+        let module = &mut self.modules[index];
+        match content {
+            Content::Probe(byte) => {
+                let Some(probe) = Probe::from_payload(&[byte]) else {
+                    return;
+                };
+                let heard = module.topology.heard(dock, probe, now);
+                if heard.answer {
+                    module.schedule.hurry(dock);
+                }
+                if heard.changed {
+                    self.topology_changed(index);
+                }
+            }
+            Content::Hormone(payload) => match Hormone::from_payload(&payload) {
+                Some(hormone) => {
+                    let response = module.controller.received(dock, hormone);
+                    let beat = Beat::new(self.now, &module.controller);
+                    module.received.push(beat);
+                    self.propagate(index, response);
+                }
+                None => module.controller.malformed(),
+            },
+        }
+    }
+
+    fn topology_changed(&mut self, index: usize) {
+        let now = self.clock(index);
+        let module = &mut self.modules[index];
+        let response = module.controller.topology(&module.topology.neighbours(), now);
+        self.propagate(index, response);
+    }
+
+    fn propagate(&mut self, index: usize, response: Response) {
+        let Some(outgoing) = response.send else {
+            return;
+        };
+        for dock in outgoing.docks.iter() {
+            self.modules[index].controller.sent();
+            self.send((index, dock), Content::Hormone(outgoing.hormone.to_payload()));
+        }
+    }
+
+    fn send(&mut self, from: Port, content: Content) {
+        let Some(to) = self.wire(from) else { return };
+        let delay = 1 + self.random.below(u64::from(self.longest_delay)) as u32;
+        self.air.insert((self.now + delay, self.sent), (from, to, content));
+        self.sent += 1;
+    }
+
+    fn clock(&self, index: usize) -> u16 {
+        (self.now as u16).wrapping_add(self.modules[index].clock_offset)
+    }
+
+    /// How often the gait was wrong in the beats of `from..to`, by its definition: in each half Period
+    /// every module but the head gets one hormone, a leg swings and holds in turn, the two legs of a
+    /// branch never do the same, and nothing else moves.
+    pub fn gait_violations(&self, from: u32, to: u32) -> usize {
+        let of_type =
+            |wanted| (0..self.len()).filter(move |&module| ModuleType::of(&self.wiring(module)) == wanted);
+        of_type(ModuleType::Head)
+            .map(|head| {
+                let starts: Vec<u32> = self.modules[head].generated.iter().map(|beat| beat.at).collect();
+                let half_periods: Vec<[u32; 2]> = starts
+                    .windows(2)
+                    .map(|pair| [pair[0], pair[1]])
+                    .filter(|&[start, end]| start >= from && end <= to)
+                    .collect();
+                assert!(half_periods.len() >= 3, "too short to tell a gait");
+                let body: Vec<usize> =
+                    self.attached_to(head).into_iter().filter(|&module| module != head).collect();
+                body.iter().map(|&module| self.violations_of(module, &half_periods)).sum::<usize>()
+            })
+            .sum()
+    }
+
+    fn violations_of(&self, module: usize, half_periods: &[[u32; 2]]) -> usize {
+        let module_type = ModuleType::of(&self.wiring(module));
+        let is_leg = |action| matches!(action, Action::Swing | Action::Holding);
+        let actions = self.actions(module, half_periods);
+        let missing_or_wrong = |action: &&Option<Action>| match (module_type, **action) {
+            (_, None) => true,
+            (ModuleType::LeftLeg | ModuleType::RightLeg, Some(action)) => !is_leg(action),
+            (ModuleType::Tail, Some(action)) => action != Action::Rest,
+            (_, Some(action)) => action != Action::Straight,
+        };
+        let wrong = actions.iter().filter(missing_or_wrong).count();
+        let Some(other_leg) = self.other_leg(module) else {
+            return wrong;
+        };
+        let repeated = actions.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        let others = self.actions(other_leg, half_periods);
+        let together = actions.iter().zip(&others).filter(|(one, other)| one == other).count();
+        wrong + repeated + together
+    }
+
+    /// What `module` did in each half Period; `None` where it did not get exactly one hormone.
+    fn actions(&self, module: usize, half_periods: &[[u32; 2]]) -> Vec<Option<Action>> {
+        let in_half_period = |&[start, end]: &[u32; 2]| {
+            let mut beats =
+                self.modules[module].received.iter().filter(|beat| (start..end).contains(&beat.at));
+            match (beats.next(), beats.next()) {
+                (Some(beat), None) => Some(beat.action),
+                _ => None,
+            }
+        };
+        half_periods.iter().map(in_half_period).collect()
+    }
+
+    /// The leg on the other side of the branch, if `module` is a leg.
+    fn other_leg(&self, module: usize) -> Option<usize> {
+        let (branch, side) = self.wire((module, Back))?;
+        let other_side = match side {
+            Left => Right,
+            Right => Left,
+            _ => return None,
+        };
+        self.wire((branch, other_side)).map(|(leg, _)| leg)
+    }
+
+    /// All modules of the robot that `module` is part of.
+    fn attached_to(&self, module: usize) -> Vec<usize> {
+        let mut found = vec![module];
+        let mut next = 0;
+        while let Some(&module) = found.get(next) {
+            next += 1;
+            for (neighbour, _) in self.wires[module].iter().flatten() {
+                if !found.contains(neighbour) {
+                    found.push(*neighbour);
+                }
+            }
+        }
+        found
+    }
+}
+
+impl Beat {
+    fn new(at: u32, controller: &Controller<10>) -> Self {
+        let status = controller.status();
+        Beat { at, data: status.hormone().unwrap(), action: status.action }
+    }
+}
+
+/// The paper's 100 modules: head, tail, 24 branches with 48 legs, 26 spines; in a random order.
+pub fn hundred_modules(seed: u64) -> Vec<Segment> {
+    let mut body = [[Segment::Branch; 24].as_slice(), &[Segment::Spine; 26]].concat();
+    let mut random = Random::new(seed);
+    for last in (1..body.len()).rev() {
+        body.swap(last, random.below(last as u64 + 1) as usize);
+    }
+    body
+}

@@ -1,0 +1,191 @@
+//! Every choice of faults to a bound.
+
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use super::line::{End, Event, Link, Violation};
+use tasks::dock::Dock;
+
+/// How many messages each end sends.
+const MESSAGES: [u16; 2] = [2, 1];
+const RETRY_LIMIT: u8 = 1;
+const CAPACITY: usize = 2;
+const FAULTS: u8 = 2;
+
+/// What may happen next. The ends are 0 and 1.
+#[derive(Clone, Copy, Debug)]
+enum Action {
+    Start(usize),
+    TimeOut(usize),
+    Arrive(usize),
+    // From here on faults, each of which counts against the bound.
+    Supersede(usize),
+    ArriveWithoutRoom(usize),
+    ArriveTwice(usize),
+    Lose(usize),
+    Reflect(usize),
+    Reset(usize),
+}
+
+impl Action {
+    fn all() -> impl Iterator<Item = Action> {
+        (0..2).flat_map(|end| {
+            [
+                Action::Start(end),
+                Action::TimeOut(end),
+                Action::Arrive(end),
+                Action::Supersede(end),
+                Action::ArriveWithoutRoom(end),
+                Action::ArriveTwice(end),
+                Action::Lose(end),
+                Action::Reflect(end),
+                Action::Reset(end),
+            ]
+        })
+    }
+
+    fn is_fault(self) -> bool {
+        !matches!(self, Action::Start(_) | Action::TimeOut(_) | Action::Arrive(_))
+    }
+
+    fn is_possible(self, link: &Link) -> bool {
+        match self {
+            Action::Start(end) => !link.ends[end].is_busy() && link.ends[end].next < MESSAGES[end],
+            Action::Supersede(end) => link.ends[end].is_busy() && link.ends[end].next < MESSAGES[end],
+            Action::TimeOut(end) => link.ends[end].is_busy(),
+            Action::Arrive(end)
+            | Action::ArriveWithoutRoom(end)
+            | Action::ArriveTwice(end)
+            | Action::Lose(end) => !link.ends[end].line.is_empty(),
+            Action::Reflect(end) => !link.ends[end].echoes.is_empty(),
+            Action::Reset(_) => true,
+        }
+    }
+
+    fn apply(self, link: &mut Link) -> Result<Event, Violation> {
+        match self {
+            Action::Start(end) | Action::Supersede(end) => link.start(end),
+            Action::TimeOut(end) => return Ok(link.time_out(end)),
+            Action::Arrive(end) => return arrive(link, end, true),
+            Action::ArriveWithoutRoom(end) => return arrive(link, end, false),
+            Action::ArriveTwice(end) => {
+                let copy = link.ends[end].line[0].clone();
+                link.ends[end].line.push_front(copy);
+                return arrive(link, end, true);
+            }
+            Action::Lose(end) => drop(link.ends[end].line.pop_front()),
+            Action::Reflect(end) => return link.reflect(end),
+            Action::Reset(end) => link.reset(end),
+        }
+        Ok(Event::Nothing)
+    }
+}
+
+fn arrive(link: &mut Link, end: usize, room: bool) -> Result<Event, Violation> {
+    let wire = link.ends[end].line.pop_front().expect("the action is possible");
+    link.arrive(end, &wire, room)
+}
+
+struct Search {
+    /// Fingerprints of the states seen, each with the faults that were left there.
+    seen: HashSet<u64>,
+    /// Fingerprints of the states from which recovery was tried.
+    recovered: HashSet<u64>,
+    path: Vec<Action>,
+    /// How many attempts a message may take on a line that has become perfect.
+    attempts: usize,
+}
+
+impl Search {
+    fn explore(&mut self, link: &Link, faults: u8) {
+        if !self.seen.insert(fingerprint(&(link, faults))) {
+            return;
+        }
+        if self.recovered.insert(fingerprint(link)) {
+            self.recovers(link.clone());
+        }
+        for action in Action::all().filter(|action| action.is_possible(link)) {
+            let Some(left) = faults.checked_sub(action.is_fault().into()) else {
+                continue;
+            };
+            let mut next = link.clone();
+            self.path.push(action);
+            if let Err(violation) = action.apply(&mut next) {
+                panic!("{violation:?} after {:?}", self.path);
+            }
+            if left == 0 {
+                // Nothing comes back any more: states that differ in this only are one.
+                next.ends.iter_mut().for_each(|end| end.echoes.clear());
+            }
+            self.explore(&next, left);
+            self.path.pop();
+        }
+    }
+
+    /// From here on without faults: what is outstanding comes to an end, and then new messages pass
+    /// in both directions at once.
+    fn recovers(&self, mut link: Link) {
+        self.settle(&mut link, [false; 2]);
+        let mut delivered = [false; 2];
+        for _ in 0..self.attempts {
+            for end in (0..2).filter(|end| !delivered[*end]) {
+                link.start(end);
+            }
+            delivered = self.settle(&mut link, delivered);
+        }
+        assert_eq!(delivered, [true; 2], "no recovery after {:?}", self.path);
+    }
+
+    /// Runs until nothing is outstanding or under way; returns at which ends messages were delivered.
+    fn settle(&self, link: &mut Link, mut delivered: [bool; 2]) -> [bool; 2] {
+        for _ in 0..100 {
+            let arrival = [Action::Arrive(0), Action::Arrive(1)];
+            let time_out = [Action::TimeOut(0), Action::TimeOut(1)];
+            let mut next = arrival.into_iter().chain(time_out).enumerate();
+            let Some((index, action)) = next.find(|(_, action)| action.is_possible(link)) else {
+                return delivered;
+            };
+            match action.apply(link) {
+                Ok(event) => delivered[index % 2] |= event == Event::Delivered,
+                Err(violation) => panic!("{violation:?} when settling after {:?}", self.path),
+            }
+        }
+        panic!("no end after {:?}", self.path);
+    }
+}
+
+fn fingerprint(state: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    state.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Searches all ways to go with up to [`FAULTS`] faults.
+fn search(docks: [Dock; 2], seeds: [u16; 2], attempts: usize) {
+    let ends = [0, 1].map(|end| End::new(docks[end], seeds[end], RETRY_LIMIT));
+    let mut search = Search { seen: HashSet::new(), recovered: HashSet::new(), path: Vec::new(), attempts };
+    search.explore(&Link::new(ends, CAPACITY), FAULTS);
+    println!("{} states", search.seen.len());
+    assert!(search.seen.len() > 10_000, "the search ends early");
+}
+
+#[test]
+fn docks_of_different_number_with_different_epochs() {
+    search([Dock::Back, Dock::Front], [0x1020, 0x3080], 1);
+}
+
+#[test]
+fn docks_of_different_number_with_equal_epochs() {
+    search([Dock::Back, Dock::Front], [0x1020, 0x1020], 1);
+}
+
+#[test]
+fn docks_of_the_same_number_with_different_epochs() {
+    search([Dock::Left, Dock::Left], [0x1020, 0x3080], 1);
+}
+
+/// Each end takes the other for its own reflection until one of them begins a new epoch.
+#[test]
+fn docks_of_the_same_number_with_equal_epochs() {
+    search([Dock::Left, Dock::Left], [0x1020, 0x3020], 3);
+}

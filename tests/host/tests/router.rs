@@ -1,0 +1,110 @@
+//! The router: every task, dock and source on both MCUs, against the rules put plainly.
+
+use tasks::dock::{Dock, DockSet};
+use tasks::message::{Address, Message, TaskCode};
+use tasks::router::{Mcu, Residence, Residents, Route, Router, Source, TaskSet};
+
+const fn task(code: u8) -> TaskCode {
+    match TaskCode::new(code) {
+        Some(task) => task,
+        None => panic!("no such task code"),
+    }
+}
+
+// Every place that a task can have: behaviours and system tasks, on the master, on the slave, on both.
+const MASTER_TASKS: [TaskCode; 5] = [task(0x00), task(0x01), task(0x0F), task(0x10), task(0x11)];
+const SLAVE_TASKS: [TaskCode; 4] = [task(0x02), task(0x08), task(0x10), task(0x1F)];
+// Right belongs to neither.
+const MASTER_DOCKS: [Dock; 2] = [Dock::Front, Dock::Left];
+const SLAVE_DOCKS: [Dock; 3] = [Dock::Back, Dock::Up, Dock::Down];
+
+const RESIDENCE: Residence = Residence {
+    master: Residents { docks: DockSet::of(&MASTER_DOCKS), tasks: TaskSet::of(&MASTER_TASKS) },
+    slave: Residents { docks: DockSet::of(&SLAVE_DOCKS), tasks: TaskSet::of(&SLAVE_TASKS) },
+};
+
+fn addresses() -> impl Iterator<Item = Address> {
+    (0..=255).filter_map(Address::from_byte)
+}
+
+/// The route of a message to `to`; where it comes from is said in the message, and must not matter.
+fn route(mcu: Mcu, to: Address, source: Source) -> Route {
+    let router = Router::new(mcu, RESIDENCE);
+    let routes = addresses().map(|from| {
+        let message = Message::new(to, from, &[]).unwrap();
+        router.route(&message, source)
+    });
+    routes.reduce(|one, other| if one == other { one } else { panic!("{one:?}, {other:?}") }).unwrap()
+}
+
+fn sources() -> impl Iterator<Item = Source> {
+    [Source::Task, Source::Bridge].into_iter().chain(Dock::ALL.map(Source::Dock))
+}
+
+#[test]
+fn every_combination_goes_by_the_rules() {
+    for (mcu, tasks, docks, other_tasks, other_docks) in [
+        (Mcu::Master, &MASTER_TASKS[..], &MASTER_DOCKS[..], &SLAVE_TASKS[..], &SLAVE_DOCKS[..]),
+        (Mcu::Slave, &SLAVE_TASKS, &SLAVE_DOCKS, &MASTER_TASKS, &MASTER_DOCKS),
+    ] {
+        for to in addresses() {
+            let (here, there, delivered) = match to.dock() {
+                Some(dock) => (docks.contains(&dock), other_docks.contains(&dock), Route::Link(dock)),
+                None => {
+                    let task = to.task();
+                    (tasks.contains(&task), other_tasks.contains(&task), Route::Task(task))
+                }
+            };
+            for source in sources() {
+                let from_neighbour = matches!(source, Source::Dock(_));
+                let forbidden = to.dock().is_some() || to.task().code() >= 0x10;
+                let expected = match (here, there, source) {
+                    _ if from_neighbour && forbidden => Route::Refused,
+                    (true, _, _) => delivered,
+                    (false, true, Source::Task | Source::Dock(_)) => Route::Bridge,
+                    (false, true, Source::Bridge) | (false, false, _) => Route::Ignored,
+                };
+                assert_eq!(route(mcu, to, source), expected, "{mcu:?} {to:?} {source:?}");
+            }
+        }
+    }
+}
+
+/// Whatever a neighbour writes into its frame: it reaches a behaviour of this module or nothing, and
+/// that on one MCU alone.
+#[test]
+fn from_a_dock_only_behaviours_are_reached() {
+    let mut reached = Vec::new();
+    for to in addresses() {
+        for (mcu, dock) in [(Mcu::Master, Dock::Front), (Mcu::Slave, Dock::Back)] {
+            let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
+            let last = match route(mcu, to, Source::Dock(dock)) {
+                Route::Bridge => route(other, to, Source::Bridge),
+                route => route,
+            };
+            match last {
+                Route::Task(task) => {
+                    assert!(task.is_behaviour());
+                    reached.push(task.code());
+                }
+                Route::Ignored | Route::Refused => {}
+                Route::Link(_) | Route::Bridge => panic!("{to:?} from {dock:?}: {last:?}"),
+            }
+        }
+    }
+    assert_eq!(reached, [0x00, 0x00, 0x01, 0x01, 0x02, 0x02, 0x08, 0x08, 0x0F, 0x0F]);
+}
+
+/// The way of the paper's Figure 6: in at the Back dock of the slave, HORMONE on the master, out at
+/// the Front.
+#[test]
+fn a_hormone_passes_through_a_spine() {
+    let hormone = Address::here(TaskCode::HORMONE);
+    assert_eq!(route(Mcu::Slave, hormone, Source::Dock(Dock::Back)), Route::Bridge);
+    assert_eq!(route(Mcu::Master, hormone, Source::Bridge), Route::Task(TaskCode::HORMONE));
+    let front = Address::beyond(Dock::Front, TaskCode::HORMONE);
+    assert_eq!(route(Mcu::Master, front, Source::Task), Route::Link(Dock::Front));
+    let back = Address::beyond(Dock::Back, TaskCode::HORMONE);
+    assert_eq!(route(Mcu::Master, back, Source::Task), Route::Bridge);
+    assert_eq!(route(Mcu::Slave, back, Source::Bridge), Route::Link(Dock::Back));
+}

@@ -1,0 +1,16 @@
+//! Sends packets to the other MCU while that does the same; see `board_twi_b`.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+#[path = "board_twi/exchange.rs"]
+mod exchange;
+
+use board::superbot::{MASTER, SLAVE};
+
+board::interrupts!(Interrupts: Tick, Twi);
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    exchange::run(Interrupts, MASTER.address, SLAVE.address)
+}

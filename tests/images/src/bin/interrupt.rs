@@ -1,0 +1,47 @@
+//! An interrupt wakes a higher task, which runs as the interrupt ends; the busy task goes on unharmed.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use board::debug::mark;
+use kernel::{Priority, Semaphore, Stack};
+use tests_images::{finish, start};
+
+static PRESSED: Semaphore = Semaphore::new(0);
+static HIGH: Stack<96> = Stack::new();
+static BUSY: Stack<96> = Stack::new();
+
+kernel::interrupt! {
+    /// External interrupt 4: the test raises it.
+    fn __vector_5(interrupt) { PRESSED.post(interrupt); }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        start(HIGH.start(boot, Priority::P1, |task| {
+            for _ in 0..3 {
+                PRESSED.wait(task);
+                mark(2);
+            }
+            finish()
+        }));
+        start(BUSY.start(boot, Priority::P6, |_| {
+            mark(1);
+            loop {
+                let sum = (0..200u8).fold(0, |sum: u8, value| sum.wrapping_mul(3).wrapping_add(core::hint::black_box(value)));
+                mark(if sum == EXPECTED { 3 } else { 0xff });
+            }
+        }));
+    })
+}
+
+/// What the busy task computes when no register is lost under it.
+const EXPECTED: u8 = {
+    let (mut sum, mut value) = (0u8, 0u8);
+    while value < 200 {
+        sum = sum.wrapping_mul(3).wrapping_add(value);
+        value += 1;
+    }
+    sum
+};
