@@ -4,6 +4,7 @@ use avr_device::atmega128a::{AC, CPU};
 use kernel::{Boot, Context, MaskedCell};
 
 use crate::adc::Adc;
+use crate::external::External4;
 use crate::gpio::Pin;
 use crate::nonce;
 use crate::pwm::Output;
@@ -22,6 +23,7 @@ pub struct Board {
     pub usart1: Usart1,
     pub twi: Twi,
     pub adc: Adc,
+    pub external4: External4,
     pub joint_pwm: JointPwm,
     pub joint_direction: JointDirection,
     pub roll_pwm: RollPwm,
@@ -56,6 +58,7 @@ impl Board {
             usart1: Usart1::new(),
             twi: Twi::new(),
             adc: Adc::new(),
+            external4: External4::new(),
             joint_pwm: Output::new(),
             joint_direction: Pin::new(),
             roll_pwm: Output::new(),

@@ -62,6 +62,13 @@ macro_rules! vectors {
         // SAFETY: ADC, above.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
     };
+    (External4 for $name:ident) => {
+        $crate::kernel::interrupt! {
+            fn __vector_5(interrupt) { $crate::external::edge(interrupt) }
+        }
+        // SAFETY: INT4, above.
+        unsafe impl $crate::interrupts::Serves<$crate::external::External4> for $name {}
+    };
     (Twi for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_33(interrupt) { $crate::twi::status_changed(interrupt) }

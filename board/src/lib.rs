@@ -34,6 +34,8 @@ pub mod debug;
 #[cfg(target_arch = "avr")]
 pub mod delay;
 #[cfg(target_arch = "avr")]
+pub mod external;
+#[cfg(target_arch = "avr")]
 pub mod gpio;
 #[cfg(target_arch = "avr")]
 pub mod interrupts;

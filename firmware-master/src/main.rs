@@ -38,6 +38,7 @@ static MODULE_STATUS: Mutex<Status> = Mutex::new(Status::POWER_UP);
 
 static AC_RECEIVE: Mailbox = Mailbox::new(4);
 static HORMONE: Mailbox = Mailbox::new(4);
+#[unsafe(no_mangle)]
 static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::new();
 
 static OFFICE: PostOffice = PostOffice {
@@ -94,9 +95,7 @@ fn start(boot: &mut Boot) -> Option<()> {
 
     let signal = BRIDGE.mailbox().semaphore();
     let bus = board.twi.start(Interrupts, &mut boot.interrupt(), MASTER.address, SLAVE.address, signal);
-    stack::BRIDGE
-        .start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE))
-        .ok()?;
+    stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
 
     let api = Api::new(&OFFICE, mark);
     stack::HORMONE

@@ -12,7 +12,9 @@ use tasks::dock::Dock;
 use crate::schedule::Schedule;
 use crate::topology::Topology;
 
-/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed.
+/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed. Readers of RAM find at its start,
+/// in two bytes, how many messages to AC_RECV were no probes.
+#[repr(C)]
 pub struct AdaptiveCommunication {
     state: Mutex<State>,
     /// Wakes AC_SEND.
@@ -20,7 +22,9 @@ pub struct AdaptiveCommunication {
     timer: Timer,
 }
 
+#[repr(C)]
 struct State {
+    malformed: u16,
     topology: Topology,
     schedule: Schedule,
 }
@@ -35,7 +39,7 @@ impl AdaptiveCommunication {
     /// A module that has heard nothing.
     pub const fn new() -> Self {
         AdaptiveCommunication {
-            state: Mutex::new(State { topology: Topology::new(), schedule: Schedule::new(0) }),
+            state: Mutex::new(State { malformed: 0, topology: Topology::new(), schedule: Schedule::new(0) }),
             wake: Semaphore::new(0),
             timer: Timer::new(),
         }

@@ -32,9 +32,9 @@ pub use semaphore::Semaphore;
 #[cfg(target_arch = "avr")]
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError};
+pub use timer::{LONGEST, Period, Ticks, Timer, now};
 #[doc(hidden)]
 pub use timer::{TICKS_LEFT, expire};
-pub use timer::{LONGEST, Period, Ticks, Timer, now};
 
 /// Everything the kernel keeps, apart from what its users declare.
 #[repr(C)]

@@ -46,7 +46,8 @@ impl Timers {
 
     /// Counts down to the first armed timer, or a long while if there is none.
     fn count_down(&self, masked: &Masked, now: Ticks) {
-        let left = self.first.get(masked).map_or(LONGEST, |first| first.deadline.get(masked).wrapping_sub(now));
+        let left =
+            self.first.get(masked).map_or(LONGEST, |first| first.deadline.get(masked).wrapping_sub(now));
         TICKS_LEFT.set(masked, left);
         self.next.set(masked, now.wrapping_add(left));
     }

@@ -26,7 +26,8 @@ fn messages_arrive_in_order_and_wake_the_receiver() {
             SENDER
                 .start(boot, Priority::P2, |task| {
                     for value in 0..3 {
-                        let message = Message::new(task, Reading(value)).unwrap_or_else(|_| panic!("the pool has room"));
+                        let message = Message::new(task, Reading(value))
+                            .unwrap_or_else(|_| panic!("the pool has room"));
                         assert!(READINGS.send(task, message).is_ok());
                         LOG.note(format!("sent {value}"));
                     }
@@ -61,7 +62,9 @@ fn a_full_queue_and_an_empty_pool_give_the_value_back_and_count() {
                 let Err(Full(third)) = QUEUE.send(task, third) else { panic!("there is room for two") };
                 assert_eq!(third.0, 2);
                 assert_eq!(QUEUE.refused(task), 1);
-                let Err(Exhausted(fourth)) = Message::new(task, Parcel(3)) else { panic!("the pool has three") };
+                let Err(Exhausted(fourth)) = Message::new(task, Parcel(3)) else {
+                    panic!("the pool has three")
+                };
                 assert_eq!(fourth.0, 3);
 
                 drop(third);

@@ -58,4 +58,3 @@ fn find<Name: Copy>(
 ) -> Option<&'static Mailbox> {
     mailboxes.iter().find(|(name, _)| is_it(*name)).map(|(_, mailbox)| *mailbox)
 }
-

@@ -41,9 +41,11 @@ pub fn run(
 
 /// Takes in a probe. Returns whether it changed the topology.
 fn hear(task: &mut Task, message: &Buffered, shared: &'static AdaptiveCommunication) -> bool {
-    // What is no probe, or did not come in at a dock, tells nothing.
-    let Some(dock) = message.from().dock() else { return false };
-    let Some(probe) = Probe::from_payload(message.payload()) else { return false };
+    let probe = message.from().dock().zip(Probe::from_payload(message.payload()));
+    let Some((dock, probe)) = probe else {
+        shared.with(task, |state| state.malformed = state.malformed.wrapping_add(1));
+        return false;
+    };
     let time = now(task);
     let heard = shared.with(task, |state| state.topology.heard(dock, probe, time));
     if heard.answer {

@@ -80,7 +80,10 @@ pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
 /// compiler adds nothing but a `ret`, and a test of the image holds it to that.
 #[unsafe(no_mangle)]
 #[inline(never)]
-#[expect(named_asm_labels, reason = "other code jumps to them, and a function that is not inlined stands once")]
+#[expect(
+    named_asm_labels,
+    reason = "other code jumps to them, and a function that is not inlined stands once"
+)]
 unsafe extern "C" fn kernel_switch() {
     // SAFETY: a task calls this with interrupts enabled. It returns as a call would, with the call-saved
     // registers and the stack as they were, when the task runs again.

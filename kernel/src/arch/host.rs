@@ -70,7 +70,8 @@ fn run_ready() {
         }
         let index = head.stack_pointer.get(&masked) - 1;
         // Taken out while it runs, so that it may start others.
-        let mut task = TASKS.with_borrow_mut(|tasks| tasks[index].take().expect("a task is resumed once at a time"));
+        let mut task =
+            TASKS.with_borrow_mut(|tasks| tasks[index].take().expect("a task is resumed once at a time"));
         task.resume(());
         TASKS.with_borrow_mut(|tasks| tasks[index] = Some(task));
     }

@@ -57,7 +57,12 @@ impl Bridge {
 }
 
 /// Runs the task of `bridge`.
-pub fn run(task: &mut Task, bridge: &'static Bridge, mut bus: impl Bus, office: &'static PostOffice) -> Never {
+pub fn run(
+    task: &mut Task,
+    bridge: &'static Bridge,
+    mut bus: impl Bus,
+    office: &'static PostOffice,
+) -> Never {
     let mut buffer = [0; MAX_PACKET];
     let mut crossing: Option<Crossing> = None;
     loop {

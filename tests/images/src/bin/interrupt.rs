@@ -3,6 +3,7 @@
 #![no_main]
 #![feature(asm_experimental_arch)]
 
+use board::Board;
 use board::debug::mark;
 use kernel::{Priority, Semaphore, Stack};
 use tests_images::{finish, start};
@@ -11,14 +12,13 @@ static PRESSED: Semaphore = Semaphore::new(0);
 static HIGH: Stack<96> = Stack::new();
 static BUSY: Stack<96> = Stack::new();
 
-kernel::interrupt! {
-    /// External interrupt 4: the test raises it.
-    fn __vector_5(interrupt) { PRESSED.post(interrupt); }
-}
+board::interrupts!(Interrupts: External4);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
+        let Some(board) = Board::take(boot) else { return };
+        board.external4.start(Interrupts, &mut boot.interrupt(), &PRESSED);
         start(HIGH.start(boot, Priority::P1, |task| {
             for _ in 0..3 {
                 PRESSED.wait(task);
@@ -29,7 +29,8 @@ extern "C" fn main() -> ! {
         start(BUSY.start(boot, Priority::P6, |_| {
             mark(1);
             loop {
-                let sum = (0..200u8).fold(0, |sum: u8, value| sum.wrapping_mul(3).wrapping_add(core::hint::black_box(value)));
+                let sum = (0..200u8)
+                    .fold(0, |sum: u8, value| sum.wrapping_mul(3).wrapping_add(core::hint::black_box(value)));
                 mark(if sum == EXPECTED { 3 } else { 0xff });
             }
         }));
