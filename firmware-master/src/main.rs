@@ -52,14 +52,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<224> = Stack::new();
-    pub static RECEIVE_USART1: Stack<224> = Stack::new();
+    pub static RECEIVE_USART0: Stack<256> = Stack::new();
+    pub static RECEIVE_USART1: Stack<256> = Stack::new();
     pub static SEND_USART0: Stack<224> = Stack::new();
     pub static SEND_USART1: Stack<224> = Stack::new();
-    pub static BRIDGE: Stack<224> = Stack::new();
-    pub static HORMONE: Stack<256> = Stack::new();
-    pub static AC_RECEIVE: Stack<224> = Stack::new();
-    pub static AC_SEND: Stack<224> = Stack::new();
+    pub static BRIDGE: Stack<256> = Stack::new();
+    pub static HORMONE: Stack<448> = Stack::new();
+    pub static AC_RECEIVE: Stack<192> = Stack::new();
+    pub static AC_SEND: Stack<192> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -36,11 +36,11 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<400> = Stack::new();
-    pub static RECEIVE_USART1: Stack<400> = Stack::new();
-    pub static SEND_USART0: Stack<400> = Stack::new();
-    pub static SEND_USART1: Stack<400> = Stack::new();
-    pub static BRIDGE: Stack<400> = Stack::new();
+    pub static RECEIVE_USART0: Stack<256> = Stack::new();
+    pub static RECEIVE_USART1: Stack<256> = Stack::new();
+    pub static SEND_USART0: Stack<224> = Stack::new();
+    pub static SEND_USART1: Stack<224> = Stack::new();
+    pub static BRIDGE: Stack<256> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

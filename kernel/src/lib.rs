@@ -46,3 +46,7 @@ struct Kernel {
 static IDLE: task::ControlBlock = task::ControlBlock::idle();
 
 static KERNEL: Kernel = Kernel { ready: ready::Ready::new(&IDLE), timers: timer::Timers::new() };
+
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/kernel.md")]
+struct KernelByExample;

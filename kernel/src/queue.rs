@@ -1,6 +1,5 @@
 //! Message queues: a list of buffers that tasks wait on.
 
-use crate::IDLE;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
@@ -65,8 +64,14 @@ impl<T: Pooled> Queue<T> {
                 let message = self.take(masked);
                 if message.is_none() {
                     let blocked = ready::block(masked);
-                    let first = self.waiting.get(masked).unwrap_or(&IDLE);
-                    self.waiting.set(masked, Some(waiters::insert(masked, first, blocked)));
+                    let first = match self.waiting.get(masked) {
+                        None => {
+                            blocked.set_next(masked, None);
+                            blocked
+                        }
+                        Some(first) => waiters::insert(masked, first, blocked),
+                    };
+                    self.waiting.set(masked, Some(first));
                 }
                 message
             });
@@ -102,8 +107,7 @@ impl<T: Pooled> Queue<T> {
         }
         self.last.set(masked, Some(slot));
         let Some(waiting) = self.waiting.get(masked) else { return Some(false) };
-        let next = waiting.next(masked);
-        self.waiting.set(masked, if next.is(&IDLE) { None } else { Some(next) });
+        self.waiting.set(masked, waiting.next_waiting(masked));
         Some(ready::make_ready(masked, waiting))
     }
 

@@ -55,7 +55,7 @@ pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
     let head = KERNEL.ready.head.get(masked);
     let is_highest = task.outranks(masked, head);
     if is_highest {
-        task.set_next(masked, head);
+        task.set_next(masked, Some(head));
         KERNEL.ready.head.set(masked, task);
     } else {
         arrive(masked, task);
@@ -68,7 +68,7 @@ pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
 pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
     let ready = &KERNEL.ready;
     let task = ready.head.get(masked);
-    let rest = task.next(masked);
+    let rest = task.next_ready(masked);
     if ready.arrived.get(masked) & rest.above.get(masked) != 0 {
         return block_for_arrived(masked);
     }
@@ -82,7 +82,7 @@ pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
 fn block_for_arrived(masked: &Masked) -> &'static ControlBlock {
     let ready = &KERNEL.ready;
     let task = ready.head.get(masked);
-    let rest = task.next(masked);
+    let rest = task.next_ready(masked);
     ready.head.set(masked, rest);
     run_arrived(masked, ready.arrived.get(masked) & rest.above.get(masked));
     task
@@ -97,12 +97,12 @@ pub(crate) fn rotate(masked: &Masked) -> bool {
     let last = &ready.last[task.index(masked)];
     let Some(previous) = last.get(masked) else { return false };
     last.set(masked, Some(task));
-    let first = previous.next(masked);
+    let first = previous.next_ready(masked);
     // Before the read of `first`'s link: if `first` was alone, that is now `task`, and the ring closes.
-    previous.set_next(masked, task);
-    let second = first.next(masked);
-    first.set_next(masked, task.next(masked));
-    task.set_next(masked, second);
+    previous.set_next(masked, Some(task));
+    let second = first.next_ready(masked);
+    first.set_next(masked, Some(task.next_ready(masked)));
+    task.set_next(masked, Some(second));
     ready.head.set(masked, first);
     true
 }
@@ -134,12 +134,12 @@ fn arrive(masked: &Masked, task: &'static ControlBlock) {
     let last = &ready.last[task.index(masked)];
     match last.get(masked) {
         None => {
-            task.set_next(masked, task);
+            task.set_next(masked, Some(task));
             ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
         }
         Some(previous) => {
-            task.set_next(masked, previous.next(masked));
-            previous.set_next(masked, task);
+            task.set_next(masked, Some(previous.next_ready(masked)));
+            previous.set_next(masked, Some(task));
         }
     }
     last.set(masked, Some(task));
@@ -151,14 +151,14 @@ fn run_arrived(masked: &Masked, among: u8) {
     let ready = &KERNEL.ready;
     let last = &ready.last[highest(among)];
     let Some(final_one) = last.get(masked) else { return };
-    let first = final_one.next(masked);
+    let first = final_one.next_ready(masked);
     if first.is(final_one) {
         last.set(masked, None);
         ready.arrived.set(masked, ready.arrived.get(masked) & !first.bit(masked));
     } else {
-        final_one.set_next(masked, first.next(masked));
+        final_one.set_next(masked, Some(first.next_ready(masked)));
     }
-    first.set_next(masked, ready.head.get(masked));
+    first.set_next(masked, Some(ready.head.get(masked)));
     ready.head.set(masked, first);
 }
 

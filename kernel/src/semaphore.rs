@@ -2,7 +2,6 @@
 
 use core::ptr;
 
-use crate::IDLE;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
@@ -34,68 +33,56 @@ impl Semaphore {
     /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
-        let is_stored = context.mask(|masked| match self.word.get(masked).state() {
-            State::Signals(signals) => {
-                self.word.set(masked, Word::signals(signals.saturating_add(1)));
-                true
-            }
-            State::Waiting(_) => false,
-        });
-        if !is_stored {
-            self.wake(context);
-        }
-    }
-
-    /// `post` where a task waited a moment ago.
-    #[inline(never)]
-    fn wake(&self, context: &mut impl Context) {
         let is_due = context.mask(|masked| match self.word.get(masked).state() {
             State::Signals(signals) => {
                 self.word.set(masked, Word::signals(signals.saturating_add(1)));
                 false
             }
-            State::Waiting(first) => {
-                let next = first.next(masked);
-                self.word.set(masked, if next.is(&IDLE) { Word::signals(0) } else { Word::waiting(next) });
-                ready::make_ready(masked, first)
-            }
+            State::Waiting(first) => self.wake(masked, first),
         });
         context.reschedule(is_due);
+    }
+
+    /// Wakes the first waiting task. Returns whether it is now the one to run.
+    #[inline(always)]
+    fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        self.word.set(masked, first.next_waiting(masked).map_or(Word::signals(0), Word::waiting));
+        ready::make_ready(masked, first)
     }
 
     /// Takes a signal, and blocks until there is one.
     #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        if !self.try_wait(task) && self.block(task) {
-            arch::switch();
-        }
-    }
-
-    /// `wait` where no signal was in store a moment ago. Returns whether the task is blocked now.
-    #[inline(never)]
-    fn block(&self, task: &mut Task) -> bool {
-        task.mask(|masked| match self.word.get(masked).state() {
+        let is_blocked = task.mask(|masked| match self.word.get(masked).state() {
+            State::Waiting(first) => {
+                self.block_behind(masked, first);
+                true
+            }
             State::Signals(0) => {
-                let blocked = ready::block(masked);
-                blocked.set_next(masked, &IDLE);
-                self.word.set(masked, Word::waiting(blocked));
+                self.block(masked);
                 true
             }
             State::Signals(signals) => {
                 self.word.set(masked, Word::signals(signals - 1));
                 false
             }
-            State::Waiting(first) => {
-                self.join(masked, first);
-                true
-            }
-        })
+        });
+        if is_blocked {
+            arch::switch();
+        }
     }
 
-    /// Blocks the running task behind others. Apart, for `block` is shorter without a call in it.
-    #[cold]
+    /// Blocks the running task as the first that waits.
     #[inline(never)]
-    fn join(&self, masked: &Masked, first: &'static ControlBlock) {
+    fn block(&self, masked: &Masked) {
+        let blocked = ready::block(masked);
+        blocked.set_next(masked, None);
+        self.word.set(masked, Word::waiting(blocked));
+    }
+
+    /// Blocks the running task where others wait.
+    #[inline(never)]
+    fn block_behind(&self, masked: &Masked, first: &'static ControlBlock) {
         self.word.set(masked, Word::waiting(waiters::insert(masked, first, ready::block(masked))));
     }
 

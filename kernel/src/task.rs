@@ -53,7 +53,7 @@ pub struct ControlBlock {
     /// The saved stack pointer; on the AVR bit 15 says that an interrupt saved the task, so that all
     /// registers lie there. On the host, a handle of the coroutine.
     pub(crate) stack_pointer: MaskedCell<usize>,
-    /// The next task in the one list that this task is in; null before its first.
+    /// The next task in the one list that this task is in; null at the end of a list of waiting tasks.
     link: MaskedCell<*const ControlBlock>,
     /// The set of priorities that preempt this task; for the idle task, all.
     pub(crate) above: MaskedCell<u8>,
@@ -72,25 +72,36 @@ impl ControlBlock {
         }
     }
 
-    /// The block of the idle task, which every priority preempts. It stands at the end of every list.
+    /// The block of the idle task, which every priority preempts.
     pub(crate) const fn idle() -> Self {
         let idle = ControlBlock::new();
-        ControlBlock { above: MaskedCell::new(0xff), ..idle }
+        ControlBlock {
+            stack_pointer: MaskedCell::new(arch::IDLE_CONTEXT),
+            above: MaskedCell::new(0xff),
+            ..idle
+        }
     }
 
-    /// The next task in this task's list; the idle task at its end.
+    /// The task behind this one among those that wait for the same.
     #[inline(always)]
-    pub(crate) fn next(&self, masked: &Masked) -> &'static ControlBlock {
+    pub(crate) fn next_waiting(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+        // SAFETY: a link is null or was made from a static.
+        unsafe { self.link.get(masked).as_ref() }
+    }
+
+    /// The task behind this one among those that are ready: there always is one, the idle task or the ring's first.
+    #[inline(always)]
+    pub(crate) fn next_ready(&self, masked: &Masked) -> &'static ControlBlock {
         let next = self.link.get(masked);
-        debug_assert!(!next.is_null(), "the task is in no list");
-        // SAFETY: only tasks in a list are asked, and whoever puts one there sets its link, to a static.
+        debug_assert!(!next.is_null(), "the task is not ready");
+        // SAFETY: whatever makes a task ready sets its link, to a static.
         unsafe { &*next }
     }
 
     /// Puts `next` behind this task.
     #[inline(always)]
-    pub(crate) fn set_next(&self, masked: &Masked, next: &'static ControlBlock) {
-        self.link.set(masked, next);
+    pub(crate) fn set_next(&self, masked: &Masked, next: Option<&'static ControlBlock>) {
+        self.link.set(masked, next.map_or(ptr::null(), ptr::from_ref));
     }
 
     /// Whether this task runs before `other`.

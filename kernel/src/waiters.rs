@@ -14,15 +14,16 @@ pub(crate) fn insert(
     task: &'static ControlBlock,
 ) -> &'static ControlBlock {
     if task.outranks(masked, first) {
-        task.set_next(masked, first);
+        task.set_next(masked, Some(first));
         return task;
     }
     let mut before = first;
-    // The idle task ends the list, and every task outranks it.
-    while !task.outranks(masked, before.next(masked)) {
-        before = before.next(masked);
+    while let Some(next) = before.next_waiting(masked)
+        && !task.outranks(masked, next)
+    {
+        before = next;
     }
-    task.set_next(masked, before.next(masked));
-    before.set_next(masked, task);
+    task.set_next(masked, before.next_waiting(masked));
+    before.set_next(masked, Some(task));
     first
 }

@@ -60,3 +60,10 @@ fn a_timers_flag_latched_while_masked_fires_when_unmasked() {
     assert_eq!(markers(&[]), [1, HANDLER, 2]);
     assert_eq!(markers(&["CLEARED"]), [1, 2]);
 }
+
+#[test]
+fn an_interrupt_withdrawn_before_it_is_accepted_does_not_keep_the_core_awake() {
+    let mut mcu = mcu(&build_with("compare.c", &["WITHDRAWN"]));
+    assert_eq!(mcu.run_to_end(10_000), State::Sleeping);
+    assert_eq!(marked(&mcu), [1]);
+}

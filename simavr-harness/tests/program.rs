@@ -98,8 +98,8 @@ fn a_reset_keeps_the_clock_and_the_memory() {
     assert_eq!(mcu.resets(), 3);
 }
 
-/// Pull-ups on bits 7 to 4; the outside drives bit 5 low and bit 1 high. Then bits 3 to 0 become
-/// outputs, of which 2 and 0 are high.
+/// The outside drives bit 5 low and bit 1 high; then pull-ups are on at bits 7 to 4; then bits 3 to 0
+/// become outputs, of which 2 and 0 are high.
 #[test]
 fn pins_are_driven_and_read() {
     let pin = |bit| Pin { port: 'D', bit };
@@ -108,7 +108,7 @@ fn pins_are_driven_and_read() {
     mcu.drive_pin(pin(1), true);
     for cause in [PORF, EXTRF] {
         assert_eq!(mcu.run_to_end(10_000), State::Done);
-        assert_eq!(marked(&mcu), [cause, 0xd2, 0x55]);
+        assert_eq!(marked(&mcu), [cause, 0x02, 0xd2, 0x55]);
         let levels = (0..8).fold(0, |all, bit| all | u8::from(mcu.pin(pin(bit))) << bit);
         assert_eq!(levels, 0xd5, "{levels:#x}");
         mcu.take_markers();

@@ -85,6 +85,15 @@ fn bytes_that_wait_raise_one_interrupt_after_another() {
 }
 
 #[test]
+fn a_byte_left_in_the_buffer_raises_the_interrupt_again() {
+    let mut mcu = mcu(&build_with("usart.c", &["IGNORE"]));
+    mcu.run_until(FRAME);
+    mcu.receive(0, Character { value: 0x42, start: FRAME, end: 2 * FRAME });
+    mcu.run_until(4 * FRAME);
+    assert_eq!(marked(&mcu), [0x22, 0x22, 0x22]);
+}
+
+#[test]
 fn the_length_of_a_frame_follows_its_format() {
     const UBRRL: u16 = 0x29;
     const UCSRB: u16 = 0x2a;

@@ -132,8 +132,13 @@ impl Message {
     }
 
     fn with_flags(to: Address, from: Address, bytes: &[u8], flags: u8) -> Result<Message, TooLong> {
+        if bytes.len() > MAX_PAYLOAD {
+            return Err(TooLong);
+        }
         let mut payload = [0; MAX_PAYLOAD];
-        payload.get_mut(..bytes.len()).ok_or(TooLong)?.copy_from_slice(bytes);
+        for (slot, byte) in payload.iter_mut().zip(bytes) {
+            *slot = *byte;
+        }
         Ok(Message { to, from, length: bytes.len() as u8 | flags, payload })
     }
 }

@@ -19,7 +19,8 @@
 //!
 //! # Stacks
 //! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. Its
-//! first [`IDLE_STACK`] bytes are the idle task's, which needs room for one preempted context.
+//! first [`IDLE_STACK`] bytes are the idle task's, which needs room for one preempted context. That task has nothing
+//! to remember: it is begun anew each time, so its stack also serves to take up other tasks' contexts.
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
@@ -29,11 +30,13 @@ use core::mem::{MaybeUninit, size_of};
 use crate::context::Task;
 use crate::masked::Masked;
 use crate::task::Never;
-use crate::{KERNEL, Kernel};
+use crate::{IDLE, KERNEL, Kernel};
 
-/// Bytes at the top of the kernel's stack that are the idle task's: a preempted context and a return address.
-#[doc(hidden)]
-pub const IDLE_STACK: usize = 40;
+/// Bytes at the top of the kernel's stack that are the idle task's: a preempted context.
+const IDLE_STACK: usize = 35;
+
+/// The stack pointer of the idle task's control block: marked as preempted, which leads to where it begins anew.
+pub(crate) const IDLE_CONTEXT: usize = 0x8000;
 
 /// Offsets of what the assembly reads, in bytes.
 const HEAD: usize = core::mem::offset_of!(Kernel, ready.head);
@@ -97,41 +100,66 @@ unsafe extern "C" fn kernel_switch() {
             "lds r27, {kernel}+{running}+1",      // 2
             "st X+, r24",                         // 2: its stack pointer
             "st X, r25",                          // 2
-            // Takes up the context of the head. Interrupts are masked, the running task's context is saved.
+            // Takes up the context of the head. Interrupts are masked, and what ran is saved or not needed.
             "resume_head:",
             "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
             "lds r31, {kernel}+{head}+1",         // 2
-            "sts {kernel}+{running}, r30",        // 2: now it is the running one
-            "sts {kernel}+{running}+1, r31",      // 2
             "ld r24, Z",                          // 2: r25:r24 = its stack pointer
             "ldd r25, Z+1",                       // 2
             "sbrc r25, 7",                        // 2: skips the next for a voluntary context
             "rjmp resume_preempted",              // 2
+            "sts {kernel}+{running}, r30",        // 2: now it is the running one
+            "sts {kernel}+{running}+1, r31",      // 2
             "out 0x3e, r25",                      // 1: SPH
             "sei",                                // 1: takes effect after the next instruction,
             "out 0x3d, r24",                      // 1: SPL: so the stack is whole before any interrupt
             "ret",                                // 4: to the task's `switch`
-            // Masked to its `reti`: an interrupt here would lay another context behind this one, and the next a third.
+            // The idle task, with interrupts enabled.
+            "idle:",
+            "sei",                                // 1: takes effect after the next instruction,
+            "sleep",                              // 1: so that no interrupt comes between the two
+            "rjmp idle",                          // 2
+            // Half of a preempted context is loaded as the idle task would: on its stack, with interrupts enabled.
+            // One that strikes here finds that the idle task runs and the head should, and begins this anew.
             "resume_preempted:",
-            "andi r25, 0x7f",                     // 1: without the mark
+            "ldi r26, lo8({idle_task})",          // 1: X = the idle task's control block
+            "ldi r27, hi8({idle_task})",          // 1
+            "sts {kernel}+{running}, r26",        // 2
+            "sts {kernel}+{running}+1, r27",      // 2
+            "ldi r18, lo8(__stack)",              // 1: the idle task's stack, empty
+            "ldi r19, hi8(__stack)",              // 1
+            "out 0x3e, r19",                      // 1: SPH
+            "sei",                                // 1
+            "out 0x3d, r18",                      // 1: SPL
+            "cp r30, r26",                        // 1: is the head the idle task?
+            "cpc r31, r27",                       // 1
+            "breq idle",                          // 1, or 2
+            "andi r25, 0x7f",                     // 1: the stack pointer without its mark
+            "movw r30, r24",                      // 1: Z = the byte below the context
+            "ldd r17, Z+1",                       // 2
+            "ldd r16, Z+2",                       // 2
+            "ldd r15, Z+3",                       // 2
+            "ldd r14, Z+4",                       // 2
+            "ldd r13, Z+5",                       // 2
+            "ldd r12, Z+6",                       // 2
+            "ldd r11, Z+7",                       // 2
+            "ldd r10, Z+8",                       // 2
+            "ldd r9, Z+9",                        // 2
+            "ldd r8, Z+10",                       // 2
+            "ldd r7, Z+11",                       // 2
+            "ldd r6, Z+12",                       // 2
+            "ldd r5, Z+13",                       // 2
+            "ldd r4, Z+14",                       // 2
+            "ldd r3, Z+15",                       // 2
+            "ldd r2, Z+16",                       // 2
+            "adiw r24, 16",                       // 2: as if they had been popped
+            "cli",                                // 1: an interrupt from here on would lay a context behind this one
+            "lds r30, {kernel}+{head}",           // 2: the same as before: no interrupt struck
+            "lds r31, {kernel}+{head}+1",         // 2
+            "sts {kernel}+{running}, r30",        // 2
+            "sts {kernel}+{running}+1, r31",      // 2
             "out 0x3e, r25",                      // 1: SPH
             "out 0x3d, r24",                      // 1: SPL
-            "pop r17",                            // 2
-            "pop r16",                            // 2
-            "pop r15",                            // 2
-            "pop r14",                            // 2
-            "pop r13",                            // 2
-            "pop r12",                            // 2
-            "pop r11",                            // 2
-            "pop r10",                            // 2
-            "pop r9",                             // 2
-            "pop r8",                             // 2
-            "pop r7",                             // 2
-            "pop r6",                             // 2
-            "pop r5",                             // 2
-            "pop r4",                             // 2
-            "pop r3",                             // 2
-            "pop r2",                             // 2
             "rjmp leave_interrupt",               // 2
             // Enters an interrupt: r31 and r30 are on the stack, Z is the handler's address in words.
             ".global kernel_enter_interrupt",
@@ -221,20 +249,12 @@ unsafe extern "C" fn kernel_switch() {
             "pop r30",                            // 2
             "pop r31",                            // 2
             "ijmp",                               // 2
-        // The idle task. Interrupts are masked, and what the stack held is not needed any more.
-            ".global kernel_start_task",
+            // The start: the idle task is the running one, and `main`'s stack is not needed any more.
             ".global kernel_run",
             "kernel_run:",
-            "ldi r24, lo8(__stack)",              // 1: the top of SRAM
-            "ldi r25, hi8(__stack)",              // 1
-            "out 0x3e, r25",                      // 1: SPH
-            "out 0x3d, r24",                      // 1: SPL
-            "rcall kernel_switch",                // 3: to the first task
-            "idle:",
-            "sei",                                // 1: takes effect after the next instruction,
-            "sleep",                              // 1: so that no interrupt comes between the two
-            "rjmp idle",                          // 2
+            "rjmp resume_head",                   // 2
             kernel = sym KERNEL,
+            idle_task = sym IDLE,
             head = const HEAD,
             running = const RUNNING,
             idle = const IDLE_STACK,

@@ -19,6 +19,9 @@ use crate::{IDLE, KERNEL, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
 
+/// The idle task has no context here.
+pub(crate) const IDLE_CONTEXT: usize = 0;
+
 std::thread_local! {
     /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus one.
     static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };

@@ -30,7 +30,6 @@ pub enum Arrival<'a> {
 #[derive(Clone, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Endpoint {
-    dock: Dock,
     pub sender: Sender,
     receiver: Receiver,
     /// Apart from the sender's, because it changes with each datagram: probes go out all the time,
@@ -44,12 +43,7 @@ impl Endpoint {
     /// up to `retry_limit` times.
     pub const fn new(dock: Dock, seed: u16, retry_limit: u8) -> Endpoint {
         let signer = Signer::new(dock, seed);
-        Endpoint {
-            dock,
-            sender: Sender::new(signer, retry_limit),
-            receiver: Receiver::new(),
-            datagrams: signer,
-        }
+        Endpoint { sender: Sender::new(signer, retry_limit), receiver: Receiver::new(), datagrams: signer }
     }
 
     /// The signature for the next datagram.
@@ -77,10 +71,8 @@ impl Endpoint {
                     Arrival::Datagram { to, payload }
                 }
             }
-            // An ACK for the neighbour's message, by its dock or by its label, is one's own.
-            Frame::Ack(label) if label.signature.dock != self.dock || self.receiver.is_duplicate(label) => {
-                Arrival::Reflection
-            }
+            // An ACK for the message taken last is one's own.
+            Frame::Ack(label) if self.receiver.is_duplicate(label) => Arrival::Reflection,
             Frame::Ack(label) if self.sender.on_ack(label) => Arrival::Delivered,
             Frame::Ack(_) => Arrival::StaleAck,
         }

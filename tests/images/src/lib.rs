@@ -1,6 +1,9 @@
 //! What every test image has: a mark that the simulator sees, an end, and a panic handler that shows.
 #![no_std]
 #![cfg(target_arch = "avr")]
+#![feature(asm_experimental_arch)]
+
+pub mod bench;
 
 use board::debug::{self, mark};
 

@@ -1,67 +1,49 @@
-//! Where the test images lie, and how what they do is held against what is expected.
-//!
-//! A test image marks what it does by writes to OCDR. Its expectation is a file: one line a mark, the mark in hexadecimal
-//! and the cycles since the one before. Marks must be equal; cycles must not be more, for simavr's repeat exactly.
+//! What the tests in simavr share: where the images lie, and how what they do is held against what is expected.
+
+pub mod chain;
+pub mod hormones;
+pub mod marks;
+pub mod stacks;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use simavr_harness::{Image, Marker, Mcu, Part};
+use simavr_harness::{Image, Images, Mcu, Part};
 
-/// The image of this name, as `./x build` lays it down.
+/// One simulated millisecond, in cycles.
+pub const MILLISECOND: u64 = simavr_harness::CLOCK_HZ as u64 / 1000;
+
+/// The test image of this name, as `./x test` lays it down.
 ///
 /// # Panics
-/// When it is not there: `./x test` builds it.
+/// When it is not there.
 pub fn image(name: &str) -> Arc<Image> {
+    load(&format!("tests/{name}"))
+}
+
+/// An ATmega128 that runs the test image of this name.
+pub fn mcu(name: &str) -> Mcu {
+    mcu_with_seed(name, 1)
+}
+
+/// An ATmega128 that runs the test image of this name, with SRAM at power-up drawn from `seed`.
+pub fn mcu_with_seed(name: &str, seed: u64) -> Mcu {
+    Mcu::new(Part::ATMEGA128, image(name), seed).expect("the image fits the ATmega128")
+}
+
+/// The images that a module of the robot is flashed with.
+///
+/// # Panics
+/// When they are not there.
+pub fn firmware() -> Images {
+    Images { master: load("firmware-master"), slave: load("firmware-slave") }
+}
+
+fn load(name: &str) -> Arc<Image> {
     let images = std::env::var_os("SUPERBOT_IMAGES")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from);
-    let path = images.join("tests").join(name).with_extension("elf");
-    match Image::load(&path) {
+    match Image::load(images.join(name).with_extension("elf")) {
         Ok(image) => Arc::new(image),
-        Err(error) => panic!("{error}\n`./x test` builds the test images and runs these tests"),
+        Err(error) => panic!("{error}\n`./x test` builds all images and runs these tests"),
     }
-}
-
-/// An ATmega128 that runs the image of this name.
-pub fn mcu(name: &str) -> Mcu {
-    Mcu::new(Part::ATMEGA128, image(name), 1).expect("the image fits the ATmega128")
-}
-
-/// Holds `markers` against the file `expected/NAME.txt`.
-///
-/// # Panics
-/// When a mark differs or came later than expected. With `UPDATE_EXPECTED` set, the file is written instead.
-pub fn expect(name: &str, markers: &[Marker]) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/expected").join(name).with_extension("txt");
-    let mut seen = String::new();
-    let mut before = 0;
-    for marker in markers {
-        seen += &format!("{:02x} +{}\n", marker.value, marker.cycle - before);
-        before = marker.cycle;
-    }
-    if std::env::var_os("UPDATE_EXPECTED").is_some() {
-        std::fs::write(&path, seen).expect("the expectation can be written");
-        return;
-    }
-    let expected = std::fs::read_to_string(&path)
-        .unwrap_or_else(|error| panic!("{}: {error}; UPDATE_EXPECTED=1 writes it", path.display()));
-    let (expected, seen) = (lines(&expected), lines(&seen));
-    let marks = |lines: &[(String, u64)]| lines.iter().map(|(mark, _)| mark.clone()).collect::<Vec<_>>();
-    assert_eq!(marks(&seen), marks(&expected), "{name}: marks");
-    for (index, ((mark, cycles), (_, limit))) in seen.iter().zip(&expected).enumerate() {
-        assert!(
-            cycles <= limit,
-            "{name}: mark {mark} (number {index}) took {cycles} cycles, {limit} before; \
-             if that is meant, UPDATE_EXPECTED=1 writes the new figure"
-        );
-    }
-}
-
-fn lines(text: &str) -> Vec<(String, u64)> {
-    text.lines()
-        .map(|line| {
-            let (mark, cycles) = line.split_once(" +").expect("a line is a mark and cycles");
-            (mark.to_owned(), cycles.parse().expect("cycles are a number"))
-        })
-        .collect()
 }

@@ -1,7 +1,8 @@
 //! The kernel's primitives on the MCU: what happens in which order, and in how many cycles.
 
 use simavr_harness::{Pin, State};
-use superbot_tests_simavr::{expect, mcu};
+use superbot_tests_simavr::marks::expect;
+use superbot_tests_simavr::mcu;
 
 /// More cycles than any of these images needs.
 const LIMIT: u64 = 4_000_000;

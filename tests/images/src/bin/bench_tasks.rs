@@ -1,0 +1,68 @@
+//! Measured: a yield, a post and a wait that switch, and those that do not.
+//!
+//! There are two of each kind of object, so that the compiler can build nothing for the only one there is.
+#![no_std]
+#![no_main]
+
+use kernel::{Priority, Semaphore, Stack};
+use tests_images::bench::{begin, end};
+use tests_images::{finish, start};
+
+const YIELD: u8 = 1;
+const POST_TO_HIGHER: u8 = 2;
+const BLOCK_TO_LOWER: u8 = 3;
+const POST: u8 = 4;
+const WAIT: u8 = 5;
+
+static HIGH: Stack<96> = Stack::new();
+static LOW: Stack<96> = Stack::new();
+static EQUALS: [Stack<96>; 2] = [const { Stack::new() }; 2];
+static WAKE: Semaphore = Semaphore::new(0);
+static STORE: Semaphore = Semaphore::new(0);
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        start(HIGH.start(boot, Priority::P1, |task| {
+            loop {
+                begin::<BLOCK_TO_LOWER>();
+                WAKE.wait(task);
+                end::<POST_TO_HIGHER>();
+            }
+        }));
+        start(LOW.start(boot, Priority::P3, |task| {
+            for _ in 0..4 {
+                begin::<POST_TO_HIGHER>();
+                WAKE.post(task);
+                end::<BLOCK_TO_LOWER>();
+            }
+            for _ in 0..4 {
+                begin::<POST>();
+                STORE.post(task);
+                end::<POST>();
+                begin::<WAIT>();
+                STORE.wait(task);
+                end::<WAIT>();
+            }
+            loop {
+                STORE.wait(task);
+            }
+        }));
+        let [first, second] = &EQUALS;
+        start(first.start(boot, Priority::P5, |task| {
+            for _ in 0..4 {
+                begin::<YIELD>();
+                task.yield_now();
+                end::<YIELD>();
+            }
+            finish()
+        }));
+        start(second.start(boot, Priority::P5, |task| {
+            loop {
+                begin::<YIELD>();
+                task.yield_now();
+                end::<YIELD>();
+            }
+        }));
+    })
+}

@@ -1,0 +1,164 @@
+//! A chain of modules that run the robot's own images, and what can be seen of it from outside.
+
+use std::mem::offset_of;
+
+use hormone::event::Event as Behaviour;
+use hormone::module_type::ModuleType;
+use hormone::status::Status;
+use simavr_harness::{Controller, Engine, Face, Faults, Reset, Robot, RobotBuilder};
+use tasks::dock::Dock;
+use tasks::link::counters::LinkCounters;
+
+use crate::{MILLISECOND, firmware};
+
+/// The dock by which a module is attached to the one behind it.
+pub fn back_of(module: usize) -> Face {
+    Face { module, dock: Dock::Back }
+}
+
+/// The dock by which a module is attached to the one before it.
+pub fn front_of(module: usize) -> Face {
+    Face { module, dock: Dock::Front }
+}
+
+/// A count that every link keeps, by its place in [`LinkCounters`].
+#[derive(Clone, Copy)]
+pub struct Count(usize);
+
+impl Count {
+    pub const RETRIES: Count = Count(offset_of!(LinkCounters, retries));
+    pub const DUPLICATES: Count = Count(offset_of!(LinkCounters, duplicates));
+    pub const GAVE_UP: Count = Count(offset_of!(LinkCounters, gave_up));
+}
+
+/// Something that a behaviour did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deed {
+    pub cycle: u64,
+    pub module: usize,
+    pub event: Behaviour,
+}
+
+/// A chain in motion.
+pub struct Chain {
+    engine: Engine,
+}
+
+impl Chain {
+    /// A chain at power-up, run by one thread.
+    pub fn new(modules: usize, seed: u64) -> Self {
+        Self::on_threads(modules, seed, 1)
+    }
+
+    /// A chain at power-up, run by so many threads.
+    pub fn on_threads(modules: usize, seed: u64, threads: usize) -> Self {
+        let robot = RobotBuilder::chain(firmware(), modules).seed(seed).build();
+        Self::of_robot(robot.expect("a chain can be built"), threads)
+    }
+
+    /// A robot that was changed before it is run.
+    pub fn of_robot(robot: Robot, threads: usize) -> Self {
+        Chain { engine: Engine::new(robot, threads) }
+    }
+
+    pub fn robot(&self) -> &Robot {
+        self.engine.robot()
+    }
+
+    /// Cycles since power-up.
+    pub fn cycle(&self) -> u64 {
+        self.engine.cycle()
+    }
+
+    /// Runs for `cycles`, and returns what the behaviours did meanwhile, in order.
+    pub fn run(&mut self, cycles: u64) -> Vec<Deed> {
+        self.engine.run_until(self.engine.cycle() + cycles);
+        let told = self.engine.take_events().into_iter().filter_map(|told| {
+            let event = Behaviour::from_byte(told.value)?;
+            Some(Deed { cycle: told.cycle, module: told.module, event })
+        });
+        told.collect()
+    }
+
+    /// Loses frames on every link in both directions with this probability.
+    pub fn lose_frames(&mut self, probability: f64) {
+        for module in 1..self.robot().modules() {
+            for face in [back_of(module - 1), front_of(module)] {
+                self.set_faults(face, Faults { frame_loss: probability, ..Faults::default() });
+            }
+        }
+    }
+
+    /// Sets what goes wrong on the way from this dock to the one it is attached to.
+    pub fn set_faults(&mut self, from: Face, faults: Faults) {
+        assert!(self.engine.robot_mut().set_faults(from, faults), "{from:?} is attached to nothing");
+    }
+
+    /// Pulls an MCU's RESET pin low for a moment.
+    pub fn reset(&mut self, module: usize, controller: Controller) {
+        let module = self.engine.robot_mut().module_mut(module).expect("the module is there");
+        module.mcu_mut(controller).reset(Reset::External);
+    }
+
+    /// Keeps an MCU in reset for `cycles`.
+    ///
+    /// It is reset again and again before its start-up code, which needs far longer to clear SRAM, comes to touch a pin.
+    pub fn hold_in_reset(&mut self, module: usize, controller: Controller, cycles: u64) {
+        const STEP: u64 = 1000;
+        for _ in 0..cycles / STEP {
+            self.reset(module, controller);
+            self.run(STEP);
+        }
+    }
+
+    /// What a module says of itself.
+    pub fn status(&self, module: usize) -> Option<Status> {
+        let master = self.robot().module(module)?.mcu(Controller::Master);
+        let bytes = master.read_symbol("MODULE_STATUS").expect("the image has the symbol");
+        Status::from_bytes(bytes.first_chunk().expect("a status has so many bytes"))
+    }
+
+    /// The modules whose view of their neighbours or type is not what the wiring makes it.
+    pub fn mistaken(&self) -> Vec<(usize, Option<Status>)> {
+        let is_right = |module: usize| {
+            let wiring = Dock::ALL.map(|dock| Some(self.robot().neighbour(Face { module, dock })?.dock));
+            self.status(module).is_some_and(|status| {
+                status.neighbours() == Some(wiring) && status.module_type == ModuleType::of(&wiring)
+            })
+        };
+        let mistaken = (0..self.robot().modules()).filter(|&module| !is_right(module));
+        mistaken.map(|module| (module, self.status(module))).collect()
+    }
+
+    /// What the link at a dock of the chain, Front or Back, has counted since its MCU started.
+    pub fn count(&self, at: Face, Count(offset): Count) -> u16 {
+        let controller = match at.dock {
+            Dock::Front => Controller::Master,
+            Dock::Back => Controller::Slave,
+            _ => panic!("{at:?} is no dock of a chain"),
+        };
+        let module = self.robot().module(at.module).expect("the module is there");
+        let port = module.mcu(controller).read_symbol("LINK_USART0").expect("the image has the symbol");
+        u16::from_le_bytes([port[offset], port[offset + 1]])
+    }
+
+    /// A count, added up over all links of the chain.
+    pub fn sum(&self, count: Count) -> u64 {
+        let links = (1..self.robot().modules()).flat_map(|module| [back_of(module - 1), front_of(module)]);
+        links.map(|face| u64::from(self.count(face, count))).sum()
+    }
+
+    /// # Panics
+    /// When a program has crashed.
+    pub fn assert_alive(&self) {
+        let crashes: Vec<_> = self.robot().crashes().collect();
+        assert!(crashes.is_empty(), "{crashes:?}");
+    }
+
+    /// # Panics
+    /// When a module's view of its neighbours or its type is not as wired.
+    pub fn assert_right(&self) {
+        let mistaken = self.mistaken();
+        assert!(mistaken.is_empty(), "at {} ms: {mistaken:?}", self.cycle() / MILLISECOND);
+    }
+}

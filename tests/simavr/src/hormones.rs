@@ -1,0 +1,76 @@
+//! Follows the hormones down a chain.
+
+use std::collections::VecDeque;
+
+use hormone::event::Event as Behaviour;
+use hormone::hormone::Data;
+use tasks::dock::Dock;
+
+use crate::MILLISECOND;
+use crate::chain::Deed;
+
+/// In this time a hormone is delivered or given up: nine transmissions, each with its wait for an ACK.
+pub const HOP_AT_MOST: u64 = 250 * MILLISECOND;
+
+/// What became of the hormones sent from each module's Back to the Front of the next.
+#[derive(Debug)]
+pub struct Hormones {
+    /// By the sending module: when a hormone was sent that has not been received, and which.
+    under_way: Vec<VecDeque<(u64, Data)>>,
+    pub sent: usize,
+    pub delivered: usize,
+    /// Overtaken by a later one, or not received for [`HOP_AT_MOST`].
+    pub lost: usize,
+    /// Received without being sent, or twice.
+    pub unsent: usize,
+    /// What the last module received.
+    pub at_tail: Vec<Data>,
+}
+
+impl Hormones {
+    /// Follows what a chain of `modules` modules did up to `now`.
+    pub fn follow(modules: usize, deeds: &[Deed], now: u64) -> Self {
+        let under_way = vec![VecDeque::new(); modules];
+        let mut hormones =
+            Hormones { under_way, sent: 0, delivered: 0, lost: 0, unsent: 0, at_tail: Vec::new() };
+        for deed in deeds {
+            match deed.event {
+                Behaviour::HormoneSent(Dock::Back, data) => {
+                    hormones.sent += 1;
+                    hormones.under_way[deed.module].push_back((deed.cycle, data));
+                }
+                Behaviour::HormoneReceived(Dock::Front, data) => hormones.receive(deed.module, data),
+                Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) => panic!("{deed:?}: off the chain"),
+                Behaviour::HormoneGenerated(_) | Behaviour::TopologyChanged(_) => {}
+            }
+        }
+        let overdue = |sent: &&(u64, Data)| sent.0 + HOP_AT_MOST < now;
+        hormones.lost += hormones.under_way.iter().flatten().filter(overdue).count();
+        hormones
+    }
+
+    /// A link keeps the order: what was sent before the one that came is lost.
+    fn receive(&mut self, module: usize, data: Data) {
+        if module + 1 == self.under_way.len() {
+            self.at_tail.push(data);
+        }
+        let under_way = &mut self.under_way[module - 1];
+        match under_way.iter().position(|sent| sent.1 == data) {
+            Some(skipped) => {
+                under_way.drain(..=skipped);
+                self.lost += skipped;
+                self.delivered += 1;
+            }
+            None => self.unsent += 1,
+        }
+    }
+
+    /// # Panics
+    /// When one of them was lost or came twice, when A and B do not alternate at the tail, or when it received fewer
+    /// than `number`.
+    pub fn assert_whole(&self, number: usize) {
+        assert!(self.lost == 0 && self.unsent == 0, "{self:?}");
+        assert!(self.at_tail.len() >= number, "{} hormones at the tail, not {number}", self.at_tail.len());
+        assert!(self.at_tail.windows(2).all(|pair| pair[0] != pair[1]), "{:?}", self.at_tail);
+    }
+}
