@@ -11,7 +11,7 @@ use crate::pwm::Output;
 use crate::reset::ResetCause;
 use crate::superbot::{JointDirection, JointPwm, RollDirection, RollPwm};
 use crate::tick::Tick;
-use crate::twi::Twi;
+use crate::twi::{I2c, Twi};
 use crate::usart::{Usart0, Usart1};
 
 static IS_TAKEN: MaskedCell<bool> = MaskedCell::new(false);
@@ -22,6 +22,7 @@ pub struct Board {
     pub usart0: Usart0,
     pub usart1: Usart1,
     pub twi: Twi,
+    pub i2c: I2c,
     pub adc: Adc,
     pub external4: External4,
     pub joint_pwm: JointPwm,
@@ -57,6 +58,7 @@ impl Board {
             usart0: Usart0::new(),
             usart1: Usart1::new(),
             twi: Twi::new(),
+            i2c: I2c::new(),
             adc: Adc::new(),
             external4: External4::new(),
             joint_pwm: Output::new(),

@@ -19,7 +19,8 @@ pub unsafe trait Serves<D> {}
 /// ```ignore
 /// board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi, Adc);
 /// ```
-/// Once in a program: a second definition of a vector does not link.
+/// Once in a program: a second definition of a vector does not link. `I2c` serves `Twi` too, for they share
+/// a vector: a program that starts both names `I2c` alone.
 #[macro_export]
 macro_rules! interrupts {
     ($name:ident: $($device:ident),+ $(,)?) => {
@@ -75,5 +76,14 @@ macro_rules! vectors {
         }
         // SAFETY: TWI, above.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
+    };
+    (I2c for $name:ident) => {
+        $crate::kernel::interrupt! {
+            fn __vector_33(interrupt) { $crate::twi::status_changed_with_i2c(interrupt) }
+        }
+        // SAFETY: TWI, above. It serves the packets as well.
+        unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
+        // SAFETY: likewise.
+        unsafe impl $crate::interrupts::Serves<$crate::twi::I2c> for $name {}
     };
 }

@@ -20,7 +20,8 @@
 //! })
 //! ```
 //!
-//! Devices exist on the AVR only. What decides without touching one, [`twi::engine`], is tested on the host.
+//! Devices exist on the AVR only. What decides without touching one, [`twi::engine`] and
+//! [`twi::transaction`], is tested on the host.
 
 #![no_std]
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
@@ -52,9 +53,13 @@ pub mod tick;
 pub mod twi;
 #[cfg(target_arch = "avr")]
 pub mod usart;
+#[cfg(target_arch = "avr")]
+mod with_task;
 
 #[cfg(target_arch = "avr")]
 pub use board::Board;
+#[cfg(target_arch = "avr")]
+pub use with_task::WithTask;
 
 /// For the expansion of [`interrupts!`].
 #[cfg(target_arch = "avr")]

@@ -34,7 +34,7 @@ static LINK_USART1: Port = Port::new(MASTER.usart1);
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
-static MODULE_STATUS: Mutex<Status> = Mutex::new(Status::POWER_UP);
+static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP);
 
 static AC_RECEIVE: Mailbox = Mailbox::new(4);
 static HORMONE: Mailbox = Mailbox::new(4);

@@ -6,7 +6,7 @@ pub mod ac_receive;
 pub mod ac_send;
 pub mod hormone;
 
-use kernel::{Mutex, Semaphore, Task, Timer};
+use kernel::{Mutex, Priority, Semaphore, Task, Timer};
 use tasks::dock::Dock;
 
 use crate::schedule::Schedule;
@@ -39,7 +39,7 @@ impl AdaptiveCommunication {
     /// A module that has heard nothing.
     pub const fn new() -> Self {
         AdaptiveCommunication {
-            state: Mutex::new(State { malformed: 0, topology: Topology::new(), schedule: Schedule::new(0) }),
+            state: Mutex::new(Priority::P5, State { malformed: 0, topology: Topology::new(), schedule: Schedule::new(0) }),
             wake: Semaphore::new(0),
             timer: Timer::new(),
         }

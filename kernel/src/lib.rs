@@ -25,7 +25,7 @@ mod waiters;
 pub use context::{Context, Interrupt, Task};
 pub use fifo::Fifo;
 pub use masked::{Masked, MaskedCell};
-pub use mutex::Mutex;
+pub use mutex::{Guard, Mutex};
 pub use pool::{Exhausted, Message, Pool, Pooled, Slot};
 pub use queue::{Full, Queue};
 pub use semaphore::Semaphore;

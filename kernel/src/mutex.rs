@@ -1,45 +1,124 @@
 //! Values that several tasks change.
 
 use core::cell::UnsafeCell;
+use core::ops::{Deref, DerefMut};
 
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::ready;
+use crate::semaphore::Semaphore;
+use crate::task::Priority;
 
-/// A value that one task at a time works on, with interrupts enabled.
+/// A value that one task at a time works on, with interrupts enabled. 3 bytes besides the value.
 ///
 /// ```
-/// use kernel::{Mutex, Task};
-/// static TOTAL: Mutex<u16> = Mutex::new(0);
+/// use kernel::{Mutex, Priority, Task};
+/// static TOTAL: Mutex<u16> = Mutex::new(Priority::P2, 0);
 /// fn add(task: &mut Task, amount: u16) {
-///     TOTAL.with(task, |total| *total += amount);
+///     *TOTAL.lock(task) += amount;
 /// }
 /// ```
 ///
-/// While a task works on it, it runs at the highest priority (the immediate ceiling protocol with one ceiling
-/// for all). So it never waits, there is no queue and no deadlock, and what it delays others by is the length
-/// of its own work. It can't block meanwhile: `with` borrows the task's context. It costs no RAM but the value.
-#[repr(transparent)]
-pub struct Mutex<T>(UnsafeCell<T>);
+/// The immediate ceiling protocol: who holds the value runs at the mutex's ceiling, which should be the highest priority of
+/// all tasks that lock it. Then no task ever waits for it, and what a task is delayed by is one section of a lower one at
+/// most. It can't block while it holds the value: the guard borrows its context. A task above the ceiling may lock it
+/// too, safely; it may have to wait, and then for lower tasks as well.
+#[repr(C)]
+pub struct Mutex<T> {
+    /// First, where debuggers and other readers of RAM find it by the mutex's symbol.
+    value: UnsafeCell<T>,
+    lock: Lock,
+}
 
-// SAFETY: `with` gives the value to one task at a time, and no interrupt has a `Task` to call it with.
+// SAFETY: a guard is the only way to the value, and while there is one, its lock is taken.
 unsafe impl<T: Send> Sync for Mutex<T> {}
 
 impl<T> Mutex<T> {
-    /// A mutex around `value`.
-    pub const fn new(value: T) -> Self {
-        Mutex(UnsafeCell::new(value))
+    /// A mutex around `value`, with the ceiling `ceiling`.
+    pub const fn new(ceiling: Priority, value: T) -> Self {
+        let lock = Lock { ceiling: ceiling.above(), free: Semaphore::new(1) };
+        Mutex { value: UnsafeCell::new(value), lock }
     }
 
-    /// Runs `work` on the value. About 40 cycles, of which 20 masked, besides `work`.
+    /// Takes the value until the guard is dropped. About 60 cycles, and as many then.
+    pub fn lock<'a>(&'a self, task: &'a mut Task) -> Guard<'a, T> {
+        let above = self.lock.take(task);
+        Guard { mutex: self, task, above }
+    }
+
+    /// Runs `work` on the value.
     pub fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut T) -> R) -> R {
-        let above = task.mask(ready::raise);
-        // SAFETY: nothing outranks this task now, and it can neither block nor call `with` while `work` runs:
-        // both need `task`, which is borrowed. So no other task works on the value.
-        let result = work(unsafe { &mut *self.0.get() });
-        if task.mask(|masked| ready::restore(masked, above)) {
+        work(&mut self.lock(task))
+    }
+}
+
+/// The value of a [`Mutex`], and the right to it until this is dropped.
+pub struct Guard<'a, T> {
+    mutex: &'a Mutex<T>,
+    task: &'a mut Task,
+    /// What preempted the task before it took the value.
+    above: u8,
+}
+
+impl<T> Deref for Guard<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        // SAFETY: the lock is taken, and this is its one guard.
+        unsafe { &*self.mutex.value.get() }
+    }
+}
+
+impl<T> DerefMut for Guard<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        // SAFETY: the lock is taken, and this is its one guard.
+        unsafe { &mut *self.mutex.value.get() }
+    }
+}
+
+impl<T> Drop for Guard<'_, T> {
+    fn drop(&mut self) {
+        self.mutex.lock.give(self.task, self.above);
+    }
+}
+
+/// A mutex without its value.
+struct Lock {
+    /// The priorities above the ceiling.
+    ceiling: u8,
+    /// Holds one signal while the mutex is free.
+    free: Semaphore,
+}
+
+impl Lock {
+    /// Returns what preempted the task before, for [`give`](Self::give).
+    #[inline(never)]
+    fn take(&self, task: &mut Task) -> u8 {
+        let taken = task.mask(|masked| {
+            if self.free.take(masked) {
+                return Some(ready::raise(masked, self.ceiling));
+            }
+            self.free.block(masked);
+            None
+        });
+        match taken {
+            Some(above) => above,
+            None => {
+                // The task that gives it hands it to this one.
+                arch::switch_from_call();
+                task.mask(|masked| ready::raise(masked, self.ceiling))
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn give(&self, task: &mut Task, above: u8) {
+        let is_due = task.mask(|masked| {
+            let is_outranked = ready::restore(masked, above);
+            self.free.signal(masked) || is_outranked
+        });
+        if is_due {
             arch::switch_from_call();
         }
-        result
     }
 }

@@ -107,11 +107,12 @@ pub(crate) fn rotate(masked: &Masked) -> bool {
     true
 }
 
-/// Lets nothing preempt the running task. Returns what did before, for [`restore`].
-pub(crate) fn raise(masked: &Masked) -> u8 {
+/// Lets only the priorities in `ceiling` preempt the running task, if that is fewer than do now. Returns those, for
+/// [`restore`].
+pub(crate) fn raise(masked: &Masked, ceiling: u8) -> u8 {
     let task = KERNEL.ready.head.get(masked);
     let above = task.above.get(masked);
-    task.above.set(masked, 0);
+    task.above.set(masked, above & ceiling);
     above
 }
 

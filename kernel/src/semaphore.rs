@@ -33,21 +33,8 @@ impl Semaphore {
     /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
-        let is_due = context.mask(|masked| match self.word.get(masked).state() {
-            State::Signals(signals) => {
-                self.word.set(masked, Word::signals(signals.saturating_add(1)));
-                false
-            }
-            State::Waiting(first) => self.wake(masked, first),
-        });
+        let is_due = context.mask(|masked| self.signal(masked));
         context.reschedule(is_due);
-    }
-
-    /// Wakes the first waiting task. Returns whether it is now the one to run.
-    #[inline(always)]
-    fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
-        self.word.set(masked, first.next_waiting(masked).map_or(Word::signals(0), Word::waiting));
-        ready::make_ready(masked, first)
     }
 
     /// Takes a signal, and blocks until there is one.
@@ -59,7 +46,7 @@ impl Semaphore {
                 true
             }
             State::Signals(0) => {
-                self.block(masked);
+                self.block_first(masked);
                 true
             }
             State::Signals(signals) => {
@@ -72,9 +59,50 @@ impl Semaphore {
         }
     }
 
+    /// Takes a signal if one is in store, and says whether it did.
+    #[inline(always)]
+    pub fn try_wait(&self, context: &mut impl Context) -> bool {
+        context.mask(|masked| self.take(masked))
+    }
+
+    /// Signals. Returns whether the task it woke is now the one to run.
+    #[inline(always)]
+    pub(crate) fn signal(&self, masked: &Masked) -> bool {
+        match self.word.get(masked).state() {
+            State::Signals(signals) => {
+                self.word.set(masked, Word::signals(signals.saturating_add(1)));
+                false
+            }
+            State::Waiting(first) => {
+                self.word.set(masked, first.next_waiting(masked).map_or(Word::signals(0), Word::waiting));
+                ready::make_ready(masked, first)
+            }
+        }
+    }
+
+    /// Takes a signal if one is in store.
+    #[inline(always)]
+    pub(crate) fn take(&self, masked: &Masked) -> bool {
+        match self.word.get(masked).state() {
+            State::Signals(0) | State::Waiting(_) => false,
+            State::Signals(signals) => {
+                self.word.set(masked, Word::signals(signals - 1));
+                true
+            }
+        }
+    }
+
+    /// Blocks the running task: no signal is in store.
+    pub(crate) fn block(&self, masked: &Masked) {
+        match self.word.get(masked).state() {
+            State::Waiting(first) => self.block_behind(masked, first),
+            State::Signals(_) => self.block_first(masked),
+        }
+    }
+
     /// Blocks the running task as the first that waits.
     #[inline(never)]
-    fn block(&self, masked: &Masked) {
+    fn block_first(&self, masked: &Masked) {
         let blocked = ready::block(masked);
         blocked.set_next(masked, None);
         self.word.set(masked, Word::waiting(blocked));
@@ -84,18 +112,6 @@ impl Semaphore {
     #[inline(never)]
     fn block_behind(&self, masked: &Masked, first: &'static ControlBlock) {
         self.word.set(masked, Word::waiting(waiters::insert(masked, first, ready::block(masked))));
-    }
-
-    /// Takes a signal if one is in store, and says whether it did.
-    #[inline(always)]
-    pub fn try_wait(&self, context: &mut impl Context) -> bool {
-        context.mask(|masked| match self.word.get(masked).state() {
-            State::Signals(0) | State::Waiting(_) => false,
-            State::Signals(signals) => {
-                self.word.set(masked, Word::signals(signals - 1));
-                true
-            }
-        })
     }
 }
 

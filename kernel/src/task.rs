@@ -29,7 +29,7 @@ pub enum Priority {
 
 impl Priority {
     /// The set of priorities above this one, a bit each: bit 0 is `P0`.
-    const fn above(self) -> u8 {
+    pub(crate) const fn above(self) -> u8 {
         (1 << self as u8) - 1
     }
 }

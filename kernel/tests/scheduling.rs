@@ -214,7 +214,7 @@ fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
     static LOG: Log = Log::new();
     static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
     static WAKE: Semaphore = Semaphore::new(0);
-    static VALUE: Mutex<Vec<&str>> = Mutex::new(Vec::new());
+    static VALUE: Mutex<Vec<&str>> = Mutex::new(Priority::P0, Vec::new());
     host::run_for(
         3,
         |boot| {
@@ -244,6 +244,65 @@ fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
         |_, _| {},
     );
     LOG.expect(&["low works on", "high", "low is done", "low, high"]);
+}
+
+#[test]
+fn a_ceiling_holds_up_those_below_it_only_and_a_task_above_it_waits_its_turn() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static WAKE: [Semaphore; 2] = [const { Semaphore::new(0) }; 2];
+    static VALUE: Mutex<u8> = Mutex::new(Priority::P3, 0);
+    host::run_for(
+        3,
+        |boot| {
+            let [above, middle, low] = &STACKS;
+            above
+                .start(boot, Priority::P1, |task| {
+                    loop {
+                        WAKE[0].wait(task);
+                        LOG.note("above runs");
+                        *VALUE.lock(task) += 1; // outranks the ceiling: waits for the holder
+                        LOG.note("above had it");
+                    }
+                })
+                .unwrap();
+            middle
+                .start(boot, Priority::P4, |task| {
+                    loop {
+                        WAKE[1].wait(task);
+                        LOG.note("middle runs");
+                    }
+                })
+                .unwrap();
+            low.start(boot, Priority::P5, |task| {
+                let mut value = VALUE.lock(task);
+                // SAFETY: the interrupts that would strike here, on the host.
+                let mut interrupt = unsafe { kernel::Interrupt::assume() };
+                WAKE[1].post(&mut interrupt);
+                LOG.note("low works on");
+                WAKE[0].post(&mut interrupt);
+                kernel::host::end_of_interrupt();
+                *value += 1;
+                LOG.note("low gives it");
+                drop(value);
+                LOG.note("low is done");
+                let total = *VALUE.lock(task);
+                LOG.note(format!("{total}"));
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&[
+        "low works on",
+        "above runs",
+        "low gives it",
+        "above had it",
+        "middle runs",
+        "low is done",
+        "2",
+    ]);
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! All time is in cycles of the 16 MHz clock since power-up. What comes out depends on the images,
 //! the wiring and the seed, and on nothing else.
 
+pub mod bench;
 mod bus;
 mod cpu;
 mod device;

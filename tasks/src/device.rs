@@ -17,7 +17,7 @@ pub trait Receive {
     /// [`overruns`](Self::overruns), as are bytes that the hardware or the FIFO lost.
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize;
 
-    /// How many bytes and frames were lost on the way in, modulo 65,536.
+    /// How many bytes and frames were lost on the way in: up to 65,535, where it stays.
     fn overruns(&self, task: &mut Task) -> u16;
 }
 

@@ -1,6 +1,7 @@
-//! What to answer to each status of the two-wire serial interface. It touches no register and no buffer.
+//! What to answer to each status of the two-wire serial interface, for packets between the MCUs of a module.
+//! It touches no register and no buffer.
 //!
-//! The MCUs of a module are both master transmitter and slave receiver; either may start.
+//! Each MCU is both master transmitter and slave receiver; either may start.
 //!
 //! ```text
 //!   outgoing:  Idle ── send ──► Waiting ── START ──► Sending ── STOP ──► Ended ── outcome ──► Idle
@@ -17,45 +18,10 @@
 
 use tasks::device::Transfer;
 
+use super::status;
+
 /// The most bytes of a transfer.
 pub const CAPACITY: usize = 24;
-
-/// The status codes (ATmega128 datasheet, "Two-wire Serial Interface", tables of status codes) that this
-/// engine answers. Without the prescaler bits of TWSR.
-pub mod status {
-    /// An illegal START or STOP on the bus.
-    pub const BUS_ERROR: u8 = 0x00;
-    pub const START: u8 = 0x08;
-    pub const REPEATED_START: u8 = 0x10;
-    /// As a master: SLA+W is sent, and was acknowledged.
-    pub const ADDRESS_ACKNOWLEDGED: u8 = 0x18;
-    pub const ADDRESS_REFUSED: u8 = 0x20;
-    /// As a master: a byte is sent, and was acknowledged.
-    pub const DATA_ACKNOWLEDGED: u8 = 0x28;
-    pub const DATA_REFUSED: u8 = 0x30;
-    pub const ARBITRATION_LOST: u8 = 0x38;
-    /// As a slave: the own SLA+W has come.
-    pub const ADDRESSED: u8 = 0x60;
-    /// The same, from the winner of an arbitration.
-    pub const LOST_AND_ADDRESSED: u8 = 0x68;
-    /// The general call, which this engine ignores; its recognition is off.
-    pub const CALLED: u8 = 0x70;
-    pub const LOST_AND_CALLED: u8 = 0x78;
-    /// As a slave: a byte has come, and was acknowledged.
-    pub const RECEIVED: u8 = 0x80;
-    /// As a slave: a byte has come, but was not acknowledged; this ends being addressed.
-    pub const RECEIVED_REFUSED: u8 = 0x88;
-    pub const CALL_RECEIVED: u8 = 0x90;
-    pub const CALL_RECEIVED_REFUSED: u8 = 0x98;
-    /// As a slave: a STOP or a repeated START.
-    pub const STOP: u8 = 0xa0;
-    /// As a slave: the own SLA+R has come: the other side wants to read, and gets ones.
-    pub const READ: u8 = 0xa8;
-    pub const LOST_AND_READ: u8 = 0xb0;
-    pub const READ_ACKNOWLEDGED: u8 = 0xb8;
-    pub const READ_REFUSED: u8 = 0xc0;
-    pub const READ_LAST: u8 = 0xc8;
-}
 
 /// The packet for the other MCU.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -136,6 +102,11 @@ impl Engine {
         matches!(self.outgoing, Outgoing::Waiting { .. })
     }
 
+    /// Whether a packet has the bus.
+    pub fn is_sending(&self) -> bool {
+        matches!(self.outgoing, Outgoing::Sending { .. })
+    }
+
     /// Whether the interface should acknowledge its address or the next byte that comes (TWEA).
     pub fn acknowledges(&self) -> bool {
         match self.incoming {
@@ -167,7 +138,7 @@ impl Engine {
             | status::CALLED
             | status::CALL_RECEIVED
             | status::CALL_RECEIVED_REFUSED => Answer::GO_ON,
-            // A bus error, or a status of the master receiver, which this engine never is.
+            // A bus error, or a status of the master receiver, which no packet needs.
             _ => self.fault(),
         }
     }

@@ -1,33 +1,14 @@
-//! The registers, the interrupt, and what the bridge task calls.
+//! Packets: what the bridge task calls, and the interrupt.
 
-use avr_device::atmega128a::TWI;
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::{Bus, Transfer};
 
 use super::engine::{CAPACITY, Data, Engine};
-use crate::interrupts::Serves;
-use crate::superbot::{CLOCK_HZ, I2C_HZ};
-
-/// TWBR for a prescaler of 1: SCL has 16 + 2 * TWBR clocks (ATmega128 datasheet, "Bit Rate Generator Unit").
-const BIT_RATE: u8 = {
-    let bit_rate = (CLOCK_HZ / I2C_HZ - 16) / 2;
-    assert!(bit_rate >= 10 && bit_rate <= 255, "as a master the interface needs a TWBR from 10 to 255");
-    bit_rate as u8
+use super::registers::{
+    ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data,
+    set_own_address, status,
 };
-
-/// TWCR: the interface and its interrupt are on.
-const ENABLED: u8 = 1 << 2 | 1 << 0; // TWEN, TWIE
-/// TWCR: send a STOP as a master, let go of the bus otherwise.
-const STOP: u8 = 1 << 4; // TWSTO
-/// TWCR: send a START when the bus is free.
-const START: u8 = 1 << 5; // TWSTA
-/// TWCR: acknowledge.
-const ACKNOWLEDGE: u8 = 1 << 6; // TWEA
-/// TWCR: there is a new status. Writing one clears it, and the interface goes on.
-const INTERRUPT: u8 = 1 << 7; // TWINT
-
-/// TWSR: the status, without the prescaler bits.
-const STATUS: u8 = 0xf8;
+use crate::interrupts::Serves;
 
 /// What the task and the interrupt share.
 struct Shared {
@@ -57,22 +38,6 @@ impl Shared {
     }
 }
 
-fn registers() -> TWI {
-    // SAFETY: there is one `Interface`, and it shares these registers with the interrupt alone. TWCR, which
-    // both write, is written with interrupts masked.
-    unsafe { TWI::steal() }
-}
-
-fn set_control(_: &Masked, bits: u8) {
-    // SAFETY: the interface touches no memory, whatever its registers hold.
-    registers().twcr().write(|w| unsafe { w.bits(bits) });
-}
-
-/// Sets `bits`, and leaves a status that waits for its answer, and a STOP that is under way, as they are.
-fn request(masked: &Masked, bits: u8) {
-    set_control(masked, registers().twcr().read().bits() & !INTERRUPT | bits);
-}
-
 /// The two-wire serial interface: SCL = PD0, SDA = PD1.
 pub struct Twi(());
 
@@ -81,7 +46,7 @@ impl Twi {
         Twi(())
     }
 
-    /// Starts the interface at [`I2C_HZ`], for packets to the MCU with the 7-bit address `other`, and from
+    /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), for packets to the MCU with the 7-bit address `other`, and from
     /// whoever calls the address `own`. `signal` is posted when a packet was sent, or could not be, and when
     /// one has come.
     pub fn start(
@@ -92,13 +57,12 @@ impl Twi {
         other: u8,
         signal: &'static Semaphore,
     ) -> Interface {
-        registers().twbr().write(|w| w.set(BIT_RATE));
-        // SAFETY: any address will do. Bit 0 is clear: the general call is not recognised.
-        registers().twar().write(|w| unsafe { w.bits(own << 1) });
+        set_bit_rate();
+        set_own_address(own);
         context.mask(|masked| {
             SHARED.destination.set(masked, other << 1);
             SHARED.signal.set(masked, Some(signal));
-            set_control(masked, ENABLED | ACKNOWLEDGE);
+            request(masked, ENABLED | ACKNOWLEDGE);
         });
         Interface(())
     }
@@ -144,16 +108,27 @@ impl Bus for Interface {
     }
 }
 
-/// The interrupt "Two-wire Serial Interface".
+/// The interrupt "Two-wire Serial Interface" in a program with packets alone.
 #[doc(hidden)]
 #[inline(always)]
 pub fn status_changed(interrupt: &mut Interrupt) {
+    answer(interrupt, status(), false);
+}
+
+/// The state of the packets.
+#[inline(always)]
+pub(super) fn engine(masked: &Masked) -> Engine {
+    SHARED.engine.get(masked)
+}
+
+/// Answers `status`. `transaction_waits`: whether one wants the bus when no packet has it.
+#[inline(always)]
+pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: bool) {
     let signal = interrupt.mask(|masked| {
-        let registers = registers();
-        let status = registers.twsr().read().bits() & STATUS;
         let (answer, mut control) = SHARED.with_engine(masked, |engine| {
             let answer = engine.answer(status);
-            let start = if engine.wants_start() { START } else { 0 };
+            let starts = engine.wants_start() || transaction_waits && !engine.is_sending();
+            let start = if starts { START } else { 0 };
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
             (answer, ENABLED | INTERRUPT | start | acknowledge)
         });
@@ -167,13 +142,13 @@ pub fn status_changed(interrupt: &mut Interrupt) {
             Data::Ones => Some(0xff),
             Data::Store(index) => {
                 if let Some(cell) = SHARED.incoming.get(usize::from(index)) {
-                    cell.set(masked, registers.twdr().read().bits());
+                    cell.set(masked, data());
                 }
                 None
             }
         };
         if let Some(byte) = byte {
-            registers.twdr().write(|w| w.set(byte));
+            set_data(byte);
         }
         set_control(masked, control);
         if answer.signals { SHARED.signal.get(masked) } else { None }

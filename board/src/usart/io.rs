@@ -1,5 +1,4 @@
-//! embedded-io for the two halves of a USART. Its methods have no place for the calling task, so an
-//! adaptor carries it.
+//! embedded-io for the two halves of a USART.
 
 use core::convert::Infallible;
 
@@ -8,41 +7,40 @@ use kernel::Task;
 use tasks::device::Transmit;
 
 use super::{Receiver, Transmitter, Usart};
-
-/// Half of a USART, and the task that uses it.
-///
-/// ```ignore
-/// transmitter.with(task).write_all(b"ready\n")
-/// ```
-pub struct WithTask<'a, Half> {
-    half: &'a mut Half,
-    task: &'a mut Task,
-}
+use crate::WithTask;
 
 impl<U: Usart> Transmitter<U> {
     /// This transmitter as an [`embedded_io::Write`].
+    ///
+    /// ```ignore
+    /// transmitter.with(task).write_all(b"ready\n")
+    /// ```
     pub fn with<'a>(&'a mut self, task: &'a mut Task) -> WithTask<'a, Self> {
-        WithTask { half: self, task }
+        WithTask::new(self, task)
     }
 }
 
 impl<U: Usart> Receiver<U> {
     /// This receiver as an [`embedded_io::Read`]: a stream of bytes, zeros among them.
     pub fn with<'a>(&'a mut self, task: &'a mut Task) -> WithTask<'a, Self> {
-        WithTask { half: self, task }
+        WithTask::new(self, task)
     }
 }
 
-impl<Half> ErrorType for WithTask<'_, Half> {
-    /// Sending can't fail; bytes that are lost on the way in are counted, as
-    /// [`overruns`](tasks::device::Receive::overruns) tells.
+impl<U: Usart> ErrorType for WithTask<'_, Transmitter<U>> {
+    /// Sending can't fail.
+    type Error = Infallible;
+}
+
+impl<U: Usart> ErrorType for WithTask<'_, Receiver<U>> {
+    /// Bytes that are lost are counted, as [`overruns`](tasks::device::Receive::overruns) tells.
     type Error = Infallible;
 }
 
 impl<U: Usart> Write for WithTask<'_, Transmitter<U>> {
     /// Blocks until all of `bytes` are on the wire.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        self.half.transmit(self.task, bytes);
+        self.device.transmit(self.task, bytes);
         Ok(bytes.len())
     }
 
@@ -54,6 +52,6 @@ impl<U: Usart> Write for WithTask<'_, Transmitter<U>> {
 
 impl<U: Usart> Read for WithTask<'_, Receiver<U>> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        Ok(self.half.read(self.task, buffer))
+        Ok(self.device.read(self.task, buffer))
     }
 }

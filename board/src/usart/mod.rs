@@ -12,7 +12,6 @@ use core::{ptr, slice};
 use kernel::{Context, Fifo, Interrupt, MaskedCell, Semaphore, Task};
 use tasks::device::{Receive, Transmit};
 
-pub use io::WithTask;
 pub use registers::{Usart, Usart0, Usart1};
 
 use crate::interrupts::Serves;

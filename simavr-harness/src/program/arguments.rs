@@ -17,6 +17,8 @@ pub struct Arguments {
 pub enum Command {
     /// Run a robot, show it live, and end with a summary.
     Sim(Sim),
+    /// Measure the kernel's figures, and print them beside those of other kernels.
+    Bench(Bench),
 }
 
 #[derive(Args)]
@@ -46,6 +48,17 @@ pub struct Sim {
     pub json: Option<PathBuf>,
 
     /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
+    pub images: PathBuf,
+}
+
+#[derive(Args)]
+pub struct Bench {
+    /// Print one JSON object in place of the table, to a file or to the standard output (-).
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// The directory under which the test images lie in tests/, as `./x bench` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
 }

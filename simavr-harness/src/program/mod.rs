@@ -1,7 +1,9 @@
-//! The program behind `./x sim`.
+//! The program behind `./x sim` and `./x bench`.
 
 mod arguments;
+mod bench;
 mod display;
+mod json;
 mod observer;
 mod report;
 mod view;
@@ -24,12 +26,15 @@ use report::Report;
 /// How often the display follows the robot, in simulated cycles: 20 ms.
 const STEP: u64 = CLOCK_HZ as u64 / 50;
 
-/// Exit status 0: the robot did as it should. 1: it did not. 2: it could not be run.
+/// Exit status 0: the robot did as it should, or the figures are printed. 1: it did not. 2: nothing could be run.
 pub fn main() -> ExitCode {
-    let Arguments { command: Command::Sim(options) } = Arguments::parse();
-    match run(&options) {
-        Ok(report) if report.is_right() => ExitCode::SUCCESS,
-        Ok(_) => ExitCode::FAILURE,
+    let result = match Arguments::parse().command {
+        Command::Sim(options) => run(&options).map(|report| report.is_right()),
+        Command::Bench(options) => bench::run(&options).map(|()| true),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("superbot-sim: {error}");
             ExitCode::from(2)
@@ -53,7 +58,7 @@ fn run(options: &arguments::Sim) -> Result<Report, Box<dyn Error>> {
     display.finish();
     let report = Report::new(engine.robot(), &observer, end, started.elapsed())?;
     match &options.json {
-        Some(path) => report.write_json(path)?,
+        Some(path) => json::write(&report, path)?,
         None => print!("{report}"),
     }
     for fault in report.faults() {

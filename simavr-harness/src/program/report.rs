@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
-use std::path::Path;
 use std::time::Duration;
 
 use serde::Serialize;
@@ -144,18 +143,6 @@ impl Report {
             faults.push(format!("{} hormones repeated the one before", self.hormones_out_of_turn));
         }
         faults
-    }
-
-    /// Writes the report to the file at `path`, or to the standard output for `-`.
-    pub fn write_json(&self, path: &Path) -> Result<(), Box<dyn Error>> {
-        let json = serde_json::to_string_pretty(self)?;
-        if path == Path::new("-") {
-            println!("{json}");
-        } else {
-            std::fs::write(path, json + "\n")
-                .map_err(|error| format!("can't write {}: {error}", path.display()))?;
-        }
-        Ok(())
     }
 }
 

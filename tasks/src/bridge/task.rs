@@ -1,7 +1,7 @@
 //! The bridge's task, one on each MCU (paper, section 5): sends what is in its queue over I2C, and delivers
 //! what comes from there.
 
-use kernel::{Mutex, Never, Task, Ticks};
+use kernel::{Mutex, Never, Priority, Task, Ticks};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
 use crate::device::{Bus, Transfer};
@@ -35,7 +35,7 @@ impl Default for Bridge {
 impl Bridge {
     /// This MCU's side.
     pub const fn new() -> Self {
-        Bridge { counters: Mutex::new(BridgeCounters::new()), mailbox: Mailbox::new(ROOM) }
+        Bridge { counters: Mutex::new(Priority::P1, BridgeCounters::new()), mailbox: Mailbox::new(ROOM) }
     }
 
     /// Where messages to the other MCU go. The bus posts its semaphore when a transfer has ended or come in.

@@ -1,6 +1,6 @@
 //! What the two tasks of a dock share: its end of the link, its mailbox and its counts.
 
-use kernel::{Context, MaskedCell, Mutex, Task};
+use kernel::{Context, MaskedCell, Mutex, Priority, Task};
 
 use super::counters::LinkCounters;
 use super::endpoint::Endpoint;
@@ -35,7 +35,7 @@ impl Port {
     /// The link at `dock`.
     pub const fn new(dock: Dock) -> Self {
         Port {
-            state: Mutex::new(State {
+            state: Mutex::new(Priority::P1, State {
                 counters: LinkCounters::new(),
                 endpoint: Endpoint::new(dock, 0, RETRY_LIMIT),
             }),

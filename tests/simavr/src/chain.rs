@@ -9,17 +9,7 @@ use simavr_harness::{Controller, Engine, Face, Faults, Reset, Robot, RobotBuilde
 use tasks::dock::Dock;
 use tasks::link::counters::LinkCounters;
 
-use crate::{MILLISECOND, firmware};
-
-/// The dock by which a module is attached to the one behind it.
-pub fn back_of(module: usize) -> Face {
-    Face { module, dock: Dock::Back }
-}
-
-/// The dock by which a module is attached to the one before it.
-pub fn front_of(module: usize) -> Face {
-    Face { module, dock: Dock::Front }
-}
+use crate::firmware;
 
 /// A count that every link keeps, by its place in [`LinkCounters`].
 #[derive(Clone, Copy)]
@@ -82,10 +72,8 @@ impl Chain {
 
     /// Loses frames on every link in both directions with this probability.
     pub fn lose_frames(&mut self, probability: f64) {
-        for module in 1..self.robot().modules() {
-            for face in [back_of(module - 1), front_of(module)] {
-                self.set_faults(face, Faults { frame_loss: probability, ..Faults::default() });
-            }
+        for face in self.links() {
+            self.set_faults(face, Faults { frame_loss: probability, ..Faults::default() });
         }
     }
 
@@ -100,13 +88,15 @@ impl Chain {
         module.mcu_mut(controller).reset(Reset::External);
     }
 
-    /// Keeps an MCU in reset for `cycles`.
+    /// Keeps MCUs of a module in reset for `cycles`.
     ///
-    /// It is reset again and again before its start-up code, which needs far longer to clear SRAM, comes to touch a pin.
-    pub fn hold_in_reset(&mut self, module: usize, controller: Controller, cycles: u64) {
+    /// They are reset again and again before their start-up code, which needs far longer to clear SRAM, comes to `main`.
+    pub fn hold_in_reset(&mut self, module: usize, mcus: &[Controller], cycles: u64) {
         const STEP: u64 = 1000;
         for _ in 0..cycles / STEP {
-            self.reset(module, controller);
+            for &mcu in mcus {
+                self.reset(module, mcu);
+            }
             self.run(STEP);
         }
     }
@@ -130,7 +120,7 @@ impl Chain {
         mistaken.map(|module| (module, self.status(module))).collect()
     }
 
-    /// What the link at a dock of the chain, Front or Back, has counted since its MCU started.
+    /// What the link at a dock of a chain, Front or Back, has counted since its MCU started.
     pub fn count(&self, at: Face, Count(offset): Count) -> u16 {
         let controller = match at.dock {
             Dock::Front => Controller::Master,
@@ -144,8 +134,14 @@ impl Chain {
 
     /// A count, added up over all links of the chain.
     pub fn sum(&self, count: Count) -> u64 {
-        let links = (1..self.robot().modules()).flat_map(|module| [back_of(module - 1), front_of(module)]);
-        links.map(|face| u64::from(self.count(face, count))).sum()
+        self.links().into_iter().map(|face| u64::from(self.count(face, count))).sum()
+    }
+
+    /// All docks that are attached to another.
+    fn links(&self) -> Vec<Face> {
+        let modules = 0..self.robot().modules();
+        let faces = modules.flat_map(|module| Dock::ALL.map(|dock| Face { module, dock }));
+        faces.filter(|&face| self.robot().neighbour(face).is_some()).collect()
     }
 
     /// # Panics
@@ -156,9 +152,10 @@ impl Chain {
     }
 
     /// # Panics
-    /// When a module's view of its neighbours or its type is not as wired.
-    pub fn assert_right(&self) {
+    /// When a program has crashed, or a module's view of its neighbours or its type is not as wired.
+    pub fn assert_right(&self, when: &str) {
+        self.assert_alive();
         let mistaken = self.mistaken();
-        assert!(mistaken.is_empty(), "at {} ms: {mistaken:?}", self.cycle() / MILLISECOND);
+        assert!(mistaken.is_empty(), "{when}: {mistaken:?}");
     }
 }

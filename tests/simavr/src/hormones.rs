@@ -40,7 +40,9 @@ impl Hormones {
                     hormones.under_way[deed.module].push_back((deed.cycle, data));
                 }
                 Behaviour::HormoneReceived(Dock::Front, data) => hormones.receive(deed.module, data),
-                Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) => panic!("{deed:?}: off the chain"),
+                Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) => {
+                    panic!("{deed:?}: off the chain")
+                }
                 Behaviour::HormoneGenerated(_) | Behaviour::TopologyChanged(_) => {}
             }
         }

@@ -38,12 +38,15 @@ impl Stacks {
             mcu.step();
         }
         let image = mcu.image().clone();
-        let mut stacks: Vec<_> = image.symbols().filter_map(|(name, symbol)| {
-            let (_, name) = name.split_once(MODULE)?;
-            let Place::Data(start) = symbol.place else { return None };
-            let name = name.trim_start_matches(|digit: char| digit.is_ascii_digit()).to_owned();
-            Some(TaskStack { name, start: start + CONTROL_BLOCK, size: symbol.size - CONTROL_BLOCK })
-        }).collect();
+        let mut stacks: Vec<_> = image
+            .symbols()
+            .filter_map(|(name, symbol)| {
+                let (_, name) = name.split_once(MODULE)?;
+                let Place::Data(start) = symbol.place else { return None };
+                let name = name.trim_start_matches(|digit: char| digit.is_ascii_digit()).to_owned();
+                Some(TaskStack { name, start: start + CONTROL_BLOCK, size: symbol.size - CONTROL_BLOCK })
+            })
+            .collect();
         assert!(!stacks.is_empty(), "the image has no stacks");
         stacks.sort();
         for stack in &stacks {

@@ -1,5 +1,5 @@
-use std::collections::BTreeMap;
 use simavr_harness::{Controller, RobotBuilder};
+use std::collections::BTreeMap;
 use superbot_tests_simavr::chain::Chain;
 use superbot_tests_simavr::stacks::Stacks;
 use superbot_tests_simavr::{MILLISECOND, firmware};

@@ -3,6 +3,7 @@
 //! The simulator presses the button; the program never ends. `BUSY` is the stack whose use is measured.
 #![no_std]
 #![no_main]
+#![feature(asm_experimental_arch)]
 
 use board::Board;
 use board::external::External4;

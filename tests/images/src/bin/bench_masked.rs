@@ -21,7 +21,7 @@ static TIMERS: [Timer; 50] = [const { Timer::new() }; 50];
 static GATE: Semaphore = Semaphore::new(0);
 static STORE: Semaphore = Semaphore::new(0);
 static QUEUE: Queue<Reading> = Queue::new(4);
-static TOTAL: Mutex<u16> = Mutex::new(0);
+static TOTAL: Mutex<u16> = Mutex::new(Priority::P0, 0);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {

@@ -1,10 +1,10 @@
-//! Measured: a message to a higher task that waits for it, and sending and receiving without a switch.
+//! Measured: a message to a higher task that waits for it, and sending and receiving without a switch. It never ends.
 #![no_std]
 #![no_main]
 
-use kernel::{Message, Priority, Queue, Stack};
+use kernel::{Message, Priority, Queue, Stack, Task};
 use tests_images::bench::{begin, end};
-use tests_images::{finish, start};
+use tests_images::start;
 
 const MESSAGE_TO_HIGHER: u8 = 1;
 const SEND: u8 = 2;
@@ -29,14 +29,13 @@ extern "C" fn main() -> ! {
             }
         }));
         start(LOW.start(boot, Priority::P3, |task| {
-            for round in 0..4 {
-                let Ok(message) = Message::new(task, Reading([round; 16])) else { panic!() };
+            loop {
+                let message = reading(task);
                 begin::<MESSAGE_TO_HIGHER>();
                 let sent = AWAITED.send(task, message);
                 assert!(sent.is_ok());
-            }
-            for round in 0..4 {
-                let Ok(message) = Message::new(task, Reading([round; 16])) else { panic!() };
+
+                let message = reading(task);
                 begin::<SEND>();
                 let sent = KEPT.send(task, message);
                 end::<SEND>();
@@ -44,9 +43,17 @@ extern "C" fn main() -> ! {
                 begin::<RECEIVE>();
                 let message = KEPT.receive(task);
                 end::<RECEIVE>();
-                assert!(message.0 == [round; 16]);
+                assert!(message.0 == CONTENT);
             }
-            finish()
         }));
     })
+}
+
+const CONTENT: [u8; 16] = *b"as in the robot.";
+
+fn reading(task: &mut Task) -> Message<Reading> {
+    match Message::new(task, Reading(CONTENT)) {
+        Ok(message) => message,
+        Err(_) => panic!(),
+    }
 }

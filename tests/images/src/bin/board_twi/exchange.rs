@@ -4,12 +4,11 @@
 //! both are through, 0x7f for anything wrong. A packet that the other side refused, because it had not taken
 //! the one before, is sent again.
 
-use board::Board;
 use board::debug::mark;
 use board::interrupts::Serves;
 use board::tick::Tick;
 use board::twi::Twi;
-use kernel::{Never, Priority, Semaphore, Stack, Task};
+use kernel::{Boot, Never, Priority, Semaphore, Stack, Task};
 use tasks::device::{Bus, Transfer};
 use tests_images::start;
 
@@ -27,14 +26,18 @@ const WRONG: u8 = 0x7f;
 static TASK: Stack<200> = Stack::new();
 static SIGNAL: Semaphore = Semaphore::new(0);
 
-/// Runs one side; `interrupts` proves that the vectors are there.
-pub fn run(interrupts: impl Serves<Tick> + Serves<Twi> + Copy, own: u8, other: u8) -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(interrupts);
-        let bus = board.twi.start(interrupts, &mut boot.interrupt(), own, other, &SIGNAL);
-        start(TASK.start(boot, Priority::P3, |task| exchange(task, bus)));
-    })
+/// Starts one side; `interrupts` proves that the vectors are there.
+pub fn begin(
+    boot: &mut Boot,
+    board: (Tick, Twi),
+    interrupts: impl Serves<Tick> + Serves<Twi> + Copy,
+    own: u8,
+    other: u8,
+) {
+    let (tick, twi) = board;
+    tick.start(interrupts);
+    let bus = twi.start(interrupts, &mut boot.interrupt(), own, other, &SIGNAL);
+    start(TASK.start(boot, Priority::P3, |task| exchange(task, bus)));
 }
 
 /// The packet of this number: from 1 to 24 bytes that tell where they belong.

@@ -1,0 +1,135 @@
+//! embedded-hal's I2C: transactions with other devices on the bus. They go in turns with the packets, on the
+//! same interface.
+
+use core::ptr::{self, NonNull};
+
+use embedded_hal::i2c::{self, ErrorKind, Operation};
+use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
+
+use super::engine::Engine;
+use super::interface;
+use super::registers::{
+    ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data, status,
+};
+use super::transaction::{Step, Transaction};
+use crate::WithTask;
+use crate::interrupts::Serves;
+
+static TRANSACTION: MaskedCell<Transaction> = MaskedCell::new(Transaction::NONE);
+static OPERATIONS: MaskedCell<*mut [Operation<'static>]> = MaskedCell::new(NO_OPERATIONS);
+static IS_ENDED: Semaphore = Semaphore::new(0);
+
+const NO_OPERATIONS: *mut [Operation<'static>] =
+    ptr::slice_from_raw_parts_mut(NonNull::dangling().as_ptr(), 0);
+
+/// Other devices on the bus of the two-wire serial interface: SCL = PD0, SDA = PD1.
+pub struct I2c(());
+
+impl I2c {
+    pub(crate) const fn new() -> Self {
+        I2c(())
+    }
+
+    /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), beside [`Twi`](super::Twi) or without it.
+    pub fn start(self, _: impl Serves<I2c>, context: &mut impl Context) -> Master {
+        set_bit_rate();
+        context.mask(|masked| request(masked, ENABLED));
+        Master(())
+    }
+}
+
+/// The running interface, as a master of other devices.
+pub struct Master(());
+
+impl Master {
+    /// This master as an [`embedded_hal::i2c::I2c`].
+    ///
+    /// ```ignore
+    /// master.with(task).write_read(0x48, &[0], &mut buffer)
+    /// ```
+    pub fn with<'a>(&'a mut self, task: &'a mut Task) -> WithTask<'a, Self> {
+        WithTask::new(self, task)
+    }
+}
+
+impl i2c::ErrorType for WithTask<'_, Master> {
+    /// `NoAcknowledge` of the address or of a byte, or `Bus`. A lost arbitration is no error: the transaction
+    /// is tried again.
+    type Error = ErrorKind;
+}
+
+impl i2c::I2c for WithTask<'_, Master> {
+    /// Blocks until the transaction has ended; for ever, if another master never lets go of the bus.
+    ///
+    /// A read of no bytes takes one off the bus all the same, and drops it: the interface can't end a read
+    /// before. No operations at all are none on the bus either.
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
+        if operations.is_empty() {
+            return Ok(());
+        }
+        let operations = ptr::from_mut(operations) as *mut [Operation<'static>];
+        self.task.mask(|masked| {
+            OPERATIONS.set(masked, operations);
+            TRANSACTION.set(masked, Transaction::new(address));
+            request(masked, START);
+        });
+        loop {
+            IS_ENDED.wait(self.task);
+            let outcome = self.task.mask(|masked| TRANSACTION.get(masked).outcome());
+            if let Some(outcome) = outcome {
+                self.task.mask(|masked| OPERATIONS.set(masked, NO_OPERATIONS));
+                return outcome;
+            }
+        }
+    }
+}
+
+/// The interrupt "Two-wire Serial Interface" in a program with packets and transactions.
+#[doc(hidden)]
+#[inline(always)]
+pub fn status_changed_with_i2c(interrupt: &mut Interrupt) {
+    let status = status();
+    let (is_answered, has_ended) = interrupt.mask(|masked| answer(masked, status));
+    if !is_answered {
+        let waits = interrupt.mask(|masked| TRANSACTION.get(masked).wants_start());
+        interface::answer(interrupt, status, waits);
+    }
+    if has_ended {
+        IS_ENDED.post(interrupt);
+    }
+}
+
+/// Answers `status` if it is for the transaction. Returns whether it was, and whether the transaction ended.
+#[inline(always)]
+fn answer(masked: &Masked, status: u8) -> (bool, bool) {
+    let mut transaction = TRANSACTION.get(masked);
+    let was_under_way = transaction.outcome().is_none();
+    let engine = interface::engine(masked);
+    // SAFETY: the task that lent them waits in `transaction`, which takes them back before it returns. While
+    // nobody has lent any, there are none.
+    let operations = unsafe { &mut *OPERATIONS.get(masked) };
+    let step = transaction.answer(status, engine.wants_start(), data(), operations);
+    TRANSACTION.set(masked, transaction);
+    if let Some(step) = step {
+        take(masked, step, engine);
+    }
+    (step.is_some(), was_under_way && transaction.outcome().is_some())
+}
+
+/// Has the interface take `step`. A packet that waits is sent after the STOP.
+#[inline(always)]
+fn take(masked: &Masked, step: Step, engine: Engine) {
+    let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
+    let control = match step {
+        Step::Send(byte) => {
+            set_data(byte);
+            acknowledge
+        }
+        Step::Read { acknowledges: true } => ACKNOWLEDGE,
+        Step::Read { acknowledges: false } => 0,
+        Step::RepeatStart => acknowledge | START,
+        Step::Stop if engine.wants_start() => acknowledge | STOP | START,
+        Step::Stop => acknowledge | STOP,
+    };
+    set_control(masked, ENABLED | INTERRUPT | control);
+}

@@ -1,0 +1,74 @@
+//! The registers of the interface (ATmega128 datasheet, "Two-wire Serial Interface").
+
+use avr_device::atmega128a::TWI;
+use kernel::Masked;
+
+use super::status;
+use crate::superbot::{CLOCK_HZ, I2C_HZ};
+
+/// TWBR for a prescaler of 1: SCL has 16 + 2 * TWBR clocks (section "Bit Rate Generator Unit").
+const BIT_RATE: u8 = {
+    let bit_rate = (CLOCK_HZ / I2C_HZ - 16) / 2;
+    assert!(bit_rate >= 10 && bit_rate <= 255, "as a master the interface needs a TWBR from 10 to 255");
+    bit_rate as u8
+};
+
+/// TWCR: the interface and its interrupt are on.
+pub const ENABLED: u8 = 1 << 2 | 1 << 0; // TWEN, TWIE
+/// TWCR: send a STOP as a master, let go of the bus otherwise.
+pub const STOP: u8 = 1 << 4; // TWSTO
+/// TWCR: send a START when the bus is free.
+pub const START: u8 = 1 << 5; // TWSTA
+/// TWCR: acknowledge.
+pub const ACKNOWLEDGE: u8 = 1 << 6; // TWEA
+/// TWCR: there is a new status. Writing one clears it, and the interface goes on.
+pub const INTERRUPT: u8 = 1 << 7; // TWINT
+
+fn registers() -> TWI {
+    // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it comes.
+    unsafe { TWI::steal() }
+}
+
+/// Sets the clock of the bus, [`I2C_HZ`].
+pub fn set_bit_rate() {
+    registers().twbr().write(|w| w.set(BIT_RATE));
+}
+
+/// Sets the MCU's own 7-bit address. The general call is not recognised.
+pub fn set_own_address(address: u8) {
+    // SAFETY: any address will do.
+    registers().twar().write(|w| unsafe { w.bits(address << 1) });
+}
+
+/// TWSR without its prescaler bits: one of [`status`].
+#[inline(always)]
+pub fn status() -> u8 {
+    registers().twsr().read().bits() & status::MASK
+}
+
+/// TWDR: the byte that has come.
+#[inline(always)]
+pub fn data() -> u8 {
+    registers().twdr().read().bits()
+}
+
+/// TWDR: the byte to be sent.
+#[inline(always)]
+pub fn set_data(byte: u8) {
+    registers().twdr().write(|w| w.set(byte));
+}
+
+/// TWCR.
+#[inline(always)]
+pub fn set_control(_: &Masked, bits: u8) {
+    // SAFETY: the interface touches no memory, whatever its registers hold.
+    registers().twcr().write(|w| unsafe { w.bits(bits) });
+}
+
+/// Sets `bits` of TWCR, and leaves a status that waits for its answer, and a STOP that is under way, as they are.
+///
+/// A START that is asked for while this MCU has the bus waits for the STOP: the interrupt, whose answers decide
+/// what comes next, sees to it.
+pub fn request(masked: &Masked, bits: u8) {
+    set_control(masked, registers().twcr().read().bits() & !INTERRUPT | bits);
+}

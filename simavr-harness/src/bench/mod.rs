@@ -1,0 +1,112 @@
+//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`.
+//!
+//! Cycles are those of the ATmega128, the response to an interrupt included, the marks around a stretch
+//! not. Where a figure is measured more than once, the worst counts.
+
+mod bytes;
+mod interrupts;
+mod masked;
+mod stretches;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::image::{Image, ImageError};
+use crate::mcu::{Mcu, McuError};
+use crate::part::Part;
+
+pub use table::{FIGURES, Figure, PEERS, Peer};
+
+/// What a figure is now.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// A name in [`FIGURES`].
+    pub name: &'static str,
+    /// Cycles or bytes.
+    pub value: u64,
+    /// Where in which image it was seen, if that is not plain from the name.
+    pub place: Option<String>,
+}
+
+impl Measured {
+    fn new(name: &'static str, value: u64) -> Self {
+        Measured { name, value, place: None }
+    }
+}
+
+/// Why a figure could not be measured.
+#[derive(Debug, Error)]
+pub enum BenchError {
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    #[error(transparent)]
+    Mcu(#[from] McuError),
+    #[error("can't list the test images in {}: {source}; build them with ./x bench", .path.display())]
+    NoImages { path: PathBuf, source: std::io::Error },
+    #[error("{image}: {reason}")]
+    Unmeasurable { image: String, reason: String },
+}
+
+/// Measures every figure on the test images in `directory`, in the order of [`FIGURES`]. A figure of which the kernel
+/// does not have the subject yet is left out.
+///
+/// # Errors
+/// An image is not there, or does not do what is to be measured.
+pub fn measure(directory: &Path) -> Result<Vec<Measured>, BenchError> {
+    let images = TestImages { directory };
+    let mut measured = stretches::measure(&images)?;
+    measured.extend(interrupts::measure(&images)?);
+    measured.extend(masked::measure(&images)?);
+    measured.extend(bytes::measure(&images)?);
+    let place_in_table =
+        |measured: &Measured| FIGURES.iter().position(|figure| figure.name == measured.name);
+    measured.sort_by_key(place_in_table);
+    Ok(measured)
+}
+
+/// The directory with the test images.
+struct TestImages<'a> {
+    directory: &'a Path,
+}
+
+impl TestImages<'_> {
+    fn image(&self, name: &str) -> Result<Arc<Image>, BenchError> {
+        Ok(Arc::new(Image::load(self.directory.join(name).with_extension("elf"))?))
+    }
+
+    fn mcu(&self, name: &str) -> Result<Mcu, BenchError> {
+        Ok(Mcu::new(Part::ATMEGA128, self.image(name)?, 1)?)
+    }
+
+    /// The names of all images, sorted.
+    fn names(&self) -> Result<Vec<String>, BenchError> {
+        let list = || {
+            let paths = std::fs::read_dir(self.directory)?.map(|entry| Ok(entry?.path()));
+            paths.collect::<Result<Vec<_>, std::io::Error>>()
+        };
+        let paths = list().map_err(|source| BenchError::NoImages { path: self.directory.into(), source })?;
+        let mut names: Vec<_> = paths
+            .iter()
+            .filter(|path| path.extension().is_some_and(|extension| extension == "elf"))
+            .filter_map(|path| path.file_stem()?.to_str().map(str::to_owned))
+            .collect();
+        names.sort();
+        Ok(names)
+    }
+}
+
+fn unmeasurable(image: &str, reason: impl Into<String>) -> BenchError {
+    BenchError::Unmeasurable { image: image.into(), reason: reason.into() }
+}
+
+/// The mark at the end of a stretch has this bit set besides the stretch's number.
+const END: u8 = 0x80;
+
+/// Cycles of the `ldi` of a mark; its cycle is that at which its `out` begins.
+const BEFORE_OUT: u64 = 1;
+
+/// Cycles of a mark's `out`.
+const OUT: u64 = 1;
