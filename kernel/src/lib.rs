@@ -10,6 +10,7 @@ pub mod arch;
 #[cfg(not(target_arch = "avr"))]
 pub use arch::host;
 mod context;
+mod event;
 mod fifo;
 pub mod flash;
 mod masked;
@@ -19,10 +20,12 @@ mod queue;
 mod ready;
 mod semaphore;
 mod task;
+mod timeout;
 mod timer;
 mod waiters;
 
 pub use context::{Context, Interrupt, Task};
+pub use event::EventFlags;
 pub use fifo::Fifo;
 pub use masked::{Masked, MaskedCell};
 pub use mutex::{Guard, Mutex};
@@ -33,6 +36,7 @@ pub use semaphore::Semaphore;
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError};
 pub use timer::{LONGEST, Period, Ticks, Timer, now};
+pub use timeout::Elapsed;
 #[doc(hidden)]
 pub use timer::{TICKS_LEFT, expire};
 

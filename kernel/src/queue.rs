@@ -1,12 +1,11 @@
 //! Message queues: a list of buffers that tasks wait on.
 
-use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
-use crate::ready;
-use crate::task::ControlBlock;
-use crate::waiters;
+use crate::semaphore::Semaphore;
+use crate::timeout::Elapsed;
+use crate::timer::Ticks;
 
 /// A queue of up to `room` messages, in order.
 ///
@@ -19,8 +18,8 @@ use crate::waiters;
 pub struct Queue<T: Pooled> {
     first: MaskedCell<Option<&'static Slot<T>>>,
     last: MaskedCell<Option<&'static Slot<T>>>,
-    /// Tasks that wait for a message; there are none while there are messages.
-    waiting: MaskedCell<Option<&'static ControlBlock>>,
+    /// A signal for each message, or the tasks that wait for one.
+    messages: Semaphore,
     room: MaskedCell<u8>,
     refused: MaskedCell<u16>,
 }
@@ -34,7 +33,7 @@ impl<T: Pooled> Queue<T> {
         Queue {
             first: MaskedCell::new(None),
             last: MaskedCell::new(None),
-            waiting: MaskedCell::new(None),
+            messages: Semaphore::new(0),
             room: MaskedCell::new(room),
             refused: MaskedCell::new(0),
         }
@@ -60,31 +59,27 @@ impl<T: Pooled> Queue<T> {
     /// Takes the first message, and blocks until there is one.
     pub fn receive(&self, task: &mut Task) -> Message<T> {
         loop {
-            let message = task.mask(|masked| {
-                let message = self.take(masked);
-                if message.is_none() {
-                    let blocked = ready::block(masked);
-                    let first = match self.waiting.get(masked) {
-                        None => {
-                            blocked.set_next(masked, None);
-                            blocked
-                        }
-                        Some(first) => waiters::insert(masked, first, blocked),
-                    };
-                    self.waiting.set(masked, Some(first));
-                }
-                message
-            });
-            match message {
-                Some(message) => return message,
-                None => arch::switch(),
+            self.messages.wait(task);
+            // The signal stands for a message, so this is never in vain.
+            if let Some(message) = task.mask(|masked| self.take(masked)) {
+                return message;
             }
         }
     }
 
+    /// Takes the first message, and blocks until there is one, for `ticks` ticks at most; see
+    /// [`Semaphore::wait_timeout`].
+    ///
+    /// # Errors
+    /// [`Elapsed`] when the time is up.
+    pub fn receive_timeout(&self, task: &mut Task, ticks: Ticks) -> Result<Message<T>, Elapsed> {
+        self.messages.wait_timeout(task, ticks)?;
+        task.mask(|masked| self.take(masked)).ok_or(Elapsed)
+    }
+
     /// Takes the first message if there is one.
     pub fn try_receive(&self, context: &mut impl Context) -> Option<Message<T>> {
-        context.mask(|masked| self.take(masked))
+        context.mask(|masked| if self.messages.take(masked) { self.take(masked) } else { None })
     }
 
     /// How many messages were refused because the queue was full.
@@ -106,11 +101,10 @@ impl<T: Pooled> Queue<T> {
             None => self.first.set(masked, Some(slot)),
         }
         self.last.set(masked, Some(slot));
-        let Some(waiting) = self.waiting.get(masked) else { return Some(false) };
-        self.waiting.set(masked, waiting.next_waiting(masked));
-        Some(ready::make_ready(masked, waiting))
+        Some(self.messages.signal(masked))
     }
 
+    /// Takes the first message, for which a signal was taken before.
     #[inline]
     fn take(&self, masked: &Masked) -> Option<Message<T>> {
         let slot = self.first.get(masked)?;

@@ -88,6 +88,11 @@ fn block_for_arrived(masked: &Masked) -> &'static ControlBlock {
     task
 }
 
+/// The running task, to that task itself.
+pub(crate) fn running(masked: &Masked) -> &'static ControlBlock {
+    KERNEL.ready.running.get(masked)
+}
+
 /// Puts the running task behind those that arrived at its priority, and their first in its place. Returns
 /// whether there is one.
 #[inline(never)]

@@ -2,6 +2,7 @@
 
 use core::ptr;
 
+use crate::IDLE;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
@@ -63,6 +64,35 @@ impl Semaphore {
     #[inline(always)]
     pub fn try_wait(&self, context: &mut impl Context) -> bool {
         context.mask(|masked| self.take(masked))
+    }
+
+    /// The mark of a [`Timeout`](crate::timeout): no semaphore that a task waits on.
+    pub(crate) const fn timeout() -> Self {
+        Semaphore { word: MaskedCell::new(Word::TIMEOUT) }
+    }
+
+    /// Whether this is such a mark.
+    pub(crate) fn is_timeout(&self, masked: &Masked) -> bool {
+        self.word.get(masked).0 == Word::TIMEOUT.0
+    }
+
+    /// Takes `task` from those that wait. Returns whether it was one of them.
+    pub(crate) fn expel(&self, masked: &Masked, task: &'static ControlBlock) -> bool {
+        let State::Waiting(first) = self.word.get(masked).state() else { return false };
+        if first.is(task) {
+            self.word.set(masked, task.next_waiting(masked).map_or(Word::signals(0), Word::waiting));
+            return true;
+        }
+        waiters::remove(masked, first, task)
+    }
+
+    /// Wakes every waiting task. Returns whether one of them is now the one to run.
+    pub(crate) fn signal_all(&self, masked: &Masked) -> bool {
+        let mut is_due = false;
+        while let State::Waiting(_) = self.word.get(masked).state() {
+            is_due |= self.signal(masked);
+        }
+        is_due
     }
 
     /// Signals. Returns whether the task it woke is now the one to run.
@@ -127,6 +157,9 @@ enum State {
 struct Word(*const ControlBlock);
 
 impl Word {
+    /// No task waits as the idle task.
+    const TIMEOUT: Word = Word(&raw const IDLE);
+
     const fn signals(number: u8) -> Self {
         Word(ptr::without_provenance(number as usize))
     }

@@ -9,6 +9,7 @@ use crate::KERNEL;
 use crate::context::{Context, Interrupt, Task};
 use crate::masked::{Masked, MaskedCell};
 use crate::semaphore::Semaphore;
+use crate::timeout;
 
 /// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's boards.
 pub type Ticks = u16;
@@ -89,7 +90,7 @@ impl Timer {
     pub fn start(&'static self, context: &mut impl Context, ticks: Ticks, semaphore: &'static Semaphore) {
         context.mask(|masked| {
             disarm(masked, self);
-            arm(masked, self, KERNEL.timers.now(masked).wrapping_add(ticks.clamp(1, LONGEST)), semaphore);
+            arm_in(masked, self, ticks.clamp(1, LONGEST), semaphore);
         });
     }
 
@@ -153,6 +154,11 @@ impl Period {
     pub fn missed(&self) -> u16 {
         self.missed
     }
+}
+
+/// Arms a timer that is not, to be due `ticks` from now.
+pub(crate) fn arm_in(masked: &Masked, timer: &'static Timer, ticks: Ticks, semaphore: &'static Semaphore) {
+    arm(masked, timer, KERNEL.timers.now(masked).wrapping_add(ticks), semaphore);
 }
 
 fn arm(masked: &Masked, timer: &'static Timer, deadline: Ticks, semaphore: &'static Semaphore) {
@@ -219,10 +225,14 @@ pub fn expire(interrupt: &mut Interrupt) {
             first.semaphore.set(masked, None);
             semaphore
         });
-        match due {
-            Some(semaphore) => semaphore.post(interrupt),
-            None => break,
-        }
+        let Some(semaphore) = due else { break };
+        interrupt.mask(|masked| {
+            if semaphore.is_timeout(masked) {
+                timeout::elapse(masked, semaphore);
+            } else {
+                semaphore.signal(masked);
+            }
+        });
     }
     interrupt.mask(|masked| timers.count_down(masked, timers.next.get(masked)));
 }

@@ -27,3 +27,17 @@ pub(crate) fn insert(
     before.set_next(masked, Some(task));
     first
 }
+
+/// Removes `task` from behind `first` in its list. Returns whether it was there.
+#[inline(never)]
+pub(crate) fn remove(masked: &Masked, first: &'static ControlBlock, task: &'static ControlBlock) -> bool {
+    let mut before = first;
+    while let Some(next) = before.next_waiting(masked) {
+        if next.is(task) {
+            before.set_next(masked, task.next_waiting(masked));
+            return true;
+        }
+        before = next;
+    }
+    false
+}

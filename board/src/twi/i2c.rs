@@ -6,7 +6,6 @@ use core::ptr::{self, NonNull};
 use embedded_hal::i2c::{self, ErrorKind, Operation};
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 
-use super::engine::Engine;
 use super::interface;
 use super::registers::{
     ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data, status,
@@ -88,37 +87,44 @@ impl i2c::I2c for WithTask<'_, Master> {
 #[doc(hidden)]
 #[inline(always)]
 pub fn status_changed_with_i2c(interrupt: &mut Interrupt) {
-    let status = status();
-    let (is_answered, has_ended) = interrupt.mask(|masked| answer(masked, status));
-    if !is_answered {
-        let waits = interrupt.mask(|masked| TRANSACTION.get(masked).wants_start());
-        interface::answer(interrupt, status, waits);
+    let is_concerned = interrupt.mask(|masked| {
+        let packet_waits = interface::engine(masked).wants_start();
+        TRANSACTION.get(masked).is_concerned(status(), packet_waits)
+    });
+    if is_concerned && answer(interrupt) {
+        return;
     }
+    let transaction_waits = interrupt.mask(|masked| TRANSACTION.get(masked).wants_start());
+    interface::answer(interrupt, status(), transaction_waits);
+}
+
+/// Answers a status that concerns the transaction. Returns whether it still has, or had, the bus.
+///
+/// Not inlined, for what it takes to save registers would be the packets' loss.
+#[inline(never)]
+fn answer(interrupt: &mut Interrupt) -> bool {
+    let (step, has_ended) = interrupt.mask(|masked| {
+        let mut transaction = TRANSACTION.get(masked);
+        // SAFETY: the task that lent them waits in `transaction`, which takes them back before it returns.
+        // While nobody has lent any, there are none.
+        let operations = unsafe { &mut *OPERATIONS.get(masked) };
+        let step = transaction.answer(status(), data(), operations);
+        TRANSACTION.set(masked, transaction);
+        if let Some(step) = step {
+            take(masked, step);
+        }
+        (step, transaction.outcome().is_some())
+    });
     if has_ended {
         IS_ENDED.post(interrupt);
     }
-}
-
-/// Answers `status` if it is for the transaction. Returns whether it was, and whether the transaction ended.
-#[inline(always)]
-fn answer(masked: &Masked, status: u8) -> (bool, bool) {
-    let mut transaction = TRANSACTION.get(masked);
-    let was_under_way = transaction.outcome().is_none();
-    let engine = interface::engine(masked);
-    // SAFETY: the task that lent them waits in `transaction`, which takes them back before it returns. While
-    // nobody has lent any, there are none.
-    let operations = unsafe { &mut *OPERATIONS.get(masked) };
-    let step = transaction.answer(status, engine.wants_start(), data(), operations);
-    TRANSACTION.set(masked, transaction);
-    if let Some(step) = step {
-        take(masked, step, engine);
-    }
-    (step.is_some(), was_under_way && transaction.outcome().is_some())
+    step.is_some()
 }
 
 /// Has the interface take `step`. A packet that waits is sent after the STOP.
 #[inline(always)]
-fn take(masked: &Masked, step: Step, engine: Engine) {
+fn take(masked: &Masked, step: Step) {
+    let engine = interface::engine(masked);
     let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
     let control = match step {
         Step::Send(byte) => {

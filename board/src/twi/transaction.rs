@@ -48,10 +48,12 @@ pub struct Transaction {
     state: State,
     /// SLA+W of the device.
     destination: u8,
-    /// The index of the operation that the run begins with.
-    run: usize,
-    /// How many bytes of the run were sent or read.
-    done: usize,
+    /// The index of the operation that is under way.
+    operation: usize,
+    /// The index of its next byte.
+    next: usize,
+    /// How many bytes the run still reads. What it writes needs no look ahead.
+    unread: usize,
 }
 
 impl Transaction {
@@ -60,7 +62,7 @@ impl Transaction {
 
     /// A transaction with the device at the 7-bit `address`.
     pub const fn new(address: u8) -> Transaction {
-        Transaction { state: State::Waiting, destination: address << 1, run: 0, done: 0 }
+        Transaction { state: State::Waiting, destination: address << 1, operation: 0, next: 0, unread: 0 }
     }
 
     /// Whether the interface should send a START when the bus is free (TWSTA).
@@ -76,113 +78,115 @@ impl Transaction {
         }
     }
 
-    /// The answer to `status`, TWSR without its prescaler bits; `None` if that is the
-    /// [packets' engine's](super::engine::Engine) to answer, with this transaction no longer on the bus.
-    ///
-    /// A START is for the packet, if one waits. `data` is what TWDR holds.
-    pub fn answer(
-        &mut self,
-        status: u8,
-        packet_waits: bool,
-        data: u8,
-        operations: &mut [Operation],
-    ) -> Option<Step> {
-        match (self.state, status) {
-            (State::Waiting, status::START) if !packet_waits => {
-                self.state = State::Running;
-                self.run = 0;
-                Some(self.begin_run(operations))
-            }
-            (State::Waiting | State::Running, status::BUS_ERROR) => {
-                self.state = State::Ended(Err(Bus));
-                None
-            }
-            (
-                State::Running,
-                status::ARBITRATION_LOST
-                | status::LOST_AND_ADDRESSED
-                | status::LOST_AND_CALLED
-                | status::LOST_AND_READ,
-            ) => {
-                self.state = State::Waiting;
-                None
-            }
-            (State::Running, _) => Some(self.go_on(status, data, operations)),
-            _ => None,
+    /// Whether `status`, TWSR without its prescaler bits, is this transaction's to answer. A START is not, if a
+    /// packet waits for it.
+    pub fn is_concerned(&self, status: u8, packet_waits: bool) -> bool {
+        match self.state {
+            State::Waiting => status == status::START && !packet_waits || status == status::BUS_ERROR,
+            State::Running => true,
+            State::Ended(_) => false,
         }
     }
 
-    fn go_on(&mut self, status: u8, data: u8, operations: &mut [Operation]) -> Step {
+    /// The answer to a `status` that concerns it; `data` is what TWDR holds.
+    ///
+    /// `None` if the transaction has lost the bus: then the [packets' engine](super::engine::Engine) answers.
+    pub fn answer(&mut self, status: u8, data: u8, operations: &mut [Operation]) -> Option<Step> {
         match status {
-            status::REPEATED_START => self.begin_run(operations),
-            status::ADDRESS_ACKNOWLEDGED | status::DATA_ACKNOWLEDGED => self.send_next(operations),
-            status::READ_ADDRESS_ACKNOWLEDGED => self.read_next(operations),
+            status::START => {
+                self.state = State::Running;
+                self.operation = 0;
+                Some(self.begin_run(operations))
+            }
+            status::REPEATED_START => Some(self.begin_run(operations)),
+            status::ADDRESS_ACKNOWLEDGED | status::DATA_ACKNOWLEDGED => Some(self.send_next(operations)),
+            status::READ_ADDRESS_ACKNOWLEDGED => Some(self.read_next()),
             status::DATA_READ => {
                 self.store(data, operations);
-                self.read_next(operations)
+                Some(self.read_next())
             }
             status::LAST_DATA_READ => {
                 self.store(data, operations);
-                self.end_run(operations)
+                Some(self.end_reads(operations))
             }
-            status::ADDRESS_REFUSED | status::READ_ADDRESS_REFUSED => self.end(Err(NoAcknowledge(Address))),
-            status::DATA_REFUSED => self.end(Err(NoAcknowledge(Data))),
-            _ => self.end(Err(Bus)),
+            status::ADDRESS_REFUSED | status::READ_ADDRESS_REFUSED => {
+                Some(self.end(Err(NoAcknowledge(Address))))
+            }
+            status::DATA_REFUSED => Some(self.end(Err(NoAcknowledge(Data)))),
+            status::ARBITRATION_LOST
+            | status::LOST_AND_ADDRESSED
+            | status::LOST_AND_CALLED
+            | status::LOST_AND_READ => {
+                self.state = State::Waiting;
+                None
+            }
+            _ => {
+                self.end(Err(Bus));
+                None
+            }
         }
     }
 
     fn begin_run(&mut self, operations: &[Operation]) -> Step {
-        self.done = 0;
-        let reads = matches!(operations.get(self.run), Some(Operation::Read(_)));
+        self.next = 0;
+        self.unread = 0;
+        let rest = operations.get(self.operation..).unwrap_or_default();
+        for operation in rest {
+            let Operation::Read(buffer) = operation else { break };
+            self.unread = self.unread.saturating_add(buffer.len());
+        }
+        let reads = matches!(rest.first(), Some(Operation::Read(_)));
         Step::Send(self.destination | u8::from(reads))
     }
 
-    fn send_next(&mut self, operations: &mut [Operation]) -> Step {
-        let Some(byte) = writes(operations, self.run).flatten().nth(self.done).copied() else {
-            return self.end_run(operations);
-        };
-        self.done += 1;
-        Step::Send(byte)
+    fn send_next(&mut self, operations: &[Operation]) -> Step {
+        while let Some(Operation::Write(bytes)) = operations.get(self.operation) {
+            if let Some(byte) = bytes.get(self.next) {
+                self.next += 1;
+                return Step::Send(*byte);
+            }
+            self.begin_operation();
+        }
+        self.end_run(operations)
     }
 
     /// A run without bytes reads one all the same, as the interface can't stop earlier; nobody stores it.
-    fn read_next(&self, operations: &mut [Operation]) -> Step {
-        let length = reads(operations, self.run).fold(0, |length: usize, buffer| length.saturating_add(buffer.len()));
-        Step::Read { acknowledges: length.saturating_sub(self.done) > 1 }
+    fn read_next(&self) -> Step {
+        Step::Read { acknowledges: self.unread > 1 }
     }
 
     fn store(&mut self, byte: u8, operations: &mut [Operation]) {
-        if let Some(slot) = reads(operations, self.run).flatten().nth(self.done) {
-            *slot = byte;
-            self.done += 1;
+        while let Some(Operation::Read(buffer)) = operations.get_mut(self.operation) {
+            if let Some(slot) = buffer.get_mut(self.next) {
+                *slot = byte;
+                self.next += 1;
+                self.unread = self.unread.saturating_sub(1);
+                return;
+            }
+            self.begin_operation();
         }
     }
 
-    fn end_run(&mut self, operations: &mut [Operation]) -> Step {
-        self.run += writes(operations, self.run).count().max(reads(operations, self.run).count());
-        if self.run < operations.len() { Step::RepeatStart } else { self.end(Ok(())) }
+    fn end_reads(&mut self, operations: &[Operation]) -> Step {
+        while let Some(Operation::Read(_)) = operations.get(self.operation) {
+            self.begin_operation();
+        }
+        self.end_run(operations)
+    }
+
+    fn begin_operation(&mut self) {
+        self.operation += 1;
+        self.next = 0;
+    }
+
+    fn end_run(&mut self, operations: &[Operation]) -> Step {
+        if self.operation < operations.len() { Step::RepeatStart } else { self.end(Ok(())) }
     }
 
     fn end(&mut self, outcome: Result<(), ErrorKind>) -> Step {
         self.state = State::Ended(outcome);
         Step::Stop
     }
-}
-
-/// What the run that begins with operation `first` writes; nothing if it reads.
-fn writes<'a>(operations: &'a [Operation], first: usize) -> impl Iterator<Item = &'a [u8]> {
-    operations.get(first..).unwrap_or_default().iter().map_while(|operation| match operation {
-        Operation::Write(bytes) => Some(*bytes),
-        Operation::Read(_) => None,
-    })
-}
-
-/// Where the run that begins with operation `first` reads to; nothing if it writes.
-fn reads<'a>(operations: &'a mut [Operation], first: usize) -> impl Iterator<Item = &'a mut [u8]> {
-    operations.get_mut(first..).unwrap_or_default().iter_mut().map_while(|operation| match operation {
-        Operation::Read(buffer) => Some(&mut **buffer),
-        Operation::Write(_) => None,
-    })
 }
 
 #[cfg(test)]

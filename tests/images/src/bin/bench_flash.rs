@@ -8,7 +8,7 @@
 use tests_images as _; // the panic handler
 use kernel::{Message, Never, Period, Priority, Queue, Semaphore, Stack, Task, Timer};
 
-struct Reading(u8);
+struct Reading(#[expect(dead_code, reason = "only its way is looked at")] u8);
 kernel::pool!(Reading, 2);
 
 struct Objects {

@@ -10,7 +10,7 @@ use tests_images::{finish, start};
 
 board::interrupts!(Interrupts: Tick);
 
-struct Reading(u8);
+struct Reading(#[expect(dead_code, reason = "only its way is looked at")] u8);
 kernel::pool!(Reading, 4);
 
 static WAITING: [Stack<96>; 6] = [const { Stack::new() }; 6];

@@ -6,11 +6,15 @@
 #[path = "board_twi/exchange.rs"]
 mod exchange;
 
+use board::Board;
 use board::superbot::{MASTER, SLAVE};
 
 board::interrupts!(Interrupts: Tick, Twi);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    exchange::run(Interrupts, SLAVE.address, MASTER.address)
+    kernel::run(|boot| {
+        let Some(board) = Board::take(boot) else { return };
+        exchange::begin(boot, Interrupts, board.tick, board.twi, SLAVE.address, MASTER.address);
+    })
 }

@@ -29,12 +29,12 @@ static SIGNAL: Semaphore = Semaphore::new(0);
 /// Starts one side; `interrupts` proves that the vectors are there.
 pub fn begin(
     boot: &mut Boot,
-    board: (Tick, Twi),
     interrupts: impl Serves<Tick> + Serves<Twi> + Copy,
+    tick: Tick,
+    twi: Twi,
     own: u8,
     other: u8,
 ) {
-    let (tick, twi) = board;
     tick.start(interrupts);
     let bus = twi.start(interrupts, &mut boot.interrupt(), own, other, &SIGNAL);
     start(TASK.start(boot, Priority::P3, |task| exchange(task, bus)));

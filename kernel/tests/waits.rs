@@ -1,0 +1,149 @@
+//! Waits with timeouts, and waits for any or all of several events.
+
+mod log;
+
+use kernel::{Boot, Elapsed, EventFlags, LONGEST, Message, Priority, Queue, Semaphore, Stack, Task, host, now};
+use log::Log;
+
+fn idle(task: &mut Task) -> kernel::Never {
+    loop {
+        task.delay(LONGEST);
+    }
+}
+
+#[test]
+fn a_wait_ends_by_its_signal_or_by_its_timeout_and_takes_a_signal_only_then() {
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    static SIGNAL: Semaphore = Semaphore::new(1);
+    host::run_for(
+        100,
+        |boot| {
+            STACK
+                .start(boot, Priority::P3, |task| {
+                    for _ in 0..4 {
+                        let result = SIGNAL.wait_timeout(task, 10);
+                        LOG.note(format!("{result:?} at {}", now(task)));
+                    }
+                    idle(task)
+                })
+                .unwrap();
+        },
+        |interrupt, tick| {
+            // The last comes at the very tick of the timeout, after it.
+            if tick == 15 || tick == 25 {
+                SIGNAL.post(interrupt);
+            }
+        },
+    );
+    LOG.expect(&["Ok(()) at 0", "Err(Elapsed) at 10", "Ok(()) at 15", "Err(Elapsed) at 25"]);
+    static AFTER: Stack<0> = Stack::new();
+    host::run_for(
+        1,
+        |boot| {
+            AFTER
+                .start(boot, Priority::P3, |task| {
+                    assert!(SIGNAL.try_wait(task), "the late signal is in store");
+                    assert!(!SIGNAL.try_wait(task));
+                    idle(task)
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+}
+
+#[test]
+fn a_timeout_takes_its_own_task_from_the_list_wherever_it_stands() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 4] = [const { Stack::new() }; 4];
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    host::run_for(
+        50,
+        |boot| {
+            let tasks = [("P1", Priority::P1, 40), ("P2", Priority::P2, 5), ("P3", Priority::P3, 40), ("P4", Priority::P4, 6)];
+            for (stack, (name, priority, ticks)) in STACKS.iter().zip(tasks) {
+                stack
+                    .start(boot, priority, move |task| {
+                        let result = SIGNAL.wait_timeout(task, ticks);
+                        LOG.note(format!("{name} {result:?}"));
+                        idle(task)
+                    })
+                    .unwrap();
+            }
+        },
+        |interrupt, tick| {
+            if tick == 10 || tick == 11 {
+                SIGNAL.post(interrupt);
+            }
+        },
+    );
+    LOG.expect(&["P2 Err(Elapsed)", "P4 Err(Elapsed)", "P1 Ok(())", "P3 Ok(())"]);
+}
+
+#[test]
+fn a_receive_times_out_and_the_next_message_is_not_lost() {
+    struct Reading(u8);
+    kernel::pool!(Reading, 2);
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    static READINGS: Queue<Reading> = Queue::new(2);
+    host::run_for(
+        50,
+        |boot: &mut Boot| {
+            STACK
+                .start(boot, Priority::P3, |task| {
+                    for _ in 0..3 {
+                        match READINGS.receive_timeout(task, 10) {
+                            Ok(reading) => LOG.note(format!("{} at {}", reading.0, now(task))),
+                            Err(Elapsed) => LOG.note(format!("nothing at {}", now(task))),
+                        }
+                    }
+                    idle(task)
+                })
+                .unwrap();
+        },
+        |interrupt, tick| {
+            if tick == 12 || tick == 30 {
+                let message = Message::new(interrupt, Reading(tick as u8)).ok().unwrap();
+                assert!(READINGS.send(interrupt, message).is_ok());
+            }
+        },
+    );
+    LOG.expect(&["nothing at 10", "12 at 12", "nothing at 22"]);
+}
+
+#[test]
+fn events_wake_who_waits_for_any_or_for_all() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static FLAGS: EventFlags = EventFlags::new();
+    host::run_for(
+        10,
+        |boot| {
+            let [any, all] = &STACKS;
+            any.start(boot, Priority::P3, |task| {
+                loop {
+                    let taken = FLAGS.wait_any(task, 0b0011);
+                    LOG.note(format!("any {taken:04b} at {}", now(task)));
+                }
+            })
+            .unwrap();
+            all.start(boot, Priority::P2, |task| {
+                loop {
+                    FLAGS.wait_all(task, 0b1100);
+                    LOG.note(format!("all at {}", now(task)));
+                }
+            })
+            .unwrap();
+        },
+        |interrupt, tick| match tick {
+            1 => FLAGS.set(interrupt, 0b0100),
+            2 => FLAGS.set(interrupt, 0b0001),
+            3 => FLAGS.set(interrupt, 0b1010),
+            4 => FLAGS.set(interrupt, 0b1111),
+            _ => {}
+        },
+    );
+    LOG.expect(&["any 0001 at 2", "all at 3", "any 0010 at 3", "all at 4", "any 0011 at 4"]);
+}

@@ -1,0 +1,129 @@
+//! The program `superbot-sim`, as `./x sim` and people's CI run it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Where `./x build` puts the robot's images.
+fn images() -> PathBuf {
+    std::env::var_os("SUPERBOT_IMAGES")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from)
+}
+
+fn run(arguments: &[&str]) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    program.args(arguments).env("SUPERBOT_IMAGES", images()).output().expect("the program can be run")
+}
+
+/// What the program printed to the standard output, all of it.
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stdout)))
+}
+
+fn assert_refused(output: &Output, advice: &str) {
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains(advice), "{message}");
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn a_chain_of_five_ends_well_and_is_reported_as_json() {
+    let output = run(&["sim", "chain", "--modules", "5", "--seconds", "3", "--json", "-"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = json(&output);
+    let is_true = |holds: bool, field: &str| assert!(holds, "{field} in {report:#}");
+
+    is_true(report["modules"] == 5, "modules");
+    is_true(report["mcus"] == 10, "mcus");
+    is_true(report["simulated_seconds"] == 3.0, "simulated_seconds");
+    is_true(report["wall_seconds"].as_f64().is_some_and(|wall| wall > 0.0), "wall_seconds");
+    is_true(report["types"] == serde_json::json!({ "Head": 1, "Spine": 3, "Tail": 1 }), "types");
+    is_true(report["topology_correct"] == true, "topology_correct");
+
+    // A beat each half second, over four links.
+    let sent = report["hormones_sent"].as_u64();
+    is_true(sent.is_some_and(|sent| sent >= 4 * 5), "hormones_sent");
+    is_true(report["hormones_delivered"].as_u64() == sent, "hormones_delivered");
+    is_true(report["hormones_lost"] == 0, "hormones_lost");
+
+    let mean_and_max = |of: &Value, field: &str| {
+        let [mean, max] = ["mean", "max"].map(|name| of[name].as_f64().unwrap_or(f64::NAN));
+        is_true(mean > 0.0 && mean <= max, field);
+        max
+    };
+    // A frame of 9 bytes takes 2.3 ms.
+    is_true(mean_and_max(&report["hop_latency_us"], "hop_latency_us") > 2300.0, "hop_latency_us");
+    is_true(mean_and_max(&report["cpu_load"]["master"], "cpu_load.master") < 1.0, "cpu_load.master");
+    is_true(mean_and_max(&report["cpu_load"]["slave"], "cpu_load.slave") < 1.0, "cpu_load.slave");
+
+    is_true(report["link"]["frames"].as_u64().is_some_and(|frames| frames > 100), "link.frames");
+    is_true(report["link"]["retries"] == 0, "link.retries");
+    is_true(report["link"]["errors"] == 0, "link.errors");
+    let hash = report["state_hash"].as_str().unwrap_or_default();
+    is_true(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok(), "state_hash");
+}
+
+#[test]
+fn the_state_hash_follows_from_the_seed() {
+    let hash = |seed, threads| {
+        let arguments = ["sim", "--seconds", "0.5", "--json", "-", "--seed", seed, "--threads", threads];
+        json(&run(&arguments))["state_hash"].clone()
+    };
+    assert_eq!(hash("1", "1"), hash("1", "2"));
+    assert_ne!(hash("1", "1"), hash("2", "1"));
+}
+
+#[test]
+fn the_summary_is_for_people_and_json_can_go_to_a_file() {
+    let output = run(&["sim", "--seconds", "1"]);
+    assert_eq!(output.status.code(), Some(0));
+    let summary = String::from_utf8(output.stdout).expect("the summary is text");
+    assert!(summary.starts_with("5 modules, 10 MCUs: 1 s simulated"), "{summary}");
+    assert!(summary.contains("1 Head, 3 Spine, 1 Tail (as wired)"), "{summary}");
+
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report.json");
+    let output = run(&["sim", "--seconds", "1", "--json", file.to_str().expect("the path is text")]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stdout.is_empty());
+    let report = std::fs::read(file).expect("the file is there");
+    assert_eq!(serde_json::from_slice::<Value>(&report).expect("the file is JSON")["modules"], 5);
+}
+
+#[test]
+fn a_robot_that_had_no_time_fails_and_says_why() {
+    let output = run(&["sim", "chain", "--modules", "5", "--seconds", "0.05", "--json", "-"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(json(&output)["hormones_delivered"], 0);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("no hormone was delivered: run longer"), "{message}");
+}
+
+#[test]
+fn what_can_not_be_run_is_refused_with_advice() {
+    for (arguments, advice) in [
+        (["sim", "--modules", "0"], "give a number of modules from 1 to 1000"),
+        (["sim", "--modules", "five"], "give a number of modules from 1 to 1000"),
+        (["sim", "--seconds", "-1"], "give a time from 0.001 to 86400 seconds"),
+        (["sim", "--seconds", "nan"], "give a time from 0.001 to 86400 seconds"),
+        (["sim", "--threads", "0"], "give a number of threads from 1 to 256"),
+        (["sim", "--seed", "x"], "--seed"),
+        (["sim", "ring", "--json"], "possible values: chain"),
+        (["sim", "--colour", "red"], "--help"),
+        (["simulate", "chain", "-"], "--help"),
+    ] {
+        assert_refused(&run(&arguments), advice);
+    }
+    assert_refused(&run(&[]), "sim");
+    let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
+    let nowhere = nowhere.to_str().expect("the path is text");
+    assert_refused(&run(&["sim", "--seconds", "0.001", "--json", nowhere]), "can't write");
+}
+
+#[test]
+fn images_that_are_not_there_can_be_built() {
+    assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
+    assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");
+}
