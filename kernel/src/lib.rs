@@ -23,6 +23,7 @@ mod task;
 mod timeout;
 mod timer;
 mod waiters;
+mod word;
 
 pub use context::{Context, Interrupt, Task};
 pub use event::EventFlags;
@@ -35,8 +36,8 @@ pub use semaphore::Semaphore;
 #[cfg(target_arch = "avr")]
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError};
-pub use timer::{LONGEST, Period, Ticks, Timer, now};
 pub use timeout::Elapsed;
+pub use timer::{LONGEST, Period, Ticks, Timer, now};
 #[doc(hidden)]
 pub use timer::{TICKS_LEFT, expire};
 

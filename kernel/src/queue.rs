@@ -1,5 +1,6 @@
 //! Message queues: a list of buffers that tasks wait on.
 
+use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
@@ -16,11 +17,13 @@ use crate::timer::Ticks;
 /// static READINGS: Queue<Reading> = Queue::new(4);
 /// ```
 pub struct Queue<T: Pooled> {
+    /// The first message, if there is one.
     first: MaskedCell<Option<&'static Slot<T>>>,
+    /// The last message, where there is a first.
     last: MaskedCell<Option<&'static Slot<T>>>,
     /// A signal for each message, or the tasks that wait for one.
     messages: Semaphore,
-    room: MaskedCell<u8>,
+    room: u8,
     refused: MaskedCell<u16>,
 }
 
@@ -28,13 +31,13 @@ pub struct Queue<T: Pooled> {
 pub struct Full<T: Pooled>(pub Message<T>);
 
 impl<T: Pooled> Queue<T> {
-    /// An empty queue with room for `room` messages.
+    /// An empty queue with room for `room` messages, besides those that tasks are waiting for.
     pub const fn new(room: u8) -> Self {
         Queue {
             first: MaskedCell::new(None),
             last: MaskedCell::new(None),
             messages: Semaphore::new(0),
-            room: MaskedCell::new(room),
+            room,
             refused: MaskedCell::new(0),
         }
     }
@@ -45,23 +48,45 @@ impl<T: Pooled> Queue<T> {
     /// [`Full`] with the message when there is no room; the queue counts it.
     pub fn send(&self, context: &mut impl Context, message: Message<T>) -> Result<(), Full<T>> {
         let slot = message.into_slot();
-        let is_due = context.mask(|masked| self.append(masked, slot));
+        let is_due = context.mask(|masked| {
+            if self.messages.has(masked, self.room) {
+                return None;
+            }
+            self.append(masked, slot);
+            Some(self.messages.signal(masked))
+        });
         match is_due {
             Some(is_due) => {
                 context.reschedule(is_due);
                 Ok(())
             }
-            // SAFETY: the slot was this message's, and the queue did not take it.
-            None => Err(Full(unsafe { Message::from_slot(slot) })),
+            None => {
+                context.mask(|masked| self.refused.count(masked));
+                // SAFETY: the slot was this message's, and the queue did not take it.
+                Err(Full(unsafe { Message::from_slot(slot) }))
+            }
         }
     }
 
     /// Takes the first message, and blocks until there is one.
+    #[inline(always)]
     pub fn receive(&self, task: &mut Task) -> Message<T> {
         loop {
-            self.messages.wait(task);
-            // The signal stands for a message, so this is never in vain.
-            if let Some(message) = task.mask(|masked| self.take(masked)) {
+            let taken =
+                task.mask(
+                    |masked| {
+                        if self.messages.take_or_block(masked) { Some(self.take(masked)) } else { None }
+                    },
+                );
+            let message = match taken {
+                Some(message) => message,
+                None => {
+                    arch::switch();
+                    task.mask(|masked| self.take(masked))
+                }
+            };
+            // The signal stood for a message, so there is one.
+            if let Some(message) = message {
                 return message;
             }
         }
@@ -87,33 +112,22 @@ impl<T: Pooled> Queue<T> {
         context.mask(|masked| self.refused.get(masked))
     }
 
-    /// `None` when there is no room, else whether a switch is due.
-    #[inline]
-    fn append(&self, masked: &Masked, slot: &'static Slot<T>) -> Option<bool> {
-        let Some(room) = self.room.get(masked).checked_sub(1) else {
-            self.refused.count(masked);
-            return None;
-        };
-        self.room.set(masked, room);
+    #[inline(always)]
+    fn append(&self, masked: &Masked, slot: &'static Slot<T>) {
         slot.link.set(masked, None);
-        match self.last.get(masked) {
-            Some(last) => last.link.set(masked, Some(slot)),
-            None => self.first.set(masked, Some(slot)),
+        if self.first.get(masked).is_none() {
+            self.first.set(masked, Some(slot));
+        } else if let Some(last) = self.last.get(masked) {
+            last.link.set(masked, Some(slot));
         }
         self.last.set(masked, Some(slot));
-        Some(self.messages.signal(masked))
     }
 
     /// Takes the first message, for which a signal was taken before.
-    #[inline]
+    #[inline(always)]
     fn take(&self, masked: &Masked) -> Option<Message<T>> {
         let slot = self.first.get(masked)?;
-        let rest = slot.link.get(masked);
-        self.first.set(masked, rest);
-        if rest.is_none() {
-            self.last.set(masked, None);
-        }
-        self.room.set(masked, self.room.get(masked).wrapping_add(1));
+        self.first.set(masked, slot.link.get(masked));
         // SAFETY: the slot came from a message, and has just left the queue.
         Some(unsafe { Message::from_slot(slot) })
     }

@@ -64,28 +64,30 @@ pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
 }
 
 /// Takes the running task, which is the head, from the ready ones; the next takes its place.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
     let ready = &KERNEL.ready;
     let task = ready.head.get(masked);
     let rest = task.next_ready(masked);
-    if ready.arrived.get(masked) & rest.above.get(masked) != 0 {
-        return block_for_arrived(masked);
-    }
     ready.head.set(masked, rest);
+    let higher = ready.arrived.get(masked) & rest.above.get(masked);
+    if higher != 0 {
+        run_arrived(masked, higher);
+    }
     task
 }
 
-/// [`block`], where a task that has arrived takes the place. Begins anew, so that the short way of `block`
-/// keeps nothing over a call.
-#[inline(never)]
-fn block_for_arrived(masked: &Masked) -> &'static ControlBlock {
+/// [`block`] where none that arrived is to run next; `None` where one is. The common case, without a call in it.
+#[inline(always)]
+pub(crate) fn block_simply(masked: &Masked) -> Option<&'static ControlBlock> {
     let ready = &KERNEL.ready;
     let task = ready.head.get(masked);
     let rest = task.next_ready(masked);
+    if ready.arrived.get(masked) & rest.above.get(masked) != 0 {
+        return None;
+    }
     ready.head.set(masked, rest);
-    run_arrived(masked, ready.arrived.get(masked) & rest.above.get(masked));
-    task
+    Some(task)
 }
 
 /// The running task, to that task itself.

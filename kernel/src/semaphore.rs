@@ -1,14 +1,13 @@
 //! Counting semaphores in two bytes.
 
-use core::ptr;
-
 use crate::IDLE;
 use crate::arch;
 use crate::context::{Context, Task};
-use crate::masked::{Masked, MaskedCell};
+use crate::masked::Masked;
 use crate::ready;
 use crate::task::ControlBlock;
 use crate::waiters;
+use crate::word::{State, Word};
 
 /// A counting semaphore: up to 255 signals in store, or the tasks that wait for one.
 ///
@@ -20,13 +19,13 @@ use crate::waiters;
 /// Tasks are woken by priority, and in the order in which they came among equals. A signal that finds
 /// 255 in store is lost: a semaphore that counts more wants a queue.
 pub struct Semaphore {
-    word: MaskedCell<Word>,
+    word: Word,
 }
 
 impl Semaphore {
     /// A semaphore with `signals` in store.
     pub const fn new(signals: u8) -> Self {
-        Semaphore { word: MaskedCell::new(Word::signals(signals)) }
+        Semaphore { word: Word::new(signals) }
     }
 
     /// Signals: wakes the first waiting task, or stores the signal when none waits.
@@ -41,20 +40,7 @@ impl Semaphore {
     /// Takes a signal, and blocks until there is one.
     #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        let is_blocked = task.mask(|masked| match self.word.get(masked).state() {
-            State::Waiting(first) => {
-                self.block_behind(masked, first);
-                true
-            }
-            State::Signals(0) => {
-                self.block_first(masked);
-                true
-            }
-            State::Signals(signals) => {
-                self.word.set(masked, Word::signals(signals - 1));
-                false
-            }
-        });
+        let is_blocked = task.mask(|masked| !self.take_or_block(masked));
         if is_blocked {
             arch::switch();
         }
@@ -66,114 +52,129 @@ impl Semaphore {
         context.mask(|masked| self.take(masked))
     }
 
-    /// The mark of a [`Timeout`](crate::timeout): no semaphore that a task waits on.
-    pub(crate) const fn timeout() -> Self {
-        Semaphore { word: MaskedCell::new(Word::TIMEOUT) }
-    }
-
-    /// Whether this is such a mark.
-    pub(crate) fn is_timeout(&self, masked: &Masked) -> bool {
-        self.word.get(masked).0 == Word::TIMEOUT.0
-    }
-
-    /// Takes `task` from those that wait. Returns whether it was one of them.
-    pub(crate) fn expel(&self, masked: &Masked, task: &'static ControlBlock) -> bool {
-        let State::Waiting(first) = self.word.get(masked).state() else { return false };
-        if first.is(task) {
-            self.word.set(masked, task.next_waiting(masked).map_or(Word::signals(0), Word::waiting));
-            return true;
-        }
-        waiters::remove(masked, first, task)
-    }
-
-    /// Wakes every waiting task. Returns whether one of them is now the one to run.
-    pub(crate) fn signal_all(&self, masked: &Masked) -> bool {
-        let mut is_due = false;
-        while let State::Waiting(_) = self.word.get(masked).state() {
-            is_due |= self.signal(masked);
-        }
-        is_due
-    }
-
     /// Signals. Returns whether the task it woke is now the one to run.
     #[inline(always)]
     pub(crate) fn signal(&self, masked: &Masked) -> bool {
-        match self.word.get(masked).state() {
+        match self.word.get(masked) {
             State::Signals(signals) => {
-                self.word.set(masked, Word::signals(signals.saturating_add(1)));
+                if signals != u8::MAX {
+                    self.word.set_signals(masked, signals + 1);
+                }
                 false
             }
-            State::Waiting(first) => {
-                self.word.set(masked, first.next_waiting(masked).map_or(Word::signals(0), Word::waiting));
-                ready::make_ready(masked, first)
-            }
+            State::Waiting(first) => self.wake(masked, first),
         }
+    }
+
+    /// Whether at least `number` signals are in store.
+    #[inline(always)]
+    pub(crate) fn has(&self, masked: &Masked, number: u8) -> bool {
+        matches!(self.word.get(masked), State::Signals(signals) if signals >= number)
+    }
+
+    /// Wakes the first waiting task. Returns whether it is now the one to run.
+    #[inline(always)]
+    fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        self.word.set_waiting(masked, first.next_waiting(masked));
+        ready::make_ready(masked, first)
     }
 
     /// Takes a signal if one is in store.
     #[inline(always)]
     pub(crate) fn take(&self, masked: &Masked) -> bool {
-        match self.word.get(masked).state() {
-            State::Signals(0) | State::Waiting(_) => false,
-            State::Signals(signals) => {
-                self.word.set(masked, Word::signals(signals - 1));
+        match self.word.get(masked) {
+            State::Signals(signals @ 1..) => {
+                self.word.set_signals(masked, signals - 1);
                 true
+            }
+            _ => false,
+        }
+    }
+
+    /// Takes a signal if one is in store; else blocks the running task. Returns whether it took one.
+    #[inline(always)]
+    pub(crate) fn take_or_block(&self, masked: &Masked) -> bool {
+        match self.word.get(masked) {
+            State::Signals(signals @ 1..) => {
+                self.word.set_signals(masked, signals - 1);
+                true
+            }
+            State::Signals(0) => {
+                self.block_first(masked);
+                false
+            }
+            State::Waiting(first) => {
+                self.block_behind(masked, first);
+                false
             }
         }
     }
 
     /// Blocks the running task: no signal is in store.
     pub(crate) fn block(&self, masked: &Masked) {
-        match self.word.get(masked).state() {
+        match self.word.get(masked) {
             State::Waiting(first) => self.block_behind(masked, first),
             State::Signals(_) => self.block_first(masked),
         }
     }
 
     /// Blocks the running task as the first that waits.
+    #[cold]
     #[inline(never)]
     fn block_first(&self, masked: &Masked) {
-        let blocked = ready::block(masked);
-        blocked.set_next(masked, None);
-        self.word.set(masked, Word::waiting(blocked));
+        match ready::block_simply(masked) {
+            Some(blocked) => self.set_first(masked, blocked),
+            None => self.block_first_for_arrived(masked),
+        }
     }
 
-    /// Blocks the running task where others wait.
+    /// [`block_first`](Self::block_first) where a task that has arrived runs next.
+    #[cold]
     #[inline(never)]
-    fn block_behind(&self, masked: &Masked, first: &'static ControlBlock) {
-        self.word.set(masked, Word::waiting(waiters::insert(masked, first, ready::block(masked))));
-    }
-}
-
-/// What a semaphore holds: a number of signals, or the first waiting task.
-enum State {
-    Signals(u8),
-    Waiting(&'static ControlBlock),
-}
-
-/// A [`State`] in one pointer: no control block lies in the first 256 bytes of memory, which on the AVR
-/// are registers (ATmega128 datasheet, "SRAM Data Memory") and on the host belong to no one.
-#[derive(Clone, Copy)]
-struct Word(*const ControlBlock);
-
-impl Word {
-    /// No task waits as the idle task.
-    const TIMEOUT: Word = Word(&raw const IDLE);
-
-    const fn signals(number: u8) -> Self {
-        Word(ptr::without_provenance(number as usize))
-    }
-
-    fn waiting(first: &'static ControlBlock) -> Self {
-        Word(first)
+    fn block_first_for_arrived(&self, masked: &Masked) {
+        self.set_first(masked, ready::block(masked));
     }
 
     #[inline(always)]
-    fn state(self) -> State {
-        match u8::try_from(self.0.addr()) {
-            Ok(signals) => State::Signals(signals),
-            // SAFETY: an address above 255 was stored by `waiting`, from a reference to a static.
-            Err(_) => State::Waiting(unsafe { &*self.0 }),
+    fn set_first(&self, masked: &Masked, blocked: &'static ControlBlock) {
+        blocked.set_next(masked, None);
+        self.word.set_waiting(masked, Some(blocked));
+    }
+
+    /// Blocks the running task where others wait.
+    #[cold]
+    #[inline(never)]
+    fn block_behind(&self, masked: &Masked, first: &'static ControlBlock) {
+        self.word.set_waiting(masked, Some(waiters::insert(masked, first, ready::block(masked))));
+    }
+
+    /// Wakes every waiting task. Returns whether one of them is now the one to run.
+    pub(crate) fn signal_all(&self, masked: &Masked) -> bool {
+        let mut is_due = false;
+        while let State::Waiting(_) = self.word.get(masked) {
+            is_due |= self.signal(masked);
         }
+        is_due
+    }
+
+    /// Takes `task` from those that wait. Returns whether it was one of them.
+    pub(crate) fn expel(&self, masked: &Masked, task: &'static ControlBlock) -> bool {
+        let State::Waiting(first) = self.word.get(masked) else { return false };
+        if first.is(task) {
+            self.word.set_waiting(masked, task.next_waiting(masked));
+            return true;
+        }
+        waiters::remove(masked, first, task)
+    }
+
+    /// Makes this the mark of a [`Timeout`](crate::timeout): no task waits as the idle task.
+    pub(crate) fn mark_as_timeout(&self, masked: &Masked) {
+        self.word.set_waiting(masked, Some(&IDLE));
+    }
+
+    /// Whether this is such a mark.
+    #[inline(always)]
+    pub(crate) fn is_timeout(&self, masked: &Masked) -> bool {
+        matches!(self.word.get(masked), State::Waiting(first) if first.is(&IDLE))
     }
 }

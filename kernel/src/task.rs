@@ -146,8 +146,8 @@ pub enum StartError {
 /// static BLINK: Stack<96> = Stack::new();
 /// ```
 ///
-/// A stack holds the task's own frames and, in the worst case, a voluntary context (20 bytes on the
-/// ATmega128) and an interrupt's (35 bytes) on top: interrupt handlers run on the kernel's stack.
+/// A stack holds the task's own frames and, in the worst case, on top of them a voluntary context (4 bytes on the
+/// ATmega128, 22 where a call switches that seldom does) and an interrupt's (35 bytes): handlers run on the kernel's stack.
 #[repr(C)]
 pub struct Stack<const BYTES: usize> {
     control: ControlBlock,

@@ -17,7 +17,7 @@ pub struct Elapsed;
 
 /// What a timer does when a wait's time is up. It lies on the waiting task's stack.
 ///
-/// Timers post semaphores. One that is marked ([`Semaphore::timeout`]) is the first field of a `Timeout`, and posting
+/// Timers post semaphores. One that is marked ([`Semaphore::mark_as_timeout`]) is the first field of a `Timeout`, and posting
 /// it means to end that wait.
 #[repr(C)]
 struct Timeout {
@@ -37,7 +37,7 @@ impl Semaphore {
         // SAFETY: this borrow ends with the wait below, as the two of `timer` and `timeout` do.
         let semaphore = unsafe { &*ptr::from_ref(self) };
         let timeout = Timeout {
-            mark: Semaphore::timeout(),
+            mark: Semaphore::new(0),
             semaphore,
             task: MaskedCell::new(None),
             has_elapsed: MaskedCell::new(false),
@@ -48,6 +48,7 @@ impl Semaphore {
             if self.take(masked) {
                 return false;
             }
+            timeout.mark.mark_as_timeout(masked);
             timeout.task.set(masked, Some(ready::running(masked)));
             self.block(masked);
             timer::arm_in(masked, timer, ticks.clamp(1, LONGEST), &timeout.mark);

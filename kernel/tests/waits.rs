@@ -2,7 +2,9 @@
 
 mod log;
 
-use kernel::{Boot, Elapsed, EventFlags, LONGEST, Message, Priority, Queue, Semaphore, Stack, Task, host, now};
+use kernel::{
+    Boot, Elapsed, EventFlags, LONGEST, Message, Priority, Queue, Semaphore, Stack, Task, host, now,
+};
 use log::Log;
 
 fn idle(task: &mut Task) -> kernel::Never {
@@ -61,7 +63,12 @@ fn a_timeout_takes_its_own_task_from_the_list_wherever_it_stands() {
     host::run_for(
         50,
         |boot| {
-            let tasks = [("P1", Priority::P1, 40), ("P2", Priority::P2, 5), ("P3", Priority::P3, 40), ("P4", Priority::P4, 6)];
+            let tasks = [
+                ("P1", Priority::P1, 40),
+                ("P2", Priority::P2, 5),
+                ("P3", Priority::P3, 40),
+                ("P4", Priority::P4, 6),
+            ];
             for (stack, (name, priority, ticks)) in STACKS.iter().zip(tasks) {
                 stack
                     .start(boot, priority, move |task| {

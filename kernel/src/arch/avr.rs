@@ -93,11 +93,11 @@ unsafe extern "C" fn kernel_switch() {
     unsafe {
         asm!(
             // Saves the running task's stack pointer and takes up the head's context. Y is on the stack.
+            "lds r26, {kernel}+{running}",        // 2: X = the running task's control block: its own
+            "lds r27, {kernel}+{running}+1",      // 2
             "in r24, 0x3d",                       // 1: r25:r24 = SP
             "in r25, 0x3e",                       // 1: its bit 15 is clear: voluntary
             "cli",                                // 1
-            "lds r26, {kernel}+{running}",        // 2: X = the running task's control block
-            "lds r27, {kernel}+{running}+1",      // 2
             "st X+, r24",                         // 2: its stack pointer
             "st X, r25",                          // 2
             // Takes up the context of the head. Interrupts are masked, and what ran is saved or not needed.

@@ -6,8 +6,8 @@ use hormone::event::Event as Behaviour;
 use hormone::hormone::Data;
 use simavr_harness::{CLOCK_HZ, Controller, Event, Face, Robot};
 
-/// A hormone that has been handed to a link for longer than this and was not received is lost, in cycles: 250 ms,
-/// more than twice what all repetitions take.
+/// A hormone that has been handed to a link for longer than this and was not received is lost, in cycles: 250 ms, more
+/// than all repetitions take and less than hormones lie apart.
 const LOST_AFTER: u64 = CLOCK_HZ as u64 / 4;
 
 /// A hormone on its way to the neighbour.
@@ -103,7 +103,7 @@ impl Observer {
     fn receive(&mut self, at: Face, cycle: u64, data: Data) {
         let Some(hops) = self.wires.get(&at).and_then(|from| self.under_way.get_mut(from)) else { return };
         while let Some(hop) = hops.pop_front() {
-            if hop.data == data {
+            if hop.data == data && hop.sent + LOST_AFTER >= cycle {
                 self.delivered += 1;
                 self.latencies.add(cycle.saturating_sub(hop.taken_up));
                 return;

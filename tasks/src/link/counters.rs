@@ -1,6 +1,7 @@
 //! What a link counts.
 
-/// The counts of one dock, read out of RAM by the console, a debugger or the simulator. All wrap.
+/// The counts of one dock, read out of RAM by the console, a debugger or the simulator. All wrap, but
+/// `overruns`, which stays at 65,535.
 #[repr(C)]
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]

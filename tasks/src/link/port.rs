@@ -35,10 +35,10 @@ impl Port {
     /// The link at `dock`.
     pub const fn new(dock: Dock) -> Self {
         Port {
-            state: Mutex::new(Priority::P1, State {
-                counters: LinkCounters::new(),
-                endpoint: Endpoint::new(dock, 0, RETRY_LIMIT),
-            }),
+            state: Mutex::new(
+                Priority::P1,
+                State { counters: LinkCounters::new(), endpoint: Endpoint::new(dock, 0, RETRY_LIMIT) },
+            ),
             mailbox: Mailbox::new(ROOM),
             ack_due: MaskedCell::new(None),
             dock,

@@ -1,6 +1,6 @@
 //! The receiving task of a dock (paper, section 5): takes frames off the line and delivers what they bring.
 
-use kernel::{Never, Task};
+use kernel::{Never, Task, Ticks, now};
 
 use super::cobs::MAX_WIRE;
 use super::endpoint::Arrival;
@@ -10,6 +10,11 @@ use crate::device::Receive;
 use crate::message::{Address, Message};
 use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
+
+/// Who speaks after a silence of this many ticks of 1 ms may be another module than before, whose first message is no
+/// repetition whatever its label. A neighbour that is there probes every 40 ms. (A silence of a few ms more than a multiple
+/// of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs remains.)
+const SILENCE: Ticks = 400;
 
 /// Runs the receiving task of `port`. `seed` should differ from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
 pub fn run(
@@ -21,12 +26,18 @@ pub fn run(
 ) -> Never {
     port.restart(task, seed);
     let mut wire = [0; MAX_WIRE];
+    let mut heard_at = now(task);
     loop {
         let length = line.receive(task, &mut wire);
         let overruns = line.overruns(task);
         port.with(task, |state| state.counters.overruns = overruns);
         match wire.get_mut(..length).map(Frame::decode) {
             Some(Ok(frame)) => {
+                let time = now(task);
+                if time.wrapping_sub(heard_at) > SILENCE {
+                    port.with(task, |state| state.endpoint.forget_neighbour());
+                }
+                heard_at = time;
                 port.count(task, |counters| &mut counters.frames_received);
                 take(task, port, office, frame);
             }
