@@ -23,6 +23,7 @@ mod task;
 mod timeout;
 mod timer;
 mod waiters;
+mod walk;
 mod word;
 
 pub use context::{Context, Interrupt, Task};
@@ -46,11 +47,13 @@ pub use timer::{TICKS_LEFT, expire};
 struct Kernel {
     ready: ready::Ready,
     timers: timer::Timers,
+    walk: walk::Walk,
 }
 
 static IDLE: task::ControlBlock = task::ControlBlock::idle();
 
-static KERNEL: Kernel = Kernel { ready: ready::Ready::new(&IDLE), timers: timer::Timers::new() };
+static KERNEL: Kernel =
+    Kernel { ready: ready::Ready::new(&IDLE), timers: timer::Timers::new(), walk: walk::Walk::new() };
 
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/kernel.md")]

@@ -95,6 +95,11 @@ pub(crate) fn running(masked: &Masked) -> &'static ControlBlock {
     KERNEL.ready.running.get(masked)
 }
 
+/// Whether the head is another task than the running one.
+pub(crate) fn is_due(masked: &Masked) -> bool {
+    !KERNEL.ready.head.get(masked).is(running(masked))
+}
+
 /// Puts the running task behind those that arrived at its priority, and their first in its place. Returns
 /// whether there is one.
 #[inline(never)]

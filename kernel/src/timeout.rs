@@ -23,6 +23,7 @@ pub struct Elapsed;
 struct Timeout {
     mark: Semaphore,
     semaphore: &'static Semaphore,
+    /// The task that waits, once it does.
     task: MaskedCell<Option<&'static ControlBlock>>,
     has_elapsed: MaskedCell<bool>,
 }
@@ -44,33 +45,44 @@ impl Semaphore {
         };
         // SAFETY: both are left alone before this returns: the timer is off its list, because it is due or cancelled.
         let (timer, timeout) = unsafe { (&*ptr::from_ref(&timer), &*ptr::from_ref(&timeout)) };
-        let is_blocked = task.mask(|masked| {
-            if self.take(masked) {
-                return false;
-            }
-            timeout.mark.mark_as_timeout(masked);
-            timeout.task.set(masked, Some(ready::running(masked)));
-            self.block(masked);
-            timer::arm_in(masked, timer, ticks.clamp(1, LONGEST), &timeout.mark);
-            true
-        });
-        if !is_blocked {
+        if self.try_wait(task) {
             return Ok(());
         }
+        task.mask(|masked| timeout.mark.mark_as_timeout(masked));
+        let deadline = timer::now(task).wrapping_add(ticks.clamp(1, LONGEST));
+        timer::arm(task, timer, deadline, &timeout.mark);
+        let is_taken = task.mask(|masked| {
+            let is_taken = self.take(masked);
+            if !is_taken && !timeout.has_elapsed.get(masked) {
+                timeout.task.set(masked, Some(ready::running(masked)));
+                self.block(masked);
+            }
+            is_taken
+        });
+        if is_taken {
+            timer.cancel(task);
+            return Ok(());
+        }
+        // In vain if the time was up already.
         arch::switch_from_call();
         timer.cancel(task);
         if task.mask(|masked| timeout.has_elapsed.get(masked)) { Err(Elapsed) } else { Ok(()) }
     }
 }
 
-/// Ends the wait whose mark this is, unless its signal has come meanwhile.
+/// Ends the wait whose mark this is, unless its signal has come before. Returns whether a switch is due.
 #[inline(never)]
-pub(crate) fn elapse(masked: &Masked, mark: &'static Semaphore) {
+pub(crate) fn elapse(masked: &Masked, mark: &'static Semaphore) -> bool {
     // SAFETY: only the first field of a `Timeout` is marked, and `wait_timeout` keeps that until the timer is off its list.
     let timeout = unsafe { &*ptr::from_ref(mark).cast::<Timeout>() };
-    let Some(task) = timeout.task.get(masked) else { return };
-    if timeout.semaphore.expel(masked, task) {
+    let Some(task) = timeout.task.get(masked) else {
+        // It has not begun to wait.
         timeout.has_elapsed.set(masked, true);
-        ready::make_ready(masked, task);
+        return false;
+    };
+    if !timeout.semaphore.expel(masked, task) {
+        return false;
     }
+    timeout.has_elapsed.set(masked, true);
+    ready::make_ready(masked, task)
 }

@@ -8,8 +8,10 @@ use core::ptr;
 use crate::KERNEL;
 use crate::context::{Context, Interrupt, Task};
 use crate::masked::{Masked, MaskedCell};
+use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::timeout;
+use crate::walk;
 
 /// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's boards.
 pub type Ticks = u16;
@@ -87,16 +89,22 @@ impl Timer {
 
     /// Posts `semaphore` in `ticks` ticks (at least 1, at most [`LONGEST`]; a value outside counts as the nearest).
     /// A timer that is armed is set anew.
+    ///
+    /// Linear in the number of armed timers, but interrupts are masked for a step at a time only, except in an interrupt.
     pub fn start(&'static self, context: &mut impl Context, ticks: Ticks, semaphore: &'static Semaphore) {
-        context.mask(|masked| {
-            disarm(masked, self);
-            arm_in(masked, self, ticks.clamp(1, LONGEST), semaphore);
-        });
+        let deadline = now(context).wrapping_add(ticks.clamp(1, LONGEST));
+        loop {
+            disarm(context, self);
+            // Another task may have armed it just now.
+            if arm(context, self, deadline, semaphore) {
+                return;
+            }
+        }
     }
 
     /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted.
     pub fn cancel(&'static self, context: &mut impl Context) -> bool {
-        context.mask(|masked| disarm(masked, self))
+        disarm(context, self)
     }
 }
 
@@ -109,23 +117,17 @@ impl Task {
 
     /// Blocks until the tick `deadline`. Returns `false` at once if that has passed.
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
+        if !is_ahead(deadline.wrapping_sub(now(self))) {
+            return false;
+        }
         let timer = Timer::new();
         let due = Semaphore::new(0);
         // SAFETY: both outlive their use: the wait below returns only after the timer has left the list
         // and posted `due`, and a task's stack is never taken from it.
         let (timer, due) = unsafe { (&*ptr::from_ref(&timer), &*ptr::from_ref(&due)) };
-        let is_ahead = self.mask(|masked| {
-            let ahead = deadline.wrapping_sub(KERNEL.timers.now(masked));
-            let is_ahead = (1..=LONGEST).contains(&ahead);
-            if is_ahead {
-                arm(masked, timer, deadline, due);
-            }
-            is_ahead
-        });
-        if is_ahead {
-            due.wait(self);
-        }
-        is_ahead
+        arm(self, timer, deadline, due);
+        due.wait(self);
+        true
     }
 }
 
@@ -156,46 +158,97 @@ impl Period {
     }
 }
 
-/// Arms a timer that is not, to be due `ticks` from now.
-pub(crate) fn arm_in(masked: &Masked, timer: &'static Timer, ticks: Ticks, semaphore: &'static Semaphore) {
-    arm(masked, timer, KERNEL.timers.now(masked).wrapping_add(ticks), semaphore);
+/// Whether a deadline that many ticks from now lies in the future.
+#[inline(always)]
+fn is_ahead(ticks: Ticks) -> bool {
+    (1..=LONGEST).contains(&ticks)
 }
 
-fn arm(masked: &Masked, timer: &'static Timer, deadline: Ticks, semaphore: &'static Semaphore) {
-    let timers = &KERNEL.timers;
-    let now = timers.now(masked);
-    let ahead = deadline.wrapping_sub(now);
-    let mut slot = &timers.first;
-    while let Some(next) = slot.get(masked) {
-        if ahead < next.deadline.get(masked).wrapping_sub(now) {
-            break;
-        }
-        slot = &next.link;
-    }
-    timer.link.set(masked, slot.get(masked));
-    timer.deadline.set(masked, deadline);
-    timer.semaphore.set(masked, Some(semaphore));
-    slot.set(masked, Some(timer));
-    timers.count_down(masked, now);
+/// What came of one step along the list.
+enum Step {
+    On(&'static MaskedCell<Option<&'static Timer>>),
+    Anew,
+    Done(bool),
 }
 
-fn disarm(masked: &Masked, timer: &'static Timer) -> bool {
-    let is_armed = timer.semaphore.get(masked).is_some();
-    if is_armed {
-        let timers = &KERNEL.timers;
-        let now = timers.now(masked);
-        let mut slot = &timers.first;
-        while let Some(next) = slot.get(masked) {
-            if ptr::eq(next, timer) {
-                slot.set(masked, timer.link.get(masked));
-                break;
+/// Walks along the list until `step` is done. See [`walk`].
+#[inline(always)]
+fn walk_along(
+    context: &mut impl Context,
+    step: impl Fn(&Masked, &'static MaskedCell<Option<&'static Timer>>) -> Step,
+) -> bool {
+    loop {
+        let mut slot = &KERNEL.timers.first;
+        context.mask(walk::begin);
+        loop {
+            match context.mask(|masked| if walk::goes_on(masked) { step(masked, slot) } else { Step::Anew }) {
+                Step::On(next) => slot = next,
+                Step::Anew => break,
+                Step::Done(result) => return result,
             }
-            slot = &next.link;
         }
-        timer.semaphore.set(masked, None);
-        timers.count_down(masked, now);
     }
+}
+
+/// Changes the list at `slot`.
+#[inline(always)]
+fn splice(masked: &Masked, slot: &'static MaskedCell<Option<&'static Timer>>, next: Option<&'static Timer>) {
+    slot.set(masked, next);
+    walk::end(masked);
+    if ptr::eq(slot, &KERNEL.timers.first) {
+        KERNEL.timers.count_down(masked, KERNEL.timers.now(masked));
+    }
+}
+
+/// Arms `timer`. Returns `false` if it is armed already. Should its deadline come meanwhile, it is as if it had been armed.
+#[inline(never)]
+pub(crate) fn arm(
+    context: &mut impl Context,
+    timer: &'static Timer,
+    deadline: Ticks,
+    semaphore: &'static Semaphore,
+) -> bool {
+    let is_armed = walk_along(context, |masked, slot| {
+        let now = KERNEL.timers.now(masked);
+        let ahead = deadline.wrapping_sub(now);
+        match slot.get(masked) {
+            _ if timer.semaphore.get(masked).is_some() => Step::Done(false),
+            _ if !is_ahead(ahead) => {
+                fire(masked, semaphore);
+                Step::Done(true)
+            }
+            Some(next) if next.deadline.get(masked).wrapping_sub(now) <= ahead => Step::On(&next.link),
+            next => {
+                timer.link.set(masked, next);
+                timer.deadline.set(masked, deadline);
+                timer.semaphore.set(masked, Some(semaphore));
+                splice(masked, slot, Some(timer));
+                Step::Done(true)
+            }
+        }
+    });
+    let is_due = context.mask(ready::is_due);
+    context.reschedule(is_due);
     is_armed
+}
+
+#[inline(never)]
+fn disarm(context: &mut impl Context, timer: &'static Timer) -> bool {
+    walk_along(context, |masked, slot| match slot.get(masked) {
+        Some(next) if !ptr::eq(next, timer) => Step::On(&next.link),
+        Some(_) => {
+            timer.semaphore.set(masked, None);
+            splice(masked, slot, timer.link.get(masked));
+            Step::Done(true)
+        }
+        None => Step::Done(false),
+    })
+}
+
+/// Does what a timer that is due does. Returns whether a switch is due.
+#[inline(always)]
+fn fire(masked: &Masked, semaphore: &'static Semaphore) -> bool {
+    if semaphore.is_timeout(masked) { timeout::elapse(masked, semaphore) } else { semaphore.signal(masked) }
 }
 
 /// One tick, as the tick's interrupt does it on the AVR in assembly.
@@ -221,18 +274,13 @@ pub fn expire(interrupt: &mut Interrupt) {
             let now = timers.next.get(masked);
             let first = timers.first.get(masked).filter(|first| first.deadline.get(masked) == now)?;
             timers.first.set(masked, first.link.get(masked));
+            walk::end(masked);
             let semaphore = first.semaphore.get(masked);
             first.semaphore.set(masked, None);
             semaphore
         });
         let Some(semaphore) = due else { break };
-        interrupt.mask(|masked| {
-            if semaphore.is_timeout(masked) {
-                timeout::elapse(masked, semaphore);
-            } else {
-                semaphore.signal(masked);
-            }
-        });
+        interrupt.mask(|masked| fire(masked, semaphore));
     }
     interrupt.mask(|masked| timers.count_down(masked, timers.next.get(masked)));
 }
