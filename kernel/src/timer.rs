@@ -181,7 +181,17 @@ fn walk_along(
         let mut slot = &KERNEL.timers.first;
         context.mask(walk::begin);
         loop {
-            match context.mask(|masked| if walk::goes_on(masked) { step(masked, slot) } else { Step::Anew }) {
+            let came = context.mask(|masked| {
+                if !walk::goes_on(masked) {
+                    return Step::Anew;
+                }
+                let came = step(masked, slot);
+                if let Step::Done(_) = came {
+                    walk::end(masked);
+                }
+                came
+            });
+            match came {
                 Step::On(next) => slot = next,
                 Step::Anew => break,
                 Step::Done(result) => return result,
@@ -194,7 +204,6 @@ fn walk_along(
 #[inline(always)]
 fn splice(masked: &Masked, slot: &'static MaskedCell<Option<&'static Timer>>, next: Option<&'static Timer>) {
     slot.set(masked, next);
-    walk::end(masked);
     if ptr::eq(slot, &KERNEL.timers.first) {
         KERNEL.timers.count_down(masked, KERNEL.timers.now(masked));
     }

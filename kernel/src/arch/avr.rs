@@ -309,13 +309,14 @@ pub(crate) fn run() -> ! {
 }
 
 /// Lays `body` and a first context at the top of `memory`. Returns the stack pointer, or `None` if they do not fit.
-pub(crate) fn prepare<F>(memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
+pub(crate) fn prepare<F, const BYTES: usize>(memory: &mut [MaybeUninit<u8>; BYTES], body: F) -> Option<usize>
 where
     F: FnOnce(&mut Task) -> Never + 'static,
 {
+    record::<F, BYTES>();
     /// The program counter, and what `kernel_start_task` pops.
     const CONTEXT: usize = 6;
-    let (rest, place) = memory.split_at_mut_checked(memory.len().checked_sub(size_of::<F>())?)?;
+    let (rest, place) = memory.split_at_mut_checked(BYTES.checked_sub(size_of::<F>())?)?;
     let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(CONTEXT)?)?;
     let place = place.as_mut_ptr().cast::<F>();
     // SAFETY: `place` has the size of `F`, alignment is 1 throughout on the AVR, and nothing else uses it.
@@ -329,6 +330,28 @@ where
     }
     // SP points at the free byte below what `pop` takes next.
     Some(below.as_ptr_range().end as usize - 1)
+}
+
+/// Leaves a record for `stack-bound`, which computes how much stack each task needs: where a task's code begins, how
+/// many bytes it captured, how many its stack has. The section stays in the ELF file: no flash, no RAM, no cycle.
+#[inline(always)]
+fn record<F, const BYTES: usize>()
+where
+    F: FnOnce(&mut Task) -> Never + 'static,
+{
+    // SAFETY: no instruction.
+    unsafe {
+        asm!(
+            ".pushsection .debug_tasks, \"\", @progbits", // `.debug`, or the linker drops what nothing refers to
+            ".long {entry}",
+            ".short {captured}, {bytes}",
+            ".popsection",
+            entry = sym enter::<F>,
+            captured = const size_of::<F>(),
+            bytes = const BYTES,
+            options(nomem, nostack, preserves_flags),
+        )
+    }
 }
 
 /// The first code of a task, with interrupts enabled: takes the body from where `prepare` laid it.
