@@ -269,14 +269,15 @@ pub(crate) fn tick(interrupt: &mut Interrupt) {
         left
     });
     if left == 0 {
-        expire(interrupt);
+        expire();
     }
 }
 
 /// What the tick's interrupt does once `left` has run out: posts every semaphore that is due.
 #[doc(hidden)]
-#[inline(never)]
-pub fn expire(interrupt: &mut Interrupt) {
+pub extern "C" fn expire() {
+    // SAFETY: only the tick's interrupt calls this, with interrupts masked.
+    let interrupt = &mut unsafe { Interrupt::assume() };
     let timers = &KERNEL.timers;
     loop {
         let due = interrupt.mask(|masked| {

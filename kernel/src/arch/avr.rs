@@ -104,6 +104,7 @@ unsafe extern "C" fn kernel_switch() {
             "resume_head:",
             "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
             "lds r31, {kernel}+{head}+1",         // 2
+            "resume_z:",
             "ld r24, Z",                          // 2: r25:r24 = its stack pointer
             "ldd r25, Z+1",                       // 2
             "sbrc r25, 7",                        // 2: skips the next for a voluntary context
@@ -241,7 +242,7 @@ unsafe extern "C" fn kernel_switch() {
             "ori r25, 0x80",                      // 1: preempted
             "st X+, r24",                         // 2
             "st X, r25",                          // 2
-            "rjmp resume_head",                   // 2
+            "rjmp resume_z",                      // 2: Z is the head already
                 // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
             "kernel_start_task:",
             "pop r24",                            // 2: the first argument
@@ -403,17 +404,13 @@ macro_rules! interrupt {
 
 /// Declares the vector that drives the kernel's tick.
 ///
-/// It counts down to the first timer: 38 cycles a tick with the interrupt's own 11, however many timers are
+/// It counts down to the first timer: 36 cycles a tick with the interrupt's own 11, however many timers are
 /// armed. Only when one is due does it become an interrupt like any other.
 #[macro_export]
 macro_rules! tick_interrupt {
     ($vector:ident) => {
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $vector() -> ! {
-            extern "C" fn handler() {
-                // SAFETY: only the vector calls this, with interrupts masked.
-                $crate::expire(&mut unsafe { $crate::Interrupt::assume() });
-            }
             // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
             unsafe { core::arch::asm!(
                 "push r31",               // 2
@@ -437,7 +434,7 @@ macro_rules! tick_interrupt {
                 "ldi r31, hi8(gs({handler}))", // 1
                 "jmp {enter}",            // 3
                 left = sym $crate::TICKS_LEFT,
-                handler = sym handler,
+                handler = sym $crate::expire,
                 enter = sym $crate::arch::kernel_enter_interrupt,
                 options(noreturn),
             ) }
