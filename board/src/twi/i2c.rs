@@ -15,6 +15,7 @@ use crate::WithTask;
 use crate::interrupts::Serves;
 
 static TRANSACTION: MaskedCell<Transaction> = MaskedCell::new(Transaction::NONE);
+/// Lent by the task that waits for the end of its transaction; none at other times.
 static OPERATIONS: MaskedCell<*mut [Operation<'static>]> = MaskedCell::new(NO_OPERATIONS);
 static IS_ENDED: Semaphore = Semaphore::new(0);
 
@@ -31,6 +32,7 @@ impl I2c {
 
     /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), beside [`Twi`](super::Twi) or without it.
     pub fn start(self, _: impl Serves<I2c>, context: &mut impl Context) -> Master {
+        // Without packets TWAR keeps 0x7f, an address that I2C reserves: nobody calls this MCU.
         set_bit_rate();
         context.mask(|masked| request(masked, ENABLED));
         Master(())
@@ -52,8 +54,8 @@ impl Master {
 }
 
 impl i2c::ErrorType for WithTask<'_, Master> {
-    /// `NoAcknowledge` of the address or of a byte, or `Bus`. A lost arbitration is no error: the transaction
-    /// is tried again.
+    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that struck while the transaction waited
+    /// for the bus. A lost arbitration is no error: the transaction is tried again.
     type Error = ErrorKind;
 }
 
@@ -66,9 +68,9 @@ impl i2c::I2c for WithTask<'_, Master> {
         if operations.is_empty() {
             return Ok(());
         }
-        let operations = ptr::from_mut(operations) as *mut [Operation<'static>];
+        let lent = ptr::slice_from_raw_parts_mut(operations.as_mut_ptr().cast(), operations.len());
         self.task.mask(|masked| {
-            OPERATIONS.set(masked, operations);
+            OPERATIONS.set(masked, lent);
             TRANSACTION.set(masked, Transaction::new(address));
             request(masked, START);
         });
@@ -98,9 +100,10 @@ pub fn status_changed_with_i2c(interrupt: &mut Interrupt) {
     interface::answer(interrupt, status(), transaction_waits);
 }
 
-/// Answers a status that concerns the transaction. Returns whether it still has, or had, the bus.
+/// Answers a status that concerns the transaction. Returns whether that was all: if not, the transaction has
+/// lost the bus, and the packets' engine answers too.
 ///
-/// Not inlined, for what it takes to save registers would be the packets' loss.
+/// Not inlined: the packets would pay for the registers that it saves.
 #[inline(never)]
 fn answer(interrupt: &mut Interrupt) -> bool {
     let (step, has_ended) = interrupt.mask(|masked| {

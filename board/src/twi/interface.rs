@@ -127,10 +127,10 @@ pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: b
     let signal = interrupt.mask(|masked| {
         let (answer, mut control) = SHARED.with_engine(masked, |engine| {
             let answer = engine.answer(status);
-            let starts = engine.wants_start() || transaction_waits && !engine.is_sending();
-            let start = if starts { START } else { 0 };
+            let start = if engine.wants_start() { START } else { 0 };
+            let others_start = if transaction_waits && !engine.is_sending() { START } else { 0 };
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
-            (answer, ENABLED | INTERRUPT | start | acknowledge)
+            (answer, ENABLED | INTERRUPT | start | others_start | acknowledge)
         });
         if answer.stops {
             control |= STOP;

@@ -1,5 +1,5 @@
-//! The two-wire serial interface: packets between the two MCUs of a module by [`Twi`], and other devices on the
-//! same bus by [`I2c`].
+//! The two-wire serial interface: packets between the two MCUs of a module by `Twi`, and other devices on the
+//! same bus by `I2c`.
 //!
 //! Multi-master: either MCU sends as a master and receives as a slave. [`engine`] and [`transaction`] decide,
 //! the interrupt obeys. Between TWINT being set and its being cleared the interface holds SCL low, so an

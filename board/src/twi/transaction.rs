@@ -8,9 +8,9 @@
 //! ```
 //!
 //! A transaction is a sequence of runs: operations that follow each other and go the same way. Each begins with
-//! a START and the device's address; an operation within one begins with neither. An arbitration, if it is
-//! lost, is lost at the first byte in which two masters differ. Up to there the device has seen the winner's
-//! transaction, and nothing of this one, which therefore begins again.
+//! a START and the device's address; the operations within one need neither. An arbitration is lost at the
+//! first bit in which two masters differ. Up to there the device has seen nothing but the winner's transaction,
+//! so this one can begin again.
 
 use embedded_hal::i2c::ErrorKind::{Bus, NoAcknowledge};
 use embedded_hal::i2c::NoAcknowledgeSource::{Address, Data};

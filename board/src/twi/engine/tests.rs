@@ -67,6 +67,17 @@ fn what_the_task_has_not_asked_for_is_never_sent() {
 }
 
 #[test]
+fn a_packet_has_the_bus_from_its_start_to_its_stop_or_a_lost_arbitration() {
+    use status::*;
+    let losses = [ARBITRATION_LOST, LOST_AND_ADDRESSED, LOST_AND_CALLED, LOST_AND_READ];
+    exhaust(|status, before, after, answer| {
+        let starts = before.wants_start() && [START, REPEATED_START].contains(&status);
+        let lets_go = answer.stops || losses.contains(&status);
+        assert_eq!(after.is_sending(), starts || before.is_sending() && !lets_go, "{status:#x} {before:?}");
+    });
+}
+
+#[test]
 fn indices_lie_within_the_packets() {
     exhaust(|_, before, after, answer| match answer.data {
         Data::Send(index) => {
@@ -209,7 +220,12 @@ fn the_loser_of_an_arbitration_receives_from_the_winner_and_then_starts_again() 
 /// A fault is a bus error, a status out of place, or one of the master receiver.
 #[test]
 fn a_fault_gives_up_both_packets_and_lets_go_of_the_bus() {
-    let master_receiver = [0x40, 0x48, 0x50, 0x58];
+    let master_receiver = [
+        status::READ_ADDRESS_ACKNOWLEDGED,
+        status::READ_ADDRESS_REFUSED,
+        status::DATA_READ,
+        status::LAST_DATA_READ,
+    ];
     for status in master_receiver.into_iter().chain([status::BUS_ERROR]) {
         for outgoing in all_outgoing() {
             for incoming in all_incoming() {

@@ -1,6 +1,6 @@
 //! embedded-hal's I2C with `board_i2c_device` on the same bus, and nobody else.
 //!
-//! Marks: 1 to 11 for each step that goes as it should, 0x7f in its place for one that does not.
+//! Marks: 1 to 11 for each step that goes as it should, 0x7f in place of one that does not.
 //!
 //! | mark | step | statuses at the device |
 //! |---|---|---|
@@ -11,7 +11,7 @@
 //! | 5 | read, write, read | a8 c0 60 80 a0 a8 b8 c0 |
 //! | 6 | write to nobody: the address is not acknowledged | |
 //! | 7 | read from nobody: likewise | |
-//! | 8 | write past the last register: the second byte is not acknowledged | 60 80 80 88 |
+//! | 8 | write past the last register: that byte is not acknowledged | 60 80 88 |
 //! | 9 | write nothing | 60 a0 |
 //! | 10 | read nothing: a byte passes all the same | 60 80 a0 a8 c0 a8 c0 |
 //! | 11 | no operations | |

@@ -85,10 +85,10 @@ extern "C" fn main() -> ! {
         let status = read(TWSR);
         mark(status);
         match status {
-            0x60 => device.is_number = true,          // addressed, to be written
-            0x80 => device.store(read(TWDR)),         // a byte has come
+            0x60 => device.is_number = true,            // addressed, to be written
+            0x80 => device.store(read(TWDR)),           // a byte has come
             0xa8 | 0xb8 => write(TWDR, device.fetch()), // addressed, to be read; or the byte was taken
-            _ => device.is_number = true,             // it is over: the own address is acknowledged again
+            _ => device.is_number = true,               // it is over: the own address is acknowledged again
         }
         write(TWCR, if device.accepts() { GO_ON | ACKNOWLEDGE } else { GO_ON });
     }
