@@ -39,7 +39,10 @@ impl AdaptiveCommunication {
     /// A module that has heard nothing.
     pub const fn new() -> Self {
         AdaptiveCommunication {
-            state: Mutex::new(Priority::P5, State { malformed: 0, topology: Topology::new(), schedule: Schedule::new(0) }),
+            state: Mutex::new(
+                Priority::P5,
+                State { malformed: 0, topology: Topology::new(), schedule: Schedule::new(0) },
+            ),
             wake: Semaphore::new(0),
             timer: Timer::new(),
         }

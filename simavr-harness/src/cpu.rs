@@ -1,5 +1,5 @@
-//! A thin layer over one simavr instance: every dereference of simavr's structures is in this file
-//! and in `device`.
+//! A thin layer over one simavr instance: every dereference of simavr's structures is in this file,
+//! in `snapshot` below it and in `device`.
 //!
 //! A [`Cpu`] is a handle, copied freely between the harness and the callbacks that simavr makes into
 //! it. No Rust reference into simavr's memory outlives the method that makes it, so a callback may
@@ -8,10 +8,13 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr::NonNull;
 use std::sync::Once;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use simavr_ffi as ffi;
 
 use crate::mcu::Reset;
+
+mod snapshot;
 
 // Missing from simavr-ffi's bindings.
 unsafe extern "C" {
@@ -54,6 +57,8 @@ pub(crate) struct RegisterBits {
 
 /// The part of the harness that callbacks reach from simavr's structure (`avr_t::custom.data`).
 struct Control {
+    /// No other instance has the same.
+    number: u64,
     /// Cycle at which [`Cpu::run`] has to return.
     deadline: u64,
     /// Set by a device that needs the harness before the deadline.
@@ -66,12 +71,14 @@ impl Cpu {
     /// Creates and initialises an instance; `None` if simavr does not know the part.
     pub fn create(part: &str, frequency_hz: u32) -> Option<Self> {
         static LOGGER: Once = Once::new();
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
         // SAFETY: the logger is set once, before any instance exists, to a function that stays.
         LOGGER.call_once(|| unsafe { ffi::avr_global_logger_set(Some(log)) });
         let name = CString::new(part).ok()?;
         // SAFETY: `name` is a C string; simavr returns null or a new instance.
         let avr = NonNull::new(unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) })?;
-        let control = Box::new(Control { deadline: 0, attention: false, fault: None });
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let control = Box::new(Control { number, deadline: 0, attention: false, fault: None });
         // SAFETY: `avr` is a new instance that nobody else knows.
         unsafe {
             let instance = avr.as_ptr();

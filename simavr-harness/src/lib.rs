@@ -7,6 +7,7 @@
 //! - [`Module`]: a master and a slave on a bus, and the docks that their USARTs serve.
 //! - [`Robot`]: modules, and which dock is attached to which.
 //! - [`Engine`]: a robot running, on as many threads as there are.
+//! - [`bench`]: the kernel's figures, measured on single MCUs.
 //!
 //! All time is in cycles of the 16 MHz clock since power-up. What comes out depends on the images,
 //! the wiring and the seed, and on nothing else.

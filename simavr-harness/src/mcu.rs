@@ -16,6 +16,8 @@ use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
 use crate::repair::watchdog;
 
+mod explore;
+
 /// The clock of every MCU of the robot, in Hz.
 pub const CLOCK_HZ: u32 = 16_000_000;
 

@@ -106,7 +106,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
     for (arguments, advice) in [
         (["sim", "--modules", "0"], "give a number of modules from 1 to 1000"),
         (["sim", "--modules", "five"], "give a number of modules from 1 to 1000"),
-        (["sim", "--seconds", "-1"], "give a time from 0.001 to 86400 seconds"),
+        (["sim", "--seconds", "0"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--seconds", "nan"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--threads", "0"], "give a number of threads from 1 to 256"),
         (["sim", "--seed", "x"], "--seed"),

@@ -161,6 +161,8 @@ unsafe extern "C" fn kernel_switch() {
             "sts {kernel}+{running}+1, r31",      // 2
             "out 0x3e, r25",                      // 1: SPH
             "out 0x3d, r24",                      // 1: SPL
+            #[cfg(feature = "fault-early-enable")]
+            "sei",
             "rjmp leave_interrupt",               // 2
             // Enters an interrupt: r31 and r30 are on the stack, Z is the handler's address in words.
             ".global kernel_enter_interrupt",

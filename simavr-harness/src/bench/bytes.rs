@@ -1,4 +1,8 @@
 //! Sizes, from the images as they are linked.
+//!
+//! The kernel's flash is what an image with every call of it once takes more than one without a kernel. Calls are compiled
+//! into their callers, so no other line between kernel and program is sharp; what a caller does to make a call and to
+//! look at its result counts as the kernel's.
 
 use super::{BenchError, Measured, TestImages, unmeasurable};
 
@@ -17,17 +21,19 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
     for (variable, payload, name) in VARIABLES {
         let size = image.symbol(variable).map(|symbol| u64::from(symbol.size));
         let overhead = size.and_then(|size| size.checked_sub(payload));
-        let overhead =
-            overhead.ok_or_else(|| unmeasurable(IMAGE, format!("it has no {variable} of at least {payload} bytes")))?;
-        measured.push(Measured::new(name, overhead));
+        let overhead = overhead.ok_or_else(|| {
+            unmeasurable(IMAGE, format!("it has no {variable} of at least {payload} bytes"))
+        })?;
+        measured.push(Measured::bytes(name, overhead));
     }
-    measured.push(Measured::new("kernel_flash_bytes", flash(images, "bench_flash")?));
+    measured.push(Measured::bytes("kernel_flash_bytes", flash(images, "bench_flash")?));
     Ok(measured)
 }
 
 /// How much more of the flash, initial values included, the image takes than one without a kernel.
 fn flash(images: &TestImages, name: &str) -> Result<u64, BenchError> {
-    let [with, without] = [images.image(name)?, images.image("bench_flash_empty")?].map(|image| image.flash().len());
+    let [with, without] =
+        [images.image(name)?, images.image("bench_flash_empty")?].map(|image| image.flash().len());
     let difference = with.checked_sub(without).map(|bytes| bytes as u64);
     difference.ok_or_else(|| unmeasurable(name, "it is smaller than the image without a kernel"))
 }

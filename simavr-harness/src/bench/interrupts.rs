@@ -1,19 +1,22 @@
 //! What interrupts cost: from the acceptance of one to the task that it wakes, or back to the task that it struck.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
-use super::{BEFORE_OUT, BenchError, END, Measured, TestImages, unmeasurable};
+use super::{BEFORE_OUT, BenchError, END, Measured, Stretch, TestImages, keep_longest, unmeasurable};
 use crate::image::{Image, Place};
 use crate::mcu::{Mcu, Pin};
 
 /// The pin of external interrupt 4.
-const BUTTON: Pin = Pin { port: 'E', bit: 4 };
+pub(super) const BUTTON: Pin = Pin { port: 'E', bit: 4 };
 
 /// More cycles than the start of an image, or anything that is measured here, takes.
 const PATIENCE: u64 = 1_000_000;
 
 /// Bytes that an interrupt pushes.
 const RETURN_ADDRESS: u16 = 2;
+
+/// Cycles after which the busy task is in its loop.
+const SETTLED: u64 = 100;
 
 /// At how many places the interrupt strikes the busy task.
 const STRIKES: u64 = 200;
@@ -26,41 +29,72 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
 
 // --- An external interrupt ----------------------------------------------------------------------
 
-/// Marks of `bench_interrupt`.
+const BUTTON_IMAGE: &str = "bench_interrupt";
+
+/// Marks of that image.
 const WOKEN: u8 = END | 1;
 const BUSY_BEGINS: u8 = 2;
 
 fn measure_button(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
-    const IMAGE: &str = "bench_interrupt";
-    let mut mcu = images.mcu(IMAGE)?;
-    let stack = data_of(mcu.image(), "BUSY").ok_or_else(|| unmeasurable(IMAGE, "it has no stack BUSY"))?;
-    mcu.drive_pin(BUTTON, false);
-    mcu.run_to_marker(BUSY_BEGINS, PATIENCE)
-        .ok_or_else(|| unmeasurable(IMAGE, "its task does not become busy"))?;
-    let (mut latency, mut context) = (0, 0);
+    let (mut latency, mut masked, mut context) = (None, None, 0);
     for strike in 0..STRIKES {
-        mcu.run_until(mcu.cycle() + 1_000 + strike);
-        mcu.take_markers();
-        let (pressed, stack_pointer) = (mcu.cycle(), mcu.stack_pointer());
-        let mut lowest = stack_pointer;
-        mcu.drive_pin(BUTTON, true);
-        while mcu.markers().is_empty() && mcu.cycle() < pressed + PATIENCE {
-            if stack.contains(&mcu.stack_pointer()) {
-                lowest = lowest.min(mcu.stack_pointer());
-            }
-            mcu.step();
-        }
-        mcu.drive_pin(BUTTON, false);
-        match mcu.markers() {
-            [woken] if woken.value == WOKEN => latency = latency.max(woken.cycle - BEFORE_OUT - pressed),
-            marks => return Err(unmeasurable(IMAGE, format!("the press at {pressed} led to {marks:?}"))),
-        }
-        context = context.max(u64::from(stack_pointer - lowest));
+        let press = press(images, strike)?;
+        keep_longest(&mut latency, press.latency);
+        keep_longest(&mut masked, press.masked);
+        context = context.max(press.context);
     }
+    let figure = |name, cycles: Option<_>| {
+        let cycles = cycles.ok_or_else(|| unmeasurable(BUTTON_IMAGE, "no press woke a task"))?;
+        let stretch = Stretch { begins_with_press: true, ..Stretch::of(BUTTON_IMAGE, cycles) };
+        Ok::<_, BenchError>(Measured::cycles(name, stretch))
+    };
     Ok(vec![
-        Measured::new("isr_to_task_cycles", latency),
-        Measured::new("preempted_context_bytes", context),
+        figure("isr_to_task_cycles", latency)?,
+        figure("masked_cycles_isr", masked)?,
+        Measured::bytes("preempted_context_bytes", context.into()),
     ])
+}
+
+/// What one press of the button led to.
+struct Press {
+    /// From the acceptance of the interrupt to the first instruction of the woken task.
+    latency: Range<u64>,
+    /// From its acceptance until interrupts were enabled again.
+    masked: Range<u64>,
+    /// Bytes on the stack of the task that was busy.
+    context: u16,
+}
+
+/// Presses the button `strike` cycles, up to the next instruction, after the task has become busy.
+fn press(images: &TestImages, strike: u64) -> Result<Press, BenchError> {
+    let fault = |reason| unmeasurable(BUTTON_IMAGE, reason);
+    let mut mcu = images.mcu(BUTTON_IMAGE)?;
+    let stack = data_of(mcu.image(), "BUSY").ok_or_else(|| fault("it has no stack BUSY"))?;
+    let busy = mcu.run_to_marker(BUSY_BEGINS, PATIENCE);
+    let busy = busy.ok_or_else(|| fault("its task does not become busy"))?;
+    mcu.run_until(busy.cycle + SETTLED + strike);
+    mcu.take_markers();
+    let (pressed, stack_pointer) = (mcu.cycle(), mcu.stack_pointer());
+    let mut lowest = stack_pointer;
+    let mut enabled = None;
+    mcu.drive_pin(BUTTON, true);
+    while mcu.markers().is_empty() && mcu.cycle() < pressed + PATIENCE {
+        mcu.step();
+        if mcu.interrupts_enabled() {
+            enabled = enabled.or(Some(mcu.cycle()));
+        }
+        if stack.contains(&mcu.stack_pointer()) {
+            lowest = lowest.min(mcu.stack_pointer());
+        }
+    }
+    match (mcu.markers(), enabled) {
+        ([woken], Some(enabled)) if woken.value == WOKEN => Ok(Press {
+            latency: pressed..woken.cycle - BEFORE_OUT,
+            masked: pressed..enabled,
+            context: stack_pointer - lowest,
+        }),
+        _ => Err(fault("a press of the button does not wake its task")),
+    }
 }
 
 /// The addresses of a variable.
@@ -90,16 +124,16 @@ fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
             .ok_or_else(|| unmeasurable(IMAGE, format!("it has no stretch {number}, for {name}")))?;
         let cycles = longest_interrupt(&mut mcu, END | number)
             .ok_or_else(|| unmeasurable(IMAGE, format!("no tick strikes in stretch {number}, for {name}")))?;
-        measured.push(Measured::new(name, cycles));
+        measured.push(Measured::cycles(name, Stretch::of(IMAGE, cycles)));
     }
-    let latency = longest_wake_up(&mut mcu)
-        .ok_or_else(|| unmeasurable(IMAGE, "no task runs after its delay"))?;
-    measured.push(Measured::new("tick_to_task_cycles", latency));
+    let latency =
+        longest_wake_up(&mut mcu).ok_or_else(|| unmeasurable(IMAGE, "no task runs after its delay"))?;
+    measured.push(Measured::cycles("tick_to_task_cycles", Stretch::of(IMAGE, latency)));
     Ok(measured)
 }
 
-/// Up to the mark `end`: the most cycles from the acceptance of an interrupt until the code that it struck goes on.
-fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<u64> {
+/// Up to the mark `end`: the longest time from the acceptance of an interrupt until the code that it struck goes on.
+fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<Range<u64>> {
     let mut longest = None;
     let mut struck = None;
     while mcu.is_alive() && mcu.markers().last().is_none_or(|marker| marker.value != end) {
@@ -110,25 +144,26 @@ fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<u64> {
             && mcu.interrupts_enabled()
             && mcu.stack_pointer() == stack_pointer
         {
-            longest = longest.max(Some(mcu.cycle() - at));
+            keep_longest(&mut longest, at..mcu.cycle());
             struck = None;
         }
     }
     longest
 }
 
-/// Up to the program's end: the most cycles from the acceptance of a tick to the task whose delay it ended.
-fn longest_wake_up(mcu: &mut Mcu) -> Option<u64> {
+/// Over some delays: the longest time from the acceptance of a tick to the task whose delay it ended.
+fn longest_wake_up(mcu: &mut Mcu) -> Option<Range<u64>> {
     let mut longest = None;
     let mut accepted_at = None;
-    while mcu.is_alive() {
+    let end = mcu.cycle() + PATIENCE;
+    while mcu.is_alive() && mcu.cycle() < end {
         if let Some(accepted) = mcu.step() {
             accepted_at = Some(mcu.cycle() - accepted.response_cycles);
         }
         if let [.., marker] = mcu.take_markers()[..]
             && marker.value == DELAYED
         {
-            longest = longest.max(Some(marker.cycle - BEFORE_OUT - accepted_at?));
+            keep_longest(&mut longest, accepted_at?..marker.cycle - BEFORE_OUT);
         }
     }
     longest

@@ -1,36 +1,45 @@
 //! The longest time with interrupts off, over the whole run of every test image.
 
-use super::{BenchError, Measured, TestImages};
-use crate::image::Image;
-use crate::masked::OpenedBy;
+use std::path::Path;
+
+use super::{BenchError, Measured, Stretch, TestImages, unmeasurable};
+use crate::masked::{MaskedWindow, OpenedBy};
 
 /// So long runs an image that does not end, in cycles: 0.25 s.
 const RUN: u64 = 4_000_000;
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
-    let mut by_instruction = Measured::new("masked_cycles_kernel", 0);
-    let mut by_interrupt = Measured::new("masked_cycles_isr", 0);
-    for name in images.names()? {
-        let mut mcu = images.mcu(&name)?;
-        for window in mcu.masked_windows(RUN) {
-            let longest = match window.opened_by {
-                OpenedBy::Start => continue, // what a program does before its first task runs
-                OpenedBy::Instruction => &mut by_instruction,
-                OpenedBy::Interrupt(_) => &mut by_interrupt,
-            };
-            if window.cycles > longest.value {
-                longest.value = window.cycles;
-                longest.place = Some(format!("{} in {name}", place(mcu.image(), window.start)));
-            }
-        }
-    }
-    Ok(vec![by_instruction, by_interrupt])
+    let windows = windows_of(images)?;
+    let longest = |name, is_counted: fn(OpenedBy) -> bool| {
+        let (image, window) = windows
+            .iter()
+            .find(|(_, window)| is_counted(window.opened_by))
+            .ok_or_else(|| unmeasurable("all images", format!("no window for {name}")))?;
+        let cycles = window.at..window.at + window.cycles;
+        Ok::<_, BenchError>(Measured::cycles(name, Stretch::of(image, cycles)))
+    };
+    Ok(vec![
+        longest("masked_cycles_kernel", |opened_by| opened_by == OpenedBy::Instruction)?,
+        longest("masked_cycles_isr", |opened_by| matches!(opened_by, OpenedBy::Interrupt(_)))?,
+    ])
 }
 
-/// The function at `address`, and how far into it that is.
-fn place(image: &Image, address: u32) -> String {
-    match image.function_at(address) {
-        Some((function, distance)) => format!("{:#}+{distance:#x}", rustc_demangle::demangle(function)),
-        None => format!("{address:#x}"),
+/// The masked windows of all test images in `directory`, longest first: one entry for each place and cause, with its
+/// image. What a program does before its first task runs is not among them.
+///
+/// # Errors
+/// The directory or an image can't be read.
+pub fn windows(directory: &Path) -> Result<Vec<(String, MaskedWindow)>, BenchError> {
+    windows_of(&TestImages { directory })
+}
+
+fn windows_of(images: &TestImages) -> Result<Vec<(String, MaskedWindow)>, BenchError> {
+    let mut windows = Vec::new();
+    for name in images.names()? {
+        let of_image = images.mcu(&name)?.masked_windows(RUN);
+        let of_tasks = of_image.into_iter().filter(|window| window.opened_by != OpenedBy::Start);
+        windows.extend(of_tasks.map(|window| (name.clone(), window)));
     }
+    windows.sort_by_key(|(_, window)| std::cmp::Reverse(window.cycles));
+    Ok(windows)
 }

@@ -5,10 +5,13 @@
 
 mod bytes;
 mod interrupts;
+mod listing;
 mod masked;
 mod stretches;
 mod table;
 
+use std::cmp::Reverse;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +21,8 @@ use crate::image::{Image, ImageError};
 use crate::mcu::{Mcu, McuError};
 use crate::part::Part;
 
+pub use listing::{Step, listing};
+pub use masked::windows;
 pub use table::{FIGURES, Figure, PEERS, Peer};
 
 /// What a figure is now.
@@ -27,13 +32,44 @@ pub struct Measured {
     pub name: &'static str,
     /// Cycles or bytes.
     pub value: u64,
-    /// Where in which image it was seen, if that is not plain from the name.
-    pub place: Option<String>,
+    /// Of cycles, when they passed.
+    pub stretch: Option<Stretch>,
+}
+
+/// A stretch of an image's run, from power-up with seed 1.
+#[derive(Clone, Debug)]
+pub struct Stretch {
+    pub image: String,
+    /// In cycles of the run.
+    pub cycles: Range<u64>,
+    /// Whether the button is pressed as it begins.
+    pub begins_with_press: bool,
 }
 
 impl Measured {
-    fn new(name: &'static str, value: u64) -> Self {
-        Measured { name, value, place: None }
+    fn bytes(name: &'static str, value: u64) -> Self {
+        Measured { name, value, stretch: None }
+    }
+
+    fn cycles(name: &'static str, stretch: Stretch) -> Self {
+        Measured { name, value: stretch.length(), stretch: Some(stretch) }
+    }
+}
+
+impl Stretch {
+    fn of(image: &str, cycles: Range<u64>) -> Self {
+        Stretch { image: image.into(), cycles, begins_with_press: false }
+    }
+
+    fn length(&self) -> u64 {
+        self.cycles.end - self.cycles.start
+    }
+}
+
+/// The longer of what is known and `new`.
+fn keep_longest(known: &mut Option<Range<u64>>, new: Range<u64>) {
+    if known.as_ref().is_none_or(|known| new.end - new.start > known.end - known.start) {
+        *known = Some(new);
     }
 }
 
@@ -61,9 +97,9 @@ pub fn measure(directory: &Path) -> Result<Vec<Measured>, BenchError> {
     measured.extend(interrupts::measure(&images)?);
     measured.extend(masked::measure(&images)?);
     measured.extend(bytes::measure(&images)?);
-    let place_in_table =
-        |measured: &Measured| FIGURES.iter().position(|figure| figure.name == measured.name);
-    measured.sort_by_key(place_in_table);
+    let line = |measured: &Measured| FIGURES.iter().position(|figure| figure.name == measured.name);
+    measured.sort_by_key(|measured| (line(measured), Reverse(measured.value)));
+    measured.dedup_by_key(|measured| measured.name);
     Ok(measured)
 }
 

@@ -1,8 +1,9 @@
 //! Stretches between two marks.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
-use super::{BEFORE_OUT, BenchError, END, Measured, OUT, TestImages, unmeasurable};
+use super::{BEFORE_OUT, BenchError, END, Measured, OUT, Stretch, TestImages, keep_longest, unmeasurable};
 use crate::mcu::State;
 
 /// Image, number of the stretch in it, figure.
@@ -23,26 +24,30 @@ const RUN: u64 = 100_000;
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     let mut longest = BTreeMap::new();
     for image in ["bench_tasks", "bench_queue"] {
-        for (number, cycles) in longest_stretches(images, image)? {
-            longest.insert((image, number), cycles);
-        }
+        longest.insert(image, longest_stretches(images, image)?);
     }
     STRETCHES
         .into_iter()
-        .map(|(image, number, name)| match longest.get(&(image, number)) {
-            Some(&cycles) => Ok(Measured::new(name, cycles)),
-            None => Err(unmeasurable(image, format!("it has no stretch {number}, for {name}"))),
+        .map(|(image, number, name)| match longest.get(image).and_then(|stretches| stretches.get(&number)) {
+            Some(Some(cycles)) => Ok(Measured::cycles(name, Stretch::of(image, cycles.clone()))),
+            _ => Err(unmeasurable(image, format!("it has no stretch {number}, for {name}"))),
         })
         .collect()
 }
 
-/// The longest stretch of each number: from the last mark at its beginning to the next at its end, net of both marks.
-fn longest_stretches(images: &TestImages, image: &str) -> Result<BTreeMap<u8, u64>, BenchError> {
+/// The longest stretch of each number: from the last mark at its beginning to the next at its end, without the marks.
+fn longest_stretches(
+    images: &TestImages,
+    image: &str,
+) -> Result<BTreeMap<u8, Option<Range<u64>>>, BenchError> {
     let mut mcu = images.mcu(image)?;
     let state = mcu.run_to_end(RUN);
     if state != State::Running {
         let last = mcu.markers().last().map_or(0, |marker| marker.value);
-        return Err(unmeasurable(image, format!("it should run on, but is {state:?}; its last mark is {last:#x}")));
+        return Err(unmeasurable(
+            image,
+            format!("it should run on, but is {state:?}; its last mark is {last:#x}"),
+        ));
     }
     let mut begun = BTreeMap::new();
     let mut longest = BTreeMap::new();
@@ -51,9 +56,7 @@ fn longest_stretches(images: &TestImages, image: &str) -> Result<BTreeMap<u8, u6
         if marker.value & END == 0 {
             begun.insert(number, marker.cycle + OUT);
         } else if let Some(begin) = begun.remove(&number) {
-            let cycles = marker.cycle - BEFORE_OUT - begin;
-            let known = longest.entry(number).or_insert(cycles);
-            *known = cycles.max(*known);
+            keep_longest(longest.entry(number).or_default(), begin..marker.cycle - BEFORE_OUT);
         }
     }
     Ok(longest)

@@ -58,6 +58,14 @@ pub struct Bench {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
+    /// Print the cycles of one figure instead, instruction by instruction.
+    #[arg(long, value_name = "FIGURE", conflicts_with = "json")]
+    pub listing: Option<String>,
+
+    /// Print instead each place where a test image masks interrupts, with the most cycles it did so.
+    #[arg(long, conflicts_with_all = ["json", "listing"])]
+    pub windows: bool,
+
     /// The directory under which the test images lie in tests/, as `./x bench` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,

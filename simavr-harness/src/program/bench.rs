@@ -2,57 +2,82 @@
 
 use std::error::Error;
 use std::fmt;
+use std::path::Path;
 
 use serde::{Serialize, Serializer};
 use simavr_harness::bench::{self, FIGURES, Figure, Measured, PEERS};
 
-use super::{arguments, json};
+use super::{arguments, json, listing};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
-    let report = Report { measured: bench::measure(&options.images.join("tests"))? };
-    match &options.json {
-        Some(path) => json::write(&report, path),
-        None => {
-            print!("{report}");
-            Ok(())
-        }
+    let images = options.images.join("tests");
+    if options.windows {
+        return listing::print_windows(&images);
     }
+    let report = Report::new(&images)?;
+    match (&options.listing, &options.json) {
+        (Some(name), _) => listing::print(&images, report.named(name)?)?,
+        (None, Some(path)) => json::write(&report, path)?,
+        (None, None) => print!("{report}"),
+    }
+    Ok(())
 }
 
 struct Report {
     measured: Vec<Measured>,
+    /// Where the longest masked windows begin, a line each.
+    masked: Vec<String>,
 }
 
 impl Report {
+    fn new(images: &Path) -> Result<Self, Box<dyn Error>> {
+        let measured = bench::measure(images)?;
+        let mut masked = Vec::new();
+        for Measured { name, stretch, .. } in &measured {
+            if let (true, Some(stretch)) = (name.starts_with("masked"), stretch) {
+                masked.push(format!("{name}: {}", listing::place(images, stretch)?));
+            }
+        }
+        Ok(Report { measured, masked })
+    }
+
+    fn named(&self, name: &str) -> Result<&Measured, String> {
+        let found = self.measured.iter().find(|measured| measured.name == name);
+        found.ok_or_else(|| format!("there is no figure {name}; `./x bench` prints their names"))
+    }
+
     /// Each figure with what was measured of it.
     fn lines(&self) -> impl Iterator<Item = (&'static Figure, Option<&Measured>)> {
-        FIGURES.iter().map(|figure| (figure, self.measured.iter().find(|measured| measured.name == figure.name)))
+        FIGURES
+            .iter()
+            .map(|figure| (figure, self.measured.iter().find(|measured| measured.name == figure.name)))
     }
 }
 
 /// One object: each figure's name and value, null where there is none yet.
 impl Serialize for Report {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer
-            .collect_map(self.lines().map(|(figure, measured)| (figure.name, measured.map(|measured| measured.value))))
+        serializer.collect_map(
+            self.lines().map(|(figure, measured)| (figure.name, measured.map(|measured| measured.value))),
+        )
     }
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{:25}{:>5}  {:13}", "", "here", "to reach")?;
+        write!(f, "{:25}{:>5}  {:17}", "", "here", "to reach")?;
         for peer in PEERS {
             write!(f, "{:>9}", peer.name)?;
         }
         writeln!(f)?;
         for (figure, measured) in self.lines() {
             let (value, verdict) = match measured {
-                None => ("-".into(), "not there yet"),
+                None => ("-".into(), "to come"),
                 Some(measured) if measured.value > figure.limit => (measured.value.to_string(), "MISSED"),
-                Some(measured) => (measured.value.to_string(), ""),
+                Some(measured) => (measured.value.to_string(), "reached"),
             };
-            write!(f, "{:25}{value:>5}  <= {:4} {verdict:6}", figure.name, figure.limit)?;
+            write!(f, "{:25}{value:>5}  <= {:4} {verdict:8}", figure.name, figure.limit)?;
             for peer in figure.peers {
                 let peer = peer.map_or("-".into(), |value| value.to_string());
                 write!(f, "{peer:>9}")?;
@@ -60,11 +85,9 @@ impl fmt::Display for Report {
             writeln!(f)?;
         }
         writeln!(f)?;
-        for measured in &self.measured {
-            if let Some(place) = &measured.place {
-                writeln!(f, "{}: {place}", measured.name)?;
-            }
+        for line in &self.masked {
+            writeln!(f, "{line}")?;
         }
-        writeln!(f, "Peers: {}.", PEERS.map(|peer| peer.version).join("; "))
+        writeln!(f, "\nPeers: {}.", PEERS.map(|peer| peer.version).join("; "))
     }
 }

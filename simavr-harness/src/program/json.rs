@@ -11,7 +11,8 @@ pub fn write(report: &impl Serialize, path: &Path) -> Result<(), Box<dyn Error>>
     if path == Path::new("-") {
         println!("{json}");
     } else {
-        std::fs::write(path, json + "\n").map_err(|error| format!("can't write {}: {error}", path.display()))?;
+        std::fs::write(path, json + "\n")
+            .map_err(|error| format!("can't write {}: {error}", path.display()))?;
     }
     Ok(())
 }

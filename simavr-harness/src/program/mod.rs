@@ -4,6 +4,7 @@ mod arguments;
 mod bench;
 mod display;
 mod json;
+mod listing;
 mod observer;
 mod report;
 mod view;

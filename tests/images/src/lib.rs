@@ -4,6 +4,7 @@
 #![feature(asm_experimental_arch)]
 
 pub mod bench;
+pub mod sweep;
 
 use board::debug::{self, mark};
 

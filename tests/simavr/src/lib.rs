@@ -4,6 +4,7 @@ pub mod chain;
 pub mod hormones;
 pub mod marks;
 pub mod stacks;
+pub mod sweep;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,10 +40,19 @@ pub fn firmware() -> Images {
     Images { master: load("firmware-master"), slave: load("firmware-slave") }
 }
 
+/// The directory of the test images.
+pub fn test_images() -> PathBuf {
+    images().join("tests")
+}
+
+/// The directory of the robot's images.
+pub fn images() -> PathBuf {
+    std::env::var_os("SUPERBOT_IMAGES")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from)
+}
+
 fn load(name: &str) -> Arc<Image> {
-    let images = std::env::var_os("SUPERBOT_IMAGES")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from);
-    match Image::load(images.join(name).with_extension("elf")) {
+    match Image::load(images().join(name).with_extension("elf")) {
         Ok(image) => Arc::new(image),
         Err(error) => panic!("{error}\n`./x test` builds all images and runs these tests"),
     }

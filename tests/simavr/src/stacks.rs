@@ -1,68 +1,114 @@
-//! How deep the stacks of an MCU have been used.
+//! How much of each stack an MCU uses, beside how much `stack-bound` says that it can need.
 
-use simavr_harness::{Mcu, Place};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
 
-/// What a stack that was never used holds.
+use simavr_harness::{Image, Mcu, Part, Place};
+use stack_bound::Annotations;
+
+/// What a stack holds before it is used.
 const PAINT: u8 = 0xa5;
 
-/// What a task's control block takes at the start of its stack's `static`, in bytes.
+/// What a task's control block takes before its stack, in bytes. It begins with the stack pointer.
 const CONTROL_BLOCK: u16 = 6;
 
-/// Where the statics of the firmware's module `stack` are named, in the mangled form.
-const MODULE: &str = "5stack";
+/// In a first context, how far above the stack pointer the address of the task's code lies, in words.
+const ENTRY: u16 = 5;
 
-/// The most cycles from reset to `main`.
-const START_UP: u64 = 100_000;
+/// Where SRAM ends: the kernel's stack grows down from here to the end of the variables.
+const SRAM_END: u16 = 0x1100;
 
-/// A task's stack.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct TaskStack {
+/// The most cycles from power-up to where the first task runs.
+const START_UP: u64 = 1_000_000;
+
+/// A stack of an image, and where it lies.
+pub struct Stack {
+    pub bound: stack_bound::Stack,
+    /// The name of its `static`, or "kernel".
     pub name: String,
-    start: u16,
-    pub size: u16,
+    addresses: Range<u16>,
 }
 
-/// The stacks of the tasks of an MCU, painted before its program begins.
-pub struct Stacks(Vec<TaskStack>);
-
-impl Stacks {
-    /// Runs an MCU that has just powered up to its `main`, where SRAM has been cleared and no task has started, and
-    /// paints the stacks.
-    ///
-    /// # Panics
-    /// When the image has no `main` or no stacks.
-    pub fn paint(mcu: &mut Mcu) -> Self {
-        let main = mcu.image().symbol("main").map(|symbol| symbol.place);
-        while main != Some(Place::Flash(mcu.pc())) {
-            assert!(mcu.cycle() < START_UP, "main was not reached");
-            mcu.step();
-        }
-        let image = mcu.image().clone();
-        let mut stacks: Vec<_> = image
-            .symbols()
-            .filter_map(|(name, symbol)| {
-                let (_, name) = name.split_once(MODULE)?;
-                let Place::Data(start) = symbol.place else { return None };
-                let name = name.trim_start_matches(|digit: char| digit.is_ascii_digit()).to_owned();
-                Some(TaskStack { name, start: start + CONTROL_BLOCK, size: symbol.size - CONTROL_BLOCK })
-            })
-            .collect();
-        assert!(!stacks.is_empty(), "the image has no stacks");
-        stacks.sort();
-        for stack in &stacks {
-            for address in stack.start..stack.start + stack.size {
-                mcu.write(address, PAINT);
-            }
-        }
-        Stacks(stacks)
+impl Stack {
+    /// How many bytes have been used, counted from the last that never was.
+    pub fn used(&self, mcu: &Mcu) -> u32 {
+        let first = self.addresses.clone().find(|&address| mcu.read(address) != Some(PAINT));
+        first.map_or(0, |first| u32::from(self.addresses.end - first))
     }
+}
 
-    /// The stacks, and of each how many bytes at its far end no push has ever reached.
-    pub fn unused<'a>(&'a self, mcu: &'a Mcu) -> impl Iterator<Item = (&'a TaskStack, u16)> {
-        self.0.iter().map(|stack| {
-            let bytes = stack.start..stack.start + stack.size;
-            let unused = bytes.take_while(|&address| mcu.read(address) == Some(PAINT)).count();
-            (stack, unused as u16)
-        })
+/// The stacks of an image. Its tasks are found by what their control blocks hold before the first one runs.
+///
+/// # Panics
+/// When a bound cannot be computed, or a stack cannot be found.
+pub fn stacks(image: &Path, notes: Option<&Path>) -> Vec<Stack> {
+    let program = stack_bound::Image::load(image).expect("the image can be read");
+    let annotations = notes.map_or_else(Annotations::default, |notes| {
+        Annotations::load(notes, &program).expect("the notes fit the image")
+    });
+    let bounds = stack_bound::stacks(&program, &annotations)
+        .unwrap_or_else(|problems| panic!("{}: {problems:?}", image.display()));
+
+    let image = Arc::new(Image::load(image).expect("the image can be read"));
+    let mut mcu = Mcu::new(Part::ATMEGA128, image.clone(), 1).expect("the image fits the ATmega128");
+    if bounds.len() > 1 {
+        run_to(&mut mcu, "kernel_run");
+    }
+    let find = |bound: stack_bound::Stack| {
+        let (name, addresses) = if bound.entry == 0 {
+            let Some(Place::Data(end)) = image.symbol("_end").map(|symbol| symbol.place) else {
+                panic!("the image does not say where its variables end");
+            };
+            ("kernel", end..SRAM_END)
+        } else {
+            task_stack(&mcu, &image, &bound).unwrap_or_else(|| panic!("no static is the stack of {bound}"))
+        };
+        assert_eq!(addresses.len(), bound.size.into(), "{name}");
+        let name = format!("{:#}", rustc_demangle::demangle(name));
+        Stack { name: name.rsplit("::").next().unwrap_or_default().to_owned(), bound, addresses }
+    };
+    bounds.into_iter().map(find).collect()
+}
+
+/// The static on which a task has been laid to start.
+fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Option<(&'a str, Range<u16>)> {
+    let word = |low: u16, high: u16| Some(u16::from_le_bytes([mcu.read(low)?, mcu.read(high)?]));
+    let is_it = |addresses: &Range<u16>| {
+        let block = addresses.start - CONTROL_BLOCK;
+        let entry = word(block, block + 1)
+            .filter(|stack_pointer| addresses.contains(stack_pointer))
+            .and_then(|stack_pointer| word(stack_pointer + ENTRY, stack_pointer + ENTRY + 1));
+        entry.is_some_and(|entry| u32::from(entry) * 2 == bound.entry)
+    };
+    image.symbols().find_map(|(name, symbol)| {
+        let Place::Data(start) = symbol.place else { return None };
+        // An array of stacks is one symbol.
+        let blocks = (start..start.saturating_add(symbol.size)).step_by((CONTROL_BLOCK + bound.size).into());
+        let mut stacks = blocks.map(|block| block + CONTROL_BLOCK..block + CONTROL_BLOCK + bound.size);
+        Some((name, stacks.find(is_it)?))
+    })
+}
+
+/// Runs an MCU that has just powered up to its `main`, where variables are cleared and no task has started, and paints
+/// its stacks.
+///
+/// # Panics
+/// When the image has no `main`.
+pub fn paint(mcu: &mut Mcu, stacks: &[Stack]) {
+    run_to(mcu, "main");
+    let in_use = mcu.stack_pointer() + 1..SRAM_END;
+    for address in stacks.iter().flat_map(|stack| stack.addresses.clone()) {
+        if !in_use.contains(&address) {
+            mcu.write(address, PAINT);
+        }
+    }
+}
+
+fn run_to(mcu: &mut Mcu, symbol: &str) {
+    let place = mcu.image().symbol(symbol).map(|symbol| symbol.place);
+    while place != Some(Place::Flash(mcu.pc())) {
+        assert!(mcu.cycle() < START_UP, "{symbol} was not reached");
+        mcu.step();
     }
 }

@@ -55,10 +55,10 @@ fn the_outcome_depends_on_the_seed_only() {
 const SENDER: Face = Face { module: 1, dock: Dock::Back };
 const RECEIVER: Face = Face { module: 2, dock: Dock::Front };
 
-/// The second hormone.
-const LATE: Data = Data::A;
+/// The hormone whose frame or ACK is lost is the first with this data.
+const HIT: Data = Data::A;
 
-/// When the spine behind the link does this with the second hormone.
+/// When a module first did this.
 fn time_of(deeds: &[Deed], module: usize, event: Behaviour) -> u64 {
     let deed = deeds.iter().find(|deed| deed.module == module && deed.event == event);
     deed.unwrap_or_else(|| panic!("module {module}: no {event:?}")).cycle
@@ -87,12 +87,12 @@ fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<Deed>) {
 #[test]
 fn a_hormone_whose_frame_is_lost_is_repeated() {
     let whole = Chain::new(MODULES, 1).run(2 * SECOND);
-    let (chain, deeds) = lose_one(SENDER, Behaviour::HormoneSent(Dock::Back, LATE));
+    let (chain, deeds) = lose_one(SENDER, Behaviour::HormoneSent(Dock::Back, HIT));
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
     Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(3);
     // Not before the wait for an ACK is over.
-    let received = Behaviour::HormoneReceived(Dock::Front, LATE);
+    let received = Behaviour::HormoneReceived(Dock::Front, HIT);
     let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
     assert!(late >= in_time + 9 * MILLISECOND && late <= in_time + 20 * MILLISECOND, "{late} {in_time}");
 }
@@ -100,11 +100,11 @@ fn a_hormone_whose_frame_is_lost_is_repeated() {
 #[test]
 fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
     let whole = Chain::new(MODULES, 1).run(2 * SECOND);
-    let (chain, deeds) = lose_one(RECEIVER, Behaviour::HormoneReceived(Dock::Front, LATE));
+    let (chain, deeds) = lose_one(RECEIVER, Behaviour::HormoneReceived(Dock::Front, HIT));
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!((chain.count(RECEIVER, Count::DUPLICATES), chain.sum(Count::DUPLICATES)), (1, 1));
     Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(3);
-    let received = Behaviour::HormoneReceived(Dock::Front, LATE);
+    let received = Behaviour::HormoneReceived(Dock::Front, HIT);
     let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
     assert_eq!(late, in_time, "the hormone itself was not lost");
 }

@@ -58,7 +58,11 @@ fn low(task: &mut Task) -> Never {
     for round in 0..4 {
         // Each behind the ones before, the last ten due at once.
         for (timer, place) in TIMERS.iter().zip(0..) {
-            timer.start(task, 20 + if place < 40 { place } else { 40 }, if place < 40 { &STORE } else { &GATE });
+            timer.start(
+                task,
+                20 + if place < 40 { place } else { 40 },
+                if place < 40 { &STORE } else { &GATE },
+            );
         }
         for timer in TIMERS.iter().rev().take(5) {
             timer.cancel(task);

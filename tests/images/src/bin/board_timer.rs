@@ -1,7 +1,7 @@
 //! The tick, delays, PWM and pins.
 //!
 //! Marks: 1 to 4 around delays of 5 ms, 300 us and 2 us; 5 when the duty is a quarter and the pin is high; 6
-//! when both are off, 1.2 ms later; 0x7f for anything wrong.
+//! when both are off, at least 1.2 ms later; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -24,6 +24,7 @@ static TASK: Stack<128> = Stack::new();
 
 fn exercise(task: &mut Task, pwm: JointPwm, direction: JointDirection) -> Option<()> {
     let mut delay = Delay::new(task);
+    delay.delay_us(500); // into the midst of a tick
     mark(1);
     delay.delay_ms(5);
     mark(2);

@@ -1,0 +1,70 @@
+//! The state of an instance, to go back to.
+
+use std::mem::MaybeUninit;
+
+use super::Cpu;
+
+// The GNU C library's.
+unsafe extern "C" {
+    /// The size of what `malloc` allocated. simavr tells nobody the size of a part's structure.
+    fn malloc_usable_size(allocated: *mut std::ffi::c_void) -> usize;
+}
+
+/// What simavr holds in memory that a program can change, but for flash and EEPROM.
+pub(crate) struct Snapshot {
+    number: u64,
+    /// The core with its timers and pending interrupts, and the peripherals behind it.
+    structure: Box<[MaybeUninit<u8>]>,
+    data: Box<[u8]>,
+    /// Value and flags of each IRQ: simavr allocates these apart.
+    irqs: Box<[(u32, u8)]>,
+    fault: Option<String>,
+}
+
+impl Cpu {
+    pub fn snapshot(self) -> Snapshot {
+        // SAFETY: simavr allocates a part's structure, which begins with the core, in one piece.
+        let structure = unsafe {
+            let size = malloc_usable_size(self.as_ptr().cast());
+            std::slice::from_raw_parts(self.as_ptr().cast::<MaybeUninit<u8>>(), size).into()
+        };
+        // SAFETY: the IRQs that are there are live, and this one is only looked at.
+        let irqs = self.irqs().map(|irq| unsafe { ((*irq).value, (*irq).flags) }).collect();
+        // SAFETY: `control` lives as long as the instance.
+        let number = unsafe { (*self.control()).number };
+        Snapshot { number, structure, data: self.with_data(|data| data.into()), irqs, fault: self.fault() }
+    }
+
+    /// # Panics
+    /// When the snapshot is another instance's.
+    pub fn restore(self, snapshot: Snapshot) {
+        // SAFETY: `control` lives as long as the instance.
+        let control = unsafe { &mut *self.control() };
+        assert_eq!(control.number, snapshot.number, "a snapshot is of one instance");
+        control.fault = snapshot.fault;
+        // SAFETY: the bytes were this structure's, so it has that size, and pointers among them are right: nothing
+        // that they point to is freed before the instance is.
+        unsafe {
+            let size = snapshot.structure.len();
+            snapshot.structure.as_ptr().copy_to_nonoverlapping(self.as_ptr().cast(), size);
+        }
+        self.with_data_mut(|data| data.copy_from_slice(&snapshot.data));
+        for (irq, &(value, flags)) in self.irqs().zip(&snapshot.irqs) {
+            // SAFETY: the IRQs that are there are live, and no reference to this one exists.
+            unsafe { ((*irq).value, (*irq).flags) = (value, flags) };
+        }
+    }
+
+    /// The instance's IRQs, always in the same order.
+    fn irqs(self) -> impl Iterator<Item = *mut simavr_ffi::avr_irq_t> {
+        // SAFETY: the pool is part of the instance; its table has `count` entries, null where an IRQ was freed.
+        let all = unsafe {
+            let pool = &raw const (*self.as_ptr()).irq_pool;
+            match (*pool).count as usize {
+                0 => &[][..],
+                count => std::slice::from_raw_parts((*pool).irq, count),
+            }
+        };
+        all.iter().copied().filter(|irq| !irq.is_null())
+    }
+}

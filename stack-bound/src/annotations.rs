@@ -1,0 +1,78 @@
+//! What the machine code does not tell, and somebody who knows wrote down.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::Image;
+
+/// A text file of notes, one a line; a line that begins with `#` is a comment. Functions are named as this tool names them.
+///
+/// ```text
+/// hormone::task::ac_send::run => board::debug::mark
+/// factorial = 40
+/// ```
+/// The first says where an indirect call leads; a caller with several has a line for each. The second says that a function
+/// uses at most so many bytes, with all that it calls: nobody checks that.
+#[derive(Default)]
+pub struct Annotations {
+    /// By the caller's name, where its indirect calls lead.
+    pub(crate) calls: BTreeMap<String, BTreeSet<u32>>,
+    /// By where a function begins, the bytes it uses.
+    pub(crate) bytes: BTreeMap<u32, u16>,
+}
+
+/// Why the notes cannot be used.
+#[derive(Debug, Error)]
+pub enum AnnotationError {
+    #[error("cannot read {}: {source}", .path.display())]
+    Unreadable { path: PathBuf, source: std::io::Error },
+    #[error("line {line}: neither \"caller => callee\" nor \"function = bytes\"")]
+    Malformed { line: usize },
+    #[error("line {line}: the image has no function {name}: take the line out, or correct the name")]
+    NoFunction { line: usize, name: String },
+}
+
+impl Annotations {
+    /// Reads notes about an image.
+    ///
+    /// # Errors
+    /// The file cannot be read, a line is no note, or names a function that the image does not have.
+    pub fn load(path: impl AsRef<Path>, image: &Image) -> Result<Self, AnnotationError> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| AnnotationError::Unreadable { path: path.to_owned(), source })?;
+        Self::parse(&text, image)
+    }
+
+    /// Reads notes that are in memory.
+    ///
+    /// # Errors
+    /// A line is no note, or names a function that the image does not have.
+    pub fn parse(text: &str, image: &Image) -> Result<Self, AnnotationError> {
+        let mut annotations = Annotations::default();
+        for (line, text) in (1..).zip(text.lines()) {
+            let note = text.trim();
+            let function = |name: &str| {
+                let name = name.trim();
+                image
+                    .function(name)
+                    .ok_or_else(|| AnnotationError::NoFunction { line, name: name.to_owned() })
+            };
+            if note.is_empty() || note.starts_with('#') {
+                continue;
+            }
+            if let Some((caller, callee)) = note.split_once("=>") {
+                function(caller)?;
+                annotations.calls.entry(caller.trim().to_owned()).or_default().insert(function(callee)?);
+            } else if let Some((name, bytes)) = note.rsplit_once('=') {
+                let bytes = bytes.trim().parse().map_err(|_| AnnotationError::Malformed { line })?;
+                annotations.bytes.insert(function(name)?, bytes);
+            } else {
+                return Err(AnnotationError::Malformed { line });
+            }
+        }
+        Ok(annotations)
+    }
+}

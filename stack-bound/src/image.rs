@@ -1,0 +1,164 @@
+//! A program as the linker leaves it: what is in flash, what it is called, and which tasks it starts.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind, elf};
+use thiserror::Error;
+
+/// Where the linker puts the data space; flash begins at 0.
+const DATA: u64 = 0x80_0000;
+
+/// The section in which the kernel's `Stack::start` leaves a record for each task.
+const TASKS: &str = ".debug_tasks";
+
+/// What the name of the function begins with in which a task begins; the task's body follows, and `>`.
+pub(crate) const ENTRY: &str = "kernel::arch::avr::enter::<";
+
+/// The part of `e_flags` that names the architecture, and the one whose program counter has 3 bytes.
+const ARCHITECTURE: u32 = 0x7f;
+const AVR6: u32 = 6;
+
+/// An AVR program read from an ELF file.
+pub struct Image {
+    pub(crate) flash: Vec<u8>,
+    /// What a call pushes, in bytes.
+    pub(crate) return_address: u16,
+    pub(crate) tasks: BTreeSet<Task>,
+    /// Where SRAM ends, on which `main` and all interrupt handlers run: the address of its last byte.
+    pub(crate) stack: u16,
+    /// Where the variables end that lie below.
+    pub(crate) variables_end: u16,
+    /// Functions and labels by address. Labels inside of functions do not count.
+    symbols: Vec<(u32, String)>,
+}
+
+/// What the record of a task says: 4, 2 and 2 bytes, little-endian.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Task {
+    /// Where its code begins.
+    pub entry: u32,
+    /// Bytes that it captured. They lie at the top of its stack.
+    pub captured: u16,
+    /// Bytes of its stack.
+    pub stack: u16,
+}
+
+/// Why there is no image.
+#[derive(Debug, Error)]
+pub enum ImageError {
+    #[error("cannot read {}: {source}; build the images with ./x build", .path.display())]
+    Unreadable { path: PathBuf, source: std::io::Error },
+    #[error("not an ELF file ({0}); build the images with ./x build")]
+    NotElf(#[from] object::Error),
+    #[error("an ELF file for machine {0}, not for an AVR; build the images with ./x build")]
+    NotAvr(u16),
+    #[error("the image has no symbol {0}: link it with avr-gcc, and do not strip it")]
+    NoSymbol(&'static str),
+    #[error("section {TASKS} does not list the task that begins with {0}: do not strip the image")]
+    NotListed(String),
+}
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not an AVR program, or was stripped.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ImageError> {
+        let path = path.as_ref();
+        let bytes =
+            std::fs::read(path).map_err(|source| ImageError::Unreadable { path: path.to_owned(), source })?;
+        Self::parse(&bytes)
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
+        let file = ElfFile32::<Endianness>::parse(bytes)?;
+        let (header, endian) = (file.elf_header(), file.endian());
+        if header.e_machine(endian) != elf::EM_AVR {
+            return Err(ImageError::NotAvr(header.e_machine(endian)));
+        }
+        let mut flash = Vec::new();
+        for segment in file.elf_program_headers() {
+            let at = segment.p_paddr(endian);
+            if segment.p_type(endian) == elf::PT_LOAD && u64::from(at) < DATA {
+                place(&mut flash, at as usize, segment.data(endian, bytes).unwrap_or_default());
+            }
+        }
+        let address = |name| {
+            let symbol = file.symbol_by_name(name).ok_or(ImageError::NoSymbol(name))?;
+            Ok::<_, ImageError>(symbol.address() as u16)
+        };
+        let records = file.section_by_name(TASKS).map_or(Ok(&[][..]), |section| section.data())?;
+        let tasks: BTreeSet<_> = records.chunks_exact(8).map(task).collect();
+        let symbols = symbols(&file);
+        let is_listed = |entry| tasks.iter().any(|task| task.entry == entry);
+        if let Some((_, name)) = symbols.iter().find(|(at, name)| name.starts_with(ENTRY) && !is_listed(*at))
+        {
+            return Err(ImageError::NotListed(name.clone()));
+        }
+        Ok(Image {
+            flash,
+            return_address: if header.e_flags(endian) & ARCHITECTURE == AVR6 { 3 } else { 2 },
+            tasks,
+            stack: address("__stack")?,
+            variables_end: address("_end")?,
+            symbols,
+        })
+    }
+
+    /// The name of the function at an address.
+    pub(crate) fn name(&self, address: u32) -> &str {
+        let after = self.symbols.partition_point(|&(at, _)| at <= address);
+        self.symbols[..after].last().map_or("?", |(_, name)| name)
+    }
+
+    /// Where the function of this name begins.
+    pub(crate) fn function(&self, name: &str) -> Option<u32> {
+        self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
+    }
+
+    /// Where the interrupt vectors that the program has lead.
+    pub(crate) fn vectors(&self) -> impl Iterator<Item = u32> {
+        self.symbols.iter().filter(|(_, name)| name.starts_with("__vector_")).map(|&(at, _)| at)
+    }
+}
+
+/// Copies `content` to `at`; what lies between is unprogrammed flash.
+fn place(flash: &mut Vec<u8>, at: usize, content: &[u8]) {
+    let end = at + content.len();
+    if flash.len() < end {
+        flash.resize(end, 0xff);
+    }
+    flash[at..end].copy_from_slice(content);
+}
+
+fn task(record: &[u8]) -> Task {
+    let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |number, &byte| number << 8 | u32::from(byte));
+    Task {
+        entry: number(&record[..4]),
+        captured: number(&record[4..6]) as u16,
+        stack: number(&record[6..]) as u16,
+    }
+}
+
+fn symbols(file: &ElfFile32<Endianness>) -> Vec<(u32, String)> {
+    let in_flash = |symbol: &object::read::elf::ElfSymbol32<Endianness>| {
+        symbol.section_index().is_some() && symbol.address() < DATA
+    };
+    let (functions, labels): (Vec<_>, Vec<_>) =
+        file.symbols().filter(in_flash).partition(|symbol| symbol.kind() == SymbolKind::Text);
+    let is_outside = |address: u64| {
+        !functions
+            .iter()
+            .any(|function| (function.address()..function.address() + function.size()).contains(&address))
+    };
+    let labels = labels.into_iter().filter(|label| is_outside(label.address()));
+    let named = functions.iter().cloned().chain(labels).filter_map(|symbol| {
+        let name = symbol.name().ok().filter(|name| !name.is_empty())?;
+        Some((symbol.address() as u32, format!("{:#}", rustc_demangle::demangle(name))))
+    });
+    let mut symbols: Vec<_> = named.collect();
+    symbols.sort_by_key(|&(address, _)| address);
+    symbols
+}

@@ -1,0 +1,215 @@
+//! Machine code, as far as it matters to a stack (AVR Instruction Set Manual).
+
+/// An instruction. Registers are given by number, addresses in bytes of flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instruction {
+    Push(u8),
+    Pop(u8),
+    /// `in` from SPL or SPH.
+    ReadStackPointer(Half, u8),
+    /// `out` or `sts` to SPL or SPH.
+    WriteStackPointer(Half, u8),
+    /// `ldi`: to, value.
+    Load(u8, u8),
+    /// `mov`: to, from.
+    Copy(u8, u8),
+    /// `movw`: to, from, each the lower register of a pair.
+    CopyPair(u8, u8),
+    /// `adiw`, `sbiw`, or `subi` and `sbci` in a row: the lower register of a pair, and what is added.
+    AddPair(u8, i16),
+    Jump(u32),
+    /// `ijmp`, `eijmp`: to where Z points.
+    JumpIndirect,
+    Call(u32),
+    /// `icall`, `eicall`.
+    CallIndirect,
+    /// There, or on.
+    Branch(u32),
+    /// On, or past the next instruction.
+    Skip,
+    /// `ret`, `reti`.
+    Return,
+    /// None of these. It may change the registers whose bits are set.
+    Other(u32),
+}
+
+use Instruction::*;
+
+/// A byte of the stack pointer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Half {
+    Low,
+    High,
+}
+
+/// SPL and SPH, as I/O registers. In the data space they lie 0x20 higher.
+const STACK_POINTER: [(u16, Half); 2] = [(0x3d, Half::Low), (0x3e, Half::High)];
+
+const NOTHING: Instruction = Other(0);
+
+/// Registers that instructions change besides the one they name.
+const PRODUCT: u32 = 0b11;
+const X: u32 = 0b11 << 26;
+const Y: u32 = 0b11 << 28;
+const Z: u32 = 0b11 << 30;
+
+/// The instruction at an address, and its length in bytes. `None` where there is none of the classic AVR.
+pub fn decode(flash: &[u8], address: u32) -> Option<(Instruction, u32)> {
+    let first = word(flash, address)?;
+    let second = word(flash, address + 2);
+    if let Some(sum) = second.and_then(|second| subtraction(first, second)) {
+        return Some((sum, 4));
+    }
+    Some(match length(first) {
+        2 => (one_word(first, address + 2)?, 2),
+        length => (two_words(first, second?), length),
+    })
+}
+
+/// How many bytes a skip passes over: one instruction at this address.
+pub fn skipped(flash: &[u8], address: u32) -> u32 {
+    word(flash, address).map_or(0, length)
+}
+
+/// Of the instruction that begins with this word, in bytes.
+fn length(word: u16) -> u32 {
+    if is_jump_or_call(word) || is_direct(word) { 4 } else { 2 }
+}
+
+fn word(flash: &[u8], address: u32) -> Option<u16> {
+    let bytes = flash.get(address as usize..)?.first_chunk()?;
+    Some(u16::from_le_bytes(*bytes))
+}
+
+fn is_jump_or_call(word: u16) -> bool {
+    word & 0xfe0c == 0x940c
+}
+
+/// `lds` or `sts`.
+fn is_direct(word: u16) -> bool {
+    word & 0xfc0f == 0x9000
+}
+
+/// `subi` and `sbci` on a pair of registers.
+fn subtraction(first: u16, second: u16) -> Option<Instruction> {
+    let [low, high] = [first, second].map(upper_register);
+    let is_pair = first >> 12 == 5 && second >> 12 == 4 && low.is_multiple_of(2) && high == low + 1;
+    let amount = i16::from_le_bytes([first, second].map(immediate));
+    is_pair.then_some(AddPair(low, amount.wrapping_neg()))
+}
+
+fn two_words(first: u16, second: u16) -> Instruction {
+    if is_jump_or_call(first) {
+        let high = u32::from(first >> 3 & 0x3e | first & 1);
+        let target = (high << 16 | u32::from(second)) * 2;
+        return if first & 2 == 0 { Jump(target) } else { Call(target) };
+    }
+    if first & 0x200 == 0 {
+        return changes(first);
+    }
+    stack_pointer(second.wrapping_sub(0x20)).map_or(NOTHING, |half| WriteStackPointer(half, register(first)))
+}
+
+fn one_word(word: u16, next: u32) -> Option<Instruction> {
+    let instruction = match (word >> 12, word >> 8 & 0xf) {
+        (0x0, 0x0) => return (word == 0).then_some(NOTHING),
+        (0x0, 0x1) => CopyPair((word >> 3 & 0x1e) as u8, (word << 1 & 0x1e) as u8),
+        (0x0, 0x2..=0x3) => Other(PRODUCT),
+        (0x0 | 0x1, 0x4..=0x7) | (0x3, _) => NOTHING, // comparisons
+        (0x1, 0x0..=0x3) => Skip,
+        (0x2, 0xc..) => Copy(register(word), (word >> 5 & 0x10 | word & 0xf) as u8),
+        (0x0..=0x2, _) => changes(word),
+        (0x4..=0x7, _) => Other(1 << upper_register(word)),
+        (0x8 | 0xa, _) => {
+            if word & 0x200 == 0 {
+                changes(word)
+            } else {
+                NOTHING
+            }
+        } // ldd, std
+        (0x9, 0x0..=0x3) => return transfer(word),
+        (0x9, 0x4..=0x5) => return operation(word),
+        (0x9, kind @ 0x6..=0x7) => {
+            let amount = (word >> 2 & 0x30 | word & 0xf) as i16;
+            AddPair((word >> 3 & 0x6) as u8 + 24, if kind == 6 { amount } else { -amount })
+        }
+        (0x9, 0x8 | 0xa) => NOTHING, // cbi, sbi
+        (0x9, 0x9 | 0xb) => Skip,
+        (0x9, _) => Other(PRODUCT),
+        (0xb, kind) => match stack_pointer(word >> 5 & 0x30 | word & 0xf) {
+            Some(half) if kind < 8 => ReadStackPointer(half, register(word)),
+            Some(half) => WriteStackPointer(half, register(word)),
+            None if kind < 8 => changes(word),
+            None => NOTHING,
+        },
+        (0xc, _) => Jump(relative(next, word, 12)),
+        (0xd, _) => Call(relative(next, word, 12)),
+        (0xe, _) => Load(upper_register(word), immediate(word)),
+        (0xf, 0x0..=0x7) => Branch(relative(next, word >> 3, 7)),
+        (_, _) if word & 8 != 0 => return None,
+        (_, 0x8..=0x9) => changes(word), // bld
+        (_, 0xa..=0xb) => NOTHING,       // bst
+        (_, _) => Skip,
+    };
+    Some(instruction)
+}
+
+/// Loads and stores by a pointer, `push` and `pop`.
+fn transfer(word: u16) -> Option<Instruction> {
+    let is_load = word & 0x200 == 0;
+    let pointer = match word & 0xf {
+        0x1 | 0x2 => Z,
+        0x4 | 0x6 if is_load => 0, // lpm, elpm
+        0x5 | 0x7 if is_load => Z,
+        0x9 | 0xa => Y,
+        0xc => 0,
+        0xd | 0xe => X,
+        0xf => return Some(if is_load { Pop(register(word)) } else { Push(register(word)) }),
+        _ => return None,
+    };
+    Some(Other(pointer | if is_load { 1 << register(word) } else { 0 }))
+}
+
+/// What has one operand or none.
+fn operation(word: u16) -> Option<Instruction> {
+    match (word & 0xf, word) {
+        (0x0..=0x3 | 0x5..=0x7 | 0xa, _) => Some(changes(word)),
+        (_, 0x9409 | 0x9419) => Some(JumpIndirect),
+        (_, 0x9509 | 0x9519) => Some(CallIndirect),
+        (_, 0x9508 | 0x9518) => Some(Return),
+        (_, 0x95c8 | 0x95d8) => Some(Other(1)), // lpm, elpm
+        (0x8, ..0x9500) | (_, 0x9588 | 0x9598 | 0x95a8 | 0x95e8) => Some(NOTHING), // flags, sleep, break, wdr, spm
+        _ => None,
+    }
+}
+
+fn stack_pointer(address: u16) -> Option<Half> {
+    STACK_POINTER.iter().find(|(at, _)| *at == address).map(|&(_, half)| half)
+}
+
+/// Changes the register it names.
+fn changes(word: u16) -> Instruction {
+    Other(1 << register(word))
+}
+
+fn register(word: u16) -> u8 {
+    (word >> 4 & 0x1f) as u8
+}
+
+/// Of an instruction with an immediate value, which reaches registers 16 to 31 only.
+fn upper_register(word: u16) -> u8 {
+    (word >> 4 & 0xf) as u8 + 16
+}
+
+fn immediate(word: u16) -> u8 {
+    (word >> 4 & 0xf0 | word & 0xf) as u8
+}
+
+/// A distance in words, in the lowest so many bits.
+fn relative(next: u32, word: u16, bits: u32) -> u32 {
+    let distance = (word << (16 - bits)).cast_signed() >> (16 - bits);
+    next.wrapping_add_signed(i32::from(distance) * 2)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,113 @@
+use std::process::Command;
+
+use super::*;
+
+fn decode_words(words: &[u16]) -> Option<(Instruction, u32)> {
+    let flash: Vec<_> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    decode(&flash, 0)
+}
+
+#[test]
+fn a_subtraction_from_a_pair_is_one() {
+    assert_eq!(decode_words(&[0x56c2, 0x40d1]), Some((AddPair(28, -0x162), 4))); // subi r28, 0x62; sbci r29, 1
+    assert_eq!(decode_words(&[0x5ece, 0x4fdf]), Some((AddPair(28, 0x12), 4))); // subi r28, 0xee; sbci r29, 0xff
+    assert_eq!(decode_words(&[0x56c2, 0x40f1]), Some((Other(1 << 28), 2)), "r28, but r31");
+    assert_eq!(decode_words(&[0x57d0, 0x40e1]), Some((Other(1 << 29), 2)), "not a pair");
+}
+
+#[test]
+fn the_stack_pointer_in_the_data_space() {
+    assert_eq!(decode_words(&[0x93c0, 0x005d]), Some((WriteStackPointer(Half::Low, 28), 4))); // sts 0x5d, r28
+    assert_eq!(decode_words(&[0x93d0, 0x005e]), Some((WriteStackPointer(Half::High, 29), 4)));
+    assert_eq!(decode_words(&[0x91c0, 0x005d]), Some((Other(1 << 28), 4))); // lds r28, 0x5d
+}
+
+#[test]
+fn half_an_instruction_is_none() {
+    assert_eq!(decode_words(&[0x940e]), None);
+    assert_eq!(decode_words(&[0xffff]), None, "flash that was not programmed");
+}
+
+/// Every word there is, followed by one that is zero, as avr-objdump reads it.
+#[test]
+fn every_word_as_objdump_reads_it() {
+    let flash: Vec<u8> = (0..=u16::MAX).flat_map(|word| [word.to_le_bytes(), [0; 2]]).flatten().collect();
+    let path = std::env::temp_dir().join(format!("stack-bound-{}.bin", std::process::id()));
+    std::fs::write(&path, &flash).expect("a temporary file can be written");
+    let output = Command::new("avr-objdump")
+        .args(["-D", "-z", "--no-show-raw-insn", "-b", "binary", "-m", "avr:51"])
+        .arg(&path)
+        .output()
+        .expect("avr-objdump runs (Debian: binutils-avr; ./x test installs it)");
+    std::fs::remove_file(&path).expect("the temporary file can be removed");
+    let listing = String::from_utf8(output.stdout).expect("avr-objdump prints text");
+
+    let mut words = 0;
+    for line in listing.lines() {
+        let Some((address, text)) = line.split_once(":\t") else { continue };
+        let address = u32::from_str_radix(address.trim(), 16).expect("each line begins with its address");
+        if address.is_multiple_of(4) {
+            let decoded = decode(&flash, address).map(|(instruction, _)| instruction);
+            assert_eq!(decoded, expected(text, address + 2), "{:04x}: {text}", address / 4);
+            words += 1;
+        }
+    }
+    assert_eq!(words, 0x10000);
+}
+
+/// What a line of avr-objdump's stands for.
+fn expected(text: &str, next: u32) -> Option<Instruction> {
+    let text = text.split(';').next().unwrap_or_default().trim();
+    let (mnemonic, operands) = text.split_once('\t').unwrap_or((text, ""));
+    let (to, from) = operands.split_once(", ").unwrap_or((operands, ""));
+    let register = |operand: &str| operand.strip_prefix('r').and_then(|number| number.parse::<u8>().ok());
+    let number = |operand: &str| {
+        let digits = operand.strip_prefix("0x");
+        digits.map_or(operand.parse(), |digits| u32::from_str_radix(digits, 16)).expect("a number")
+    };
+    let relative = || {
+        let distance = to.strip_prefix('.').and_then(|distance| distance.parse().ok());
+        next.wrapping_add_signed(distance.expect("a distance"))
+    };
+    let change = || Some(Other(1 << register(to)?));
+    let pointer = |operand: &str| match operand {
+        "X+" | "-X" => X,
+        "Y+" | "-Y" => Y,
+        "Z+" | "-Z" => Z,
+        _ => 0,
+    };
+    match mnemonic {
+        "push" => register(to).map(Push),
+        "pop" => register(to).map(Pop),
+        "ldi" => Some(Load(register(to)?, number(from) as u8)),
+        "mov" => Some(Copy(register(to)?, register(from)?)),
+        "movw" => Some(CopyPair(register(to)?, register(from)?)),
+        "adiw" => Some(AddPair(register(to)?, number(from) as i16)),
+        "sbiw" => Some(AddPair(register(to)?, -(number(from) as i16))),
+        "in" if from == "0x3d" => Some(ReadStackPointer(Half::Low, register(to)?)),
+        "in" if from == "0x3e" => Some(ReadStackPointer(Half::High, register(to)?)),
+        "out" if to == "0x3d" => Some(WriteStackPointer(Half::Low, register(from)?)),
+        "out" if to == "0x3e" => Some(WriteStackPointer(Half::High, register(from)?)),
+        "jmp" => Some(Jump(number(to))),
+        "call" => Some(Call(number(to))),
+        "rjmp" => Some(Jump(relative())),
+        "rcall" => Some(Call(relative())),
+        "ijmp" | "eijmp" => Some(JumpIndirect),
+        "icall" | "eicall" => Some(CallIndirect),
+        "ret" | "reti" => Some(Return),
+        "cpse" | "sbrc" | "sbrs" | "sbic" | "sbis" => Some(Skip),
+        "mul" | "muls" | "mulsu" | "fmul" | "fmuls" | "fmulsu" => Some(Other(PRODUCT)),
+        "add" | "adc" | "sub" | "subi" | "sbc" | "sbci" | "and" | "andi" | "or" | "ori" | "eor" | "com"
+        | "neg" | "swap" | "inc" | "dec" | "asr" | "lsr" | "ror" | "bld" | "in" | "lds" | "ldd" => change(),
+        "lpm" | "elpm" if operands.is_empty() => Some(Other(1)),
+        "ld" | "lpm" | "elpm" => Some(Other(1 << register(to)? | pointer(from))),
+        "st" => Some(Other(pointer(to))),
+        "cp" | "cpc" | "cpi" | "std" | "sts" | "bst" | "out" | "sbi" | "cbi" | "nop" | "sleep" | "wdr"
+        | "break" => Some(NOTHING),
+        "spm" if operands.is_empty() => Some(NOTHING),
+        ".word" | "spm" | "des" | "xch" | "las" | "lac" | "lat" => None, // none of the classic AVR
+        _ if mnemonic.starts_with("br") => Some(Branch(relative())),
+        _ if mnemonic.len() == 3 && mnemonic.starts_with(['s', 'c']) => Some(NOTHING), // a flag
+        _ => panic!("{text}: not known to this test"),
+    }
+}

@@ -1,0 +1,49 @@
+//! `superbot-stack-bound IMAGE [NOTES]`: prints what each stack of an image needs, and fails if one is too small or cannot be bounded.
+
+use std::error::Error;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use stack_bound::{Annotations, Image, stacks};
+
+fn main() -> ExitCode {
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    match run(&arguments) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
+    let (path, notes) = match arguments {
+        [image] => (image, None),
+        [image, notes] => (image, Some(notes)),
+        _ => return Err("usage: superbot-stack-bound IMAGE [NOTES]".into()),
+    };
+    let image = Image::load(path)?;
+    let annotations = match notes {
+        Some(notes) => Annotations::load(notes, &image)?,
+        None => Annotations::default(),
+    };
+    let stacks = match stacks(&image, &annotations) {
+        Ok(stacks) => stacks,
+        Err(problems) => {
+            for problem in problems {
+                eprintln!("error: in {}, {problem}", path.display());
+            }
+            return Ok(ExitCode::FAILURE);
+        }
+    };
+    let mut code = ExitCode::SUCCESS;
+    for stack in &stacks {
+        println!("{stack}");
+        if stack.is_too_small() {
+            eprintln!("error: in {}, a stack is too small: {stack}", path.display());
+            code = ExitCode::FAILURE;
+        }
+    }
+    Ok(code)
+}

@@ -1,0 +1,28 @@
+//! Why there is no bound.
+
+use thiserror::Error;
+
+/// Something that keeps the use of a stack from being computed. Addresses are in bytes, as `avr-objdump` prints them.
+#[derive(Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Problem {
+    #[error("recursion: {}; if you know how many bytes it uses in all, note \"{} = bytes\"", .0.join(" calls "), .0[0])]
+    Recursion(Vec<String>),
+    #[error(
+        "{function} jumps or calls indirectly at {address:#x}; note \"{function} => callee\", a line for each callee"
+    )]
+    Indirect { function: String, address: u32 },
+    #[error(
+        "{function} loads a stack pointer at {address:#x} that cannot be followed; note \"{function} = bytes\""
+    )]
+    StackPointer { function: String, address: u32 },
+    #[error(
+        "{function} returns at {address:#x} with something left on the stack; note \"{function} = bytes\""
+    )]
+    Return { function: String, address: u32 },
+    #[error(
+        "{function} pushes without end, or pops more than it pushed, at {address:#x}; note \"{function} = bytes\""
+    )]
+    Depth { function: String, address: u32 },
+    #[error("{function} runs into something at {address:#x} that is no instruction")]
+    NoCode { function: String, address: u32 },
+}

@@ -1,0 +1,68 @@
+//! What is said of a stack.
+
+use std::fmt::{self, Display, Formatter};
+
+use crate::Image;
+use crate::image::{ENTRY, Task};
+use crate::program::Use;
+
+/// What the kernel lays on a stack for its task to start from, gone when that runs, in bytes.
+const FIRST_CONTEXT: u32 = 6;
+
+/// A stack, and what needs most of it. Printed, it is a line and one for each step.
+#[derive(Clone, Debug)]
+pub struct Stack {
+    /// The task that runs on it, or "kernel".
+    pub name: String,
+    /// Where the task's code begins, in bytes of flash; 0 for the kernel.
+    pub entry: u32,
+    /// Bytes.
+    pub size: u16,
+    /// What needs most, from the top down.
+    pub steps: Vec<Step>,
+}
+
+/// A function on the way to where a stack is deepest.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Step {
+    pub name: String,
+    /// Its frame there and, if it calls the next one, the return address.
+    pub bytes: u32,
+}
+
+impl Stack {
+    pub(crate) fn of_task(task: &Task, entry: &str, own: &Use, interrupt: &Use) -> Self {
+        let mut deepest = Use::of("its first context", FIRST_CONTEXT);
+        deepest.raise_to(own);
+        let steps = Use::of("captured", task.captured.into()).then(&deepest).then(interrupt).0;
+        let body = entry.strip_prefix(ENTRY).and_then(|body| body.strip_suffix('>'));
+        Stack {
+            name: body.unwrap_or(entry).to_owned(),
+            entry: task.entry,
+            size: task.stack,
+            steps: steps.into_iter().filter(|step| step.bytes != 0).collect(),
+        }
+    }
+
+    pub(crate) fn of_kernel(image: &Image, deepest: Use) -> Self {
+        let size = (image.stack + 1).saturating_sub(image.variables_end);
+        Stack { name: "kernel".to_owned(), entry: 0, size, steps: deepest.0 }
+    }
+
+    /// How many bytes it must have.
+    pub fn needs(&self) -> u32 {
+        self.steps.iter().map(|step| step.bytes).sum()
+    }
+
+    pub fn is_too_small(&self) -> bool {
+        self.needs() > self.size.into()
+    }
+}
+
+impl Display for Stack {
+    fn fmt(&self, formatter: &mut Formatter) -> fmt::Result {
+        let spare = i64::from(self.size) - i64::from(self.needs());
+        write!(formatter, "{}: {} bytes, needs {}, {spare} to spare", self.name, self.size, self.needs())?;
+        self.steps.iter().try_for_each(|step| write!(formatter, "\n{:6}  {}", step.bytes, step.name))
+    }
+}

@@ -1,0 +1,140 @@
+//! Programs made by hand: their bounds are known to the byte, and what has none is named.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use stack_bound::{AnnotationError, Annotations, Image, Stack, stacks};
+
+/// Builds `fixtures/<source>` for an MCU with avr-gcc.
+fn build(source: &str, mcu: &str) -> Image {
+    Image::load(build_file(source, mcu)).expect("avr-gcc makes an AVR image")
+}
+
+fn build_file(source: &str, mcu: &str) -> PathBuf {
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(source);
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{source}-{mcu}-{}.elf", thread_name()));
+    let status = Command::new("avr-gcc")
+        .args(["-Os", "-Wall", "-Werror", &format!("-mmcu={mcu}"), "-o"])
+        .args([&elf, &fixture])
+        .status()
+        .expect("avr-gcc runs (Debian: gcc-avr and avr-libc; ./x test installs them)");
+    assert!(status.success(), "avr-gcc builds {}", fixture.display());
+    elf
+}
+
+/// Of the test that runs: no two tests write the same file.
+fn thread_name() -> String {
+    std::thread::current().name().unwrap_or_default().to_owned()
+}
+
+fn bounds(image: &Image, notes: &str) -> Vec<Stack> {
+    let annotations = Annotations::parse(notes, image).expect("the notes fit the image");
+    stacks(image, &annotations).expect("there is a bound")
+}
+
+fn problems(image: &Image) -> Vec<String> {
+    let problems = stacks(image, &Annotations::default()).expect_err("there is no bound");
+    problems.iter().map(ToString::to_string).collect()
+}
+
+fn steps(stack: &Stack) -> Vec<(&str, u32)> {
+    stack.steps.iter().map(|step| (step.name.as_str(), step.bytes)).collect()
+}
+
+#[test]
+fn frames() {
+    let bounds = bounds(&build("frames.S", "atmega128"), "");
+    let [kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
+    assert_eq!(steps(kernel)[1..], [("main", 16), ("deep", 302)]);
+    assert_eq!((kernel.needs(), kernel.size), (320, 4096));
+    assert!(!kernel.is_too_small());
+}
+
+#[test]
+fn a_program_counter_of_three_bytes() {
+    let bounds = bounds(&build("frames.S", "atmega2560"), "");
+    assert_eq!(steps(&bounds[0])[1..], [("main", 17), ("deep", 302)]);
+    assert_eq!(bounds[0].needs(), 322, "two return addresses");
+}
+
+#[test]
+fn tasks() {
+    let bounds = bounds(&build("tasks.S", "atmega128"), "");
+    let [narrow, wide, kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
+    assert_eq!(steps(wide), [("captured", 4), ("wide", 7), ("an interrupt", 2), ("kernel_switch", 9)]);
+    assert_eq!((wide.needs(), wide.size, wide.is_too_small()), (22, 21, true));
+    assert_eq!(steps(narrow), [("its first context", 6), ("an interrupt", 2), ("kernel_switch", 9)]);
+    assert_eq!((narrow.needs(), narrow.size, narrow.is_too_small()), (17, 17, false));
+    assert_eq!(steps(kernel), [("kernel_switch", 11), ("odd", 3)]);
+}
+
+#[test]
+fn the_program_fails_when_a_stack_is_too_small() {
+    let output = Command::new(env!("CARGO_BIN_EXE_superbot-stack-bound"))
+        .arg(build_file("tasks.S", "atmega128"))
+        .output()
+        .expect("the program runs");
+    assert_eq!(output.status.code(), Some(1));
+    let [errors, table] = [output.stderr, output.stdout].map(|text| String::from_utf8(text).expect("text"));
+    let wide = "wide: 21 bytes, needs 22, -1 to spare\n     4  captured\n     7  wide\n     2  an interrupt\n     9  kernel_switch\n";
+    assert!(
+        errors.contains("tasks.S") && errors.ends_with(&format!("a stack is too small: {wide}")),
+        "{errors}"
+    );
+    assert!(table.contains(wide) && table.contains("narrow: 17 bytes, needs 17, 0 to spare\n"), "{table}");
+}
+
+#[test]
+fn recursion_is_named_until_it_is_noted() {
+    let image = build("recursion.c", "atmega128");
+    let problems = problems(&image);
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert_eq!(
+        problem,
+        "recursion: even calls odd calls even; if you know how many bytes it uses in all, note \"even = bytes\""
+    );
+    let bounds = bounds(&image, "even = 1000");
+    assert_eq!(steps(&bounds[0]).last(), Some(&("even (as noted)", 1000)));
+}
+
+#[test]
+fn an_indirect_call_is_named_until_it_is_noted() {
+    let image = build("indirect.c", "atmega128");
+    let problems = problems(&image);
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(problem.starts_with("dispatch jumps or calls indirectly at 0x"), "{problem}");
+    assert!(problem.ends_with("note \"dispatch => callee\", a line for each callee"), "{problem}");
+
+    let fill = bounds(&image, "dispatch => fill");
+    let both = bounds(&image, "# both\n\ndispatch => skip\ndispatch => fill\n");
+    assert_eq!(steps(&both[0]), steps(&fill[0]), "the deeper one counts");
+    assert_eq!(steps(&fill[0])[2..], [("dispatch", 2), ("fill", 42)], "Y and 40 bytes");
+    assert_eq!(bounds(&image, "dispatch => skip")[0].needs(), fill[0].needs() - 42);
+}
+
+#[test]
+fn what_no_compiler_makes_is_named() {
+    let problems = problems(&build("broken.S", "atmega128")).join("\n");
+    for problem in [
+        "pushes_in_a_loop pushes without end",
+        "leaves_a_byte returns at ",
+        "loads_a_stack_pointer loads a stack pointer at ",
+        "runs_into_data runs into something at ",
+    ] {
+        assert!(problems.contains(problem), "{problems}");
+    }
+}
+
+#[test]
+fn notes_that_do_not_fit_are_refused() {
+    let image = build("indirect.c", "atmega128");
+    let refused = |notes| Annotations::parse(notes, &image).err().expect("it is refused");
+    assert!(matches!(refused("dispatch"), AnnotationError::Malformed { line: 1 }));
+    assert!(matches!(refused("\nfill = many"), AnnotationError::Malformed { line: 2 }));
+    assert!(
+        matches!(refused("dispatch => file"), AnnotationError::NoFunction { line: 1, name } if name == "file")
+    );
+    assert!(
+        matches!(refused("discard => fill"), AnnotationError::NoFunction { line: 1, name } if name == "discard")
+    );
+}

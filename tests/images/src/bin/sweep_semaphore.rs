@@ -1,0 +1,157 @@
+//! Swept: semaphores and event flags, to nobody, to higher, to lower and to equal tasks, with and without a wait.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use board::debug::mark;
+use kernel::{EventFlags, Semaphore, Task};
+use tests_images::sweep::{self, Did, FLAGS, GO_LOW, GO_MIDDLE, GO_TWIN, NOTHING, RACE, STORE, path};
+
+kernel::tick_interrupt!(__vector_15);
+kernel::interrupt! {
+    fn __vector_5(interrupt) { sweep::external(interrupt) }
+}
+
+static GATE: Semaphore = Semaphore::new(0);
+static LAMPS: EventFlags = EventFlags::new();
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| sweep::start_all(boot, director, middle, twin, low))
+}
+
+fn director(task: &mut Task) {
+    path(task, 0, |task| {
+        STORE.post(task);
+        STORE.post(task);
+        Did { stored: 2, ..NOTHING }
+    });
+    path(task, 1, |task| {
+        STORE.post(task);
+        STORE.wait(task);
+        let taken = STORE.try_wait(task);
+        Did { stored: -i16::from(taken), ..NOTHING }
+    });
+    // To a higher task, which blocks again: to this one, which gave up the CPU by its own call.
+    path(task, 2, |task| {
+        mark(1);
+        GO_MIDDLE.post(task);
+        mark(3);
+        NOTHING
+    });
+    // From the higher task to a lower one, which has arrived when the higher one blocks.
+    path(task, 3, |task| {
+        GO_MIDDLE.post(task);
+        mark(4);
+        NOTHING
+    });
+    // Three wait at one semaphore: they are woken by priority, and by arrival among equals.
+    path(task, 4, |task| {
+        GO_LOW.post(task);
+        GO_MIDDLE.post(task);
+        GO_TWIN.post(task);
+        GATE.post(task);
+        GATE.post(task);
+        GATE.post(task);
+        mark(4);
+        NOTHING
+    });
+    path(task, 5, |task| {
+        RACE.post(task);
+        RACE.post(task);
+        RACE.post(task);
+        Did { raced: 3, ..NOTHING }
+    });
+    path(task, 6, |task| {
+        GO_MIDDLE.post(task);
+        Did { raced: 3, ..NOTHING }
+    });
+    // Several arrive, at two priorities, before the one that woke them blocks.
+    path(task, 7, |task| {
+        GO_MIDDLE.post(task);
+        mark(5);
+        NOTHING
+    });
+    path(task, 8, |task| {
+        GO_MIDDLE.post(task);
+        GO_TWIN.post(task);
+        mark(1);
+        LAMPS.set(task, 1);
+        mark(3);
+        LAMPS.set(task, 2);
+        mark(5);
+        NOTHING
+    });
+    path(task, 9, |task| {
+        FLAGS.set(task, 2);
+        FLAGS.set(task, 4);
+        FLAGS.take(task, 8);
+        Did { flags: 6, ..NOTHING }
+    });
+    // Waits with a time limit: the signal is in store, comes, and does not come.
+    path(task, 10, |task| {
+        GATE.post(task);
+        mark(if GATE.wait_timeout(task, 5).is_ok() { 1 } else { 2 });
+        GO_LOW.post(task);
+        GATE.post(task);
+        mark(4);
+        mark(if GATE.wait_timeout(task, 1).is_ok() { 5 } else { 6 });
+        NOTHING
+    });
+}
+
+fn middle(task: &mut Task, path: u8) {
+    match path {
+        2 => mark(2),
+        3 => {
+            mark(1);
+            GO_LOW.post(task);
+            mark(2);
+        }
+        4 => {
+            GATE.wait(task);
+            mark(1);
+        }
+        6 => {
+            RACE.post(task);
+            RACE.post(task);
+            RACE.post(task);
+        }
+        7 => {
+            GO_LOW.post(task);
+            mark(1);
+            GO_TWIN.post(task);
+            mark(2);
+        }
+        8 => mark(2 + LAMPS.wait_any(task, 1 | 4) - 1),
+        _ => {}
+    }
+}
+
+fn twin(task: &mut Task, path: u8) {
+    match path {
+        4 => {
+            GATE.wait(task);
+            mark(2);
+        }
+        7 => mark(3),
+        8 => {
+            LAMPS.wait_all(task, 2);
+            mark(4);
+        }
+        _ => {}
+    }
+}
+
+fn low(task: &mut Task, path: u8) {
+    match path {
+        3 => mark(3),
+        4 => {
+            GATE.wait(task);
+            mark(3);
+        }
+        7 => mark(4),
+        10 => mark(if GATE.wait_timeout(task, 1000).is_ok() { 3 } else { 7 }),
+        _ => {}
+    }
+}

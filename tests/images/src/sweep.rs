@@ -1,0 +1,342 @@
+//! What the images of the interrupt sweep share: the tasks that interrupts wake, the tasks that a path sends about, and
+//! the audit behind each path.
+//!
+//! A *path* is a stretch of kernel calls and switches between the marks [`OPEN`] and [`CLOSED`]. The sweep runs it over and over
+//! and raises interrupts anywhere in it. Whatever they wake uses the very objects that the path uses, at other priorities.
+//! Yet each path's own marks must come in the same order, and the audit must find every signal, message and count in its place.
+
+use board::debug::mark;
+use core::array;
+use kernel::{
+    Boot, Context, EventFlags, Fifo, Interrupt, MaskedCell, Message, Mutex, Never, Priority, Queue, Semaphore, Task,
+    Ticks, Timer,
+};
+
+use crate::{finish, start};
+
+/// Begins path number `mark - OPEN`.
+pub const OPEN: u8 = 0x40;
+/// Ends the stretch in which the sweep raises interrupts.
+pub const CLOSED: u8 = 0x60;
+/// The audit is over.
+pub const AUDITED: u8 = 0x61;
+/// Asks the sweep for the external interrupt, as part of the path.
+pub const ASK_EXTERNAL: u8 = 0x62;
+/// Asks the sweep for a tick, as part of the path. It gives one too whenever the MCU sleeps.
+pub const ASK_TICK: u8 = 0x63;
+/// With a number added: what the audit found wrong.
+pub const WRONG: u8 = 0xd0;
+
+/// The sweep finds the stacks by this module's name.
+mod stack {
+    use kernel::Stack;
+
+    pub static HIGH: Stack<160> = Stack::new();
+    pub static ALARMED: Stack<112> = Stack::new();
+    pub static NAPPING: Stack<160> = Stack::new();
+    pub static PEER: Stack<128> = Stack::new();
+    pub static RECEIVER: Stack<128> = Stack::new();
+    pub static RACER: Stack<112> = Stack::new();
+    pub static MIDDLE: Stack<192> = Stack::new();
+    pub static TWIN: Stack<160> = Stack::new();
+    pub static LOW: Stack<160> = Stack::new();
+    pub static DIRECTOR: Stack<224> = Stack::new();
+}
+
+// ---- What interrupts and paths both use ----------------------------------------------------------
+
+pub struct Parcel(pub u8);
+const PARCELS_IN_ALL: usize = 6;
+kernel::pool!(Parcel, PARCELS_IN_ALL);
+
+/// Nobody waits for it: it stores.
+pub static STORE: Semaphore = Semaphore::new(0);
+/// A task of priority 6 waits for it.
+pub static RACE: Semaphore = Semaphore::new(0);
+/// A task of priority 5 receives them.
+pub static PARCELS: Queue<Parcel> = Queue::new(4);
+/// A task of priority 4 waits for any of them.
+pub static FLAGS: EventFlags = EventFlags::new();
+/// Nobody takes them but the audit.
+pub static BYTES: Fifo<8> = Fifo::new();
+/// All who lock it are at its ceiling or below.
+pub static TOTAL: Mutex<u16> = Mutex::new(Priority::P1, 0);
+/// A task above its ceiling locks it too.
+pub static BELOW: Mutex<u16> = Mutex::new(Priority::P4, 0);
+
+/// The one of [`FLAGS`] that the external interrupt sets; a path has the others.
+pub const FLAG_OF_INTERRUPT: u8 = 1;
+
+static PRESSED: Semaphore = Semaphore::new(0);
+static DUE: Semaphore = Semaphore::new(0);
+static NAP: Semaphore = Semaphore::new(0);
+static QUIET: Semaphore = Semaphore::new(0);
+/// Wakes a higher task.
+static ALARM: Timer = Timer::new();
+/// Due with it, wakes a lower one.
+static ECHO: Timer = Timer::new();
+static SPARE: Timer = Timer::new();
+
+// ---- Counts for the audit ------------------------------------------------------------------------
+
+type Count = MaskedCell<u16>;
+
+/// Ticks that no path lasts.
+pub const FAR: Ticks = 1000;
+
+/// After so many ticks from its start, a path's timers are due.
+static UNTIL_DUE: MaskedCell<Ticks> = MaskedCell::new(0);
+
+static EXTERNAL: Count = Count::new(0);
+static HIGH_RAN: Count = Count::new(0);
+static ALARMED_RAN: Count = Count::new(0);
+static NAPPED_OUT: Count = Count::new(0);
+static ROUSED: Count = Count::new(0);
+static RACED: Count = Count::new(0);
+static SENT: Count = Count::new(0);
+static RECEIVED: Count = Count::new(0);
+static FLAGS_SEEN: Count = Count::new(0);
+
+fn count(context: &mut impl Context, count: &Count) {
+    context.mask(|masked| count.count(masked));
+}
+
+fn read(task: &mut Task, count: &Count) -> u16 {
+    task.mask(|masked| count.get(masked))
+}
+
+// ---- Interrupts and what they wake ---------------------------------------------------------------
+
+/// The external interrupt: wakes tasks of all priorities, lowest first.
+pub fn external(interrupt: &mut Interrupt) {
+    count(interrupt, &EXTERNAL);
+    BYTES.put(interrupt, 1);
+    RACE.post(interrupt);
+    send(interrupt);
+    FLAGS.set(interrupt, FLAG_OF_INTERRUPT);
+    QUIET.post(interrupt);
+    PRESSED.post(interrupt);
+}
+
+/// Sends a parcel, if there is one and room for it.
+pub fn send(context: &mut impl Context) {
+    if let Ok(parcel) = Message::new(context, Parcel(0x5a))
+        && PARCELS.send(context, parcel).is_ok()
+    {
+        count(context, &SENT);
+    }
+}
+
+fn high(task: &mut Task) -> Never {
+    loop {
+        PRESSED.wait(task);
+        count(task, &HIGH_RAN);
+        STORE.post(task);
+        *TOTAL.lock(task) += 1;
+        SPARE.start(task, FAR, &STORE);
+        if !SPARE.cancel(task) {
+            mark(WRONG);
+        }
+        send(task);
+        *BELOW.lock(task) += 1;
+    }
+}
+
+fn alarmed(task: &mut Task) -> Never {
+    loop {
+        DUE.wait(task);
+        count(task, &ALARMED_RAN);
+        STORE.post(task);
+        SPARE.cancel(task);
+    }
+}
+
+/// Waits for a signal from the external interrupt, or until it is due, at the same tick as [`ALARM`].
+fn napping(task: &mut Task) -> Never {
+    loop {
+        NAP.wait(task);
+        let ticks = task.mask(|masked| UNTIL_DUE.get(masked));
+        match QUIET.wait_timeout(task, ticks) {
+            Ok(()) => count(task, &ROUSED),
+            Err(_) => count(task, &NAPPED_OUT),
+        }
+    }
+}
+
+fn peer(task: &mut Task) -> Never {
+    loop {
+        let taken = FLAGS.wait_any(task, 0xff);
+        task.mask(|masked| FLAGS_SEEN.set(masked, FLAGS_SEEN.get(masked) | u16::from(taken)));
+    }
+}
+
+fn receiver(task: &mut Task) -> Never {
+    loop {
+        let parcel = PARCELS.receive(task);
+        if parcel.0 != 0x5a {
+            mark(WRONG + 1);
+        }
+        count(task, &RECEIVED);
+    }
+}
+
+fn racer(task: &mut Task) -> Never {
+    loop {
+        RACE.wait(task);
+        count(task, &RACED);
+    }
+}
+
+// ---- Tasks that a path sends about ---------------------------------------------------------------
+
+/// Sends the task of priority 4 about its part of the path.
+pub static GO_MIDDLE: Semaphore = Semaphore::new(0);
+/// Sends the other task of priority 4.
+pub static GO_TWIN: Semaphore = Semaphore::new(0);
+/// Sends the task of priority 6.
+pub static GO_LOW: Semaphore = Semaphore::new(0);
+
+static PATH: MaskedCell<u8> = MaskedCell::new(0);
+
+fn errands(
+    go: &'static Semaphore,
+    errand: impl Fn(&mut Task, u8) + 'static,
+) -> impl FnOnce(&mut Task) -> Never + 'static {
+    move |task| {
+        loop {
+            go.wait(task);
+            let path = task.mask(|masked| PATH.get(masked));
+            errand(task, path);
+        }
+    }
+}
+
+/// Starts all tasks. The director, which is the lowest, runs the paths; the others do their part of the path whose
+/// number they get.
+pub fn start_all(
+    boot: &mut Boot,
+    director: impl FnOnce(&mut Task) + 'static,
+    middle: impl Fn(&mut Task, u8) + 'static,
+    twin: impl Fn(&mut Task, u8) + 'static,
+    low: impl Fn(&mut Task, u8) + 'static,
+) {
+    use Priority::*;
+    start(stack::DIRECTOR.start(boot, P7, move |task| {
+        director(task);
+        finish()
+    }));
+    start(stack::LOW.start(boot, P6, errands(&GO_LOW, low)));
+    start(stack::RACER.start(boot, P6, racer));
+    start(stack::RECEIVER.start(boot, P5, receiver));
+    start(stack::TWIN.start(boot, P4, errands(&GO_TWIN, twin)));
+    start(stack::PEER.start(boot, P4, peer));
+    start(stack::MIDDLE.start(boot, P4, errands(&GO_MIDDLE, middle)));
+    start(stack::NAPPING.start(boot, P3, napping));
+    start(stack::ALARMED.start(boot, P2, alarmed));
+    start(stack::HIGH.start(boot, P1, high));
+}
+
+// ---- Paths and the audit -------------------------------------------------------------------------
+
+/// What a path itself adds to what interrupts do.
+#[derive(Clone, Copy)]
+pub struct Did {
+    /// Signals it left in [`STORE`].
+    pub stored: i16,
+    /// Signals it gave to [`RACE`].
+    pub raced: u16,
+    /// What it added to [`TOTAL`].
+    pub total: u16,
+    /// What it added to [`BELOW`].
+    pub below: u16,
+    /// Bytes it left in [`BYTES`].
+    pub bytes: i16,
+    /// Flags it set in [`FLAGS`].
+    pub flags: u16,
+}
+
+/// Nothing that interrupts do too.
+pub const NOTHING: Did = Did { stored: 0, raced: 0, total: 0, below: 0, bytes: 0, flags: 0 };
+
+/// Runs path `number`, and audits what has become of everything.
+#[inline(always)]
+pub fn path(task: &mut Task, number: u8, path: impl FnOnce(&mut Task) -> Did) {
+    task.mask(|masked| PATH.set(masked, number));
+    prepare(task, 2);
+    mark(OPEN + number);
+    let did = path(task);
+    close(task, did);
+}
+
+/// Audits a path that was begun by [`open_at_boot`].
+pub fn close(task: &mut Task, did: Did) {
+    mark(CLOSED);
+    audit(task, did);
+    mark(AUDITED);
+}
+
+/// Begins path `number` before the kernel runs, so that the path is its start.
+pub fn open_at_boot(boot: &mut Boot, number: u8) {
+    prepare(&mut boot.interrupt(), 1);
+    mark(OPEN + number);
+}
+
+fn prepare(context: &mut impl Context, ticks: Ticks) {
+    let counts =
+        [&EXTERNAL, &HIGH_RAN, &ALARMED_RAN, &NAPPED_OUT, &ROUSED, &RACED, &SENT, &RECEIVED, &FLAGS_SEEN];
+    context.mask(|masked| {
+        counts.into_iter().for_each(|count| count.set(masked, 0));
+        UNTIL_DUE.set(masked, ticks);
+    });
+    ALARM.start(context, ticks, &DUE);
+    ECHO.start(context, ticks, &RACE);
+    NAP.post(context);
+}
+
+/// Marks what is wrong. Nothing else runs meanwhile: all other tasks are higher, and wait.
+#[inline(never)]
+fn audit(task: &mut Task, did: Did) {
+    let external = read(task, &EXTERNAL);
+    let alarms = u16::from(!ALARM.cancel(task));
+    let echoes = u16::from(!ECHO.cancel(task));
+    expect(task, 2, &HIGH_RAN, external);
+    expect(task, 3, &ALARMED_RAN, alarms);
+    expect(task, 4, &RACED, external + echoes + did.raced);
+    let sent = read(task, &SENT);
+    expect(task, 5, &RECEIVED, sent);
+    expect(task, 6, &FLAGS_SEEN, did.flags | if external > 0 { FLAG_OF_INTERRUPT.into() } else { 0 });
+
+    QUIET.post(task); // rouses the napping task, if nothing has
+    let roused = read(task, &ROUSED);
+    let napped_out = read(task, &NAPPED_OUT);
+    check(7, roused + napped_out == 1);
+    check(8, drain(task, &QUIET) + roused == external + 1);
+    check(9, drain(task, &STORE) as i16 == (external + alarms) as i16 + did.stored);
+    check(10, core::mem::take(&mut *TOTAL.lock(task)) == external + did.total);
+    check(11, core::mem::take(&mut *BELOW.lock(task)) == external + did.below);
+    let mut bytes = 0;
+    while BYTES.take(task).is_some() {
+        bytes += 1;
+    }
+    check(12, bytes == external as i16 + did.bytes);
+    let all: [_; PARCELS_IN_ALL] = array::from_fn(|_| Message::new(task, Parcel(0)).ok());
+    check(13, all.iter().all(Option::is_some) && Message::new(task, Parcel(0)).is_err());
+}
+
+fn expect(task: &mut Task, number: u8, count: &Count, expected: u16) {
+    check(number, read(task, count) == expected);
+}
+
+fn check(number: u8, holds: bool) {
+    if !holds {
+        mark(WRONG + number);
+    }
+}
+
+fn drain(task: &mut Task, semaphore: &Semaphore) -> u16 {
+    let mut signals = 0;
+    while semaphore.try_wait(task) {
+        signals += 1;
+    }
+    signals
+}

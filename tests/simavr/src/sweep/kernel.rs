@@ -1,0 +1,260 @@
+//! The kernel's own data in RAM, and what must hold of it.
+//!
+//! Read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, all in bytes and without padding on the AVR.
+
+use simavr_harness::{Image, Mcu, Place};
+
+/// How the mangled names of statics end.
+const KERNEL: &str = "6kernel6KERNEL";
+const IDLE: &str = "6kernel4IDLE";
+const TICKS_LEFT: &str = "6kernel5timer10TICKS_LEFT";
+/// What stands before the names of the stacks.
+const STACKS: &str = "5sweep5stack";
+
+/// Offsets in `Kernel`.
+const RUNNING: u16 = 2;
+const ARRIVED: u16 = 4;
+const LAST: u16 = 5;
+const NEXT_DEADLINE: u16 = 21;
+const FIRST_TIMER: u16 = 23;
+
+/// Offsets in `ControlBlock`, and its size.
+const LINK: u16 = 2;
+const ABOVE: u16 = 4;
+const PRIORITY: u16 = 5;
+const CONTROL_BLOCK: u16 = 6;
+
+/// Offset in `Timer`.
+const DEADLINE: u16 = 2;
+
+/// What a task's context takes on its stack, in bytes.
+const VOLUNTARY: u16 = 4;
+pub const PREEMPTED: u16 = 35;
+
+/// What a saved stack pointer has set besides when it is a preempted task's.
+const PREEMPTED_MARK: u16 = 0x8000;
+
+/// The last byte of SRAM (ATmega128 datasheet, "SRAM Data Memory"), where the kernel's stack begins.
+const RAM_END: u16 = 0x10ff;
+
+/// More timers than any image has.
+const MOST_TIMERS: usize = 100;
+
+/// A stack: SP points into it, or at the byte below where it is full.
+#[derive(Clone, Debug)]
+pub struct Stack {
+    pub name: String,
+    /// The task's control block. The kernel's stack stands by the idle task's.
+    pub control: u16,
+    /// The lowest byte, and the highest.
+    pub lowest: u16,
+    pub highest: u16,
+}
+
+impl Stack {
+    pub fn holds(&self, stack_pointer: u16) -> bool {
+        (self.lowest - 1..=self.highest).contains(&stack_pointer)
+    }
+
+    pub fn size(&self) -> u16 {
+        self.highest - self.lowest + 1
+    }
+}
+
+/// Where an image keeps the kernel's data and its stacks.
+pub struct Kernel {
+    kernel: u16,
+    pub idle: u16,
+    ticks_left: u16,
+    /// The kernel's own, and then each task's.
+    pub stacks: Vec<Stack>,
+}
+
+impl Kernel {
+    /// # Panics
+    /// When the image is not one of the sweep's.
+    pub fn of(image: &Image) -> Self {
+        let data: Vec<_> = image
+            .symbols()
+            .filter_map(|(name, symbol)| match symbol.place {
+                Place::Data(start) => Some((name, start, symbol.size)),
+                _ => None,
+            })
+            .collect();
+        let find = |name: &str| {
+            let symbol = data.iter().find(|(mangled, ..)| mangled.ends_with(name));
+            symbol.unwrap_or_else(|| panic!("the image has no {name}")).1
+        };
+        let idle = find(IDLE);
+        let kernel_stack = Stack {
+            name: "(kernel)".to_owned(),
+            control: idle,
+            lowest: find("__bss_end"),
+            highest: RAM_END,
+        };
+        let mut tasks: Vec<_> = data
+            .iter()
+            .filter_map(|&(mangled, control, size)| {
+                let (_, name) = mangled.split_once(STACKS)?;
+                let name = name.trim_start_matches(|digit: char| digit.is_ascii_digit()).to_owned();
+                Some(Stack { name, control, lowest: control + CONTROL_BLOCK, highest: control + size - 1 })
+            })
+            .collect();
+        assert!(!tasks.is_empty(), "the image has no stacks");
+        tasks.sort_by(|one, other| one.name.cmp(&other.name));
+        let stacks = std::iter::once(kernel_stack).chain(tasks).collect();
+        Kernel { kernel: find(KERNEL), idle, ticks_left: find(TICKS_LEFT), stacks }
+    }
+
+    pub fn head(&self, mcu: &Mcu) -> u16 {
+        word(mcu, self.kernel)
+    }
+
+    pub fn running(&self, mcu: &Mcu) -> u16 {
+        word(mcu, self.kernel + RUNNING)
+    }
+
+    /// Ticks up to the next that does more than to count.
+    pub fn ticks_left(&self, mcu: &Mcu) -> u16 {
+        word(mcu, self.ticks_left)
+    }
+
+    /// The stack of the task with this control block.
+    pub fn stack_of(&self, control: u16) -> Option<&Stack> {
+        self.stacks.iter().find(|stack| stack.control == control)
+    }
+
+    /// The saved stack pointer of a task that was preempted.
+    pub fn preempted_at(&self, mcu: &Mcu, control: u16) -> Option<u16> {
+        let saved = word(mcu, control);
+        (saved & PREEMPTED_MARK != 0).then_some(saved & !PREEMPTED_MARK)
+    }
+
+    pub fn name(&self, control: u16) -> &str {
+        self.stack_of(control).map_or("no task", |stack| &stack.name)
+    }
+
+    /// What must hold wherever a task runs with interrupts enabled, outside the kernel or on its return from there.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check(&self, mcu: &Mcu) -> Result<(), String> {
+        let (head, running) = (self.head(mcu), self.running(mcu));
+        if head != running {
+            return Err(format!("{} runs where {} should", self.name(running), self.name(head)));
+        }
+        self.check_lists(mcu)
+    }
+
+    /// What must hold wherever interrupts are enabled.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check_lists(&self, mcu: &Mcu) -> Result<(), String> {
+        let mut ready = self.preempted(mcu)?;
+        let first_above = byte(mcu, self.head(mcu) + ABOVE);
+        let arrived = byte(mcu, self.kernel + ARRIVED);
+        if arrived & first_above != 0 {
+            return Err(format!("{} is the head, but higher ones have arrived", self.name(self.head(mcu))));
+        }
+        for priority in 0..8 {
+            self.check_ring(mcu, priority, arrived & 1 << priority != 0, &mut ready)?;
+        }
+        self.check_contexts(mcu)?;
+        self.check_timers(mcu)
+    }
+
+    /// The list from the head to the idle task: in strictly falling priority.
+    fn preempted(&self, mcu: &Mcu) -> Result<Vec<u16>, String> {
+        let mut list = vec![self.head(mcu)];
+        let mut task = list[0];
+        while task != self.idle {
+            if self.stack_of(task).is_none() {
+                return Err(format!("{task:#x} is in the list of preempted tasks"));
+            }
+            let next = word(mcu, task + LINK);
+            if byte(mcu, next + ABOVE) <= byte(mcu, task + ABOVE) {
+                return Err(format!("{} is preempted by {}", self.name(next), self.name(task)));
+            }
+            list.push(next);
+            task = next;
+        }
+        Ok(list)
+    }
+
+    /// The ring of the tasks that have arrived at a priority, none of which is in `seen`.
+    fn check_ring(&self, mcu: &Mcu, priority: u8, is_there: bool, seen: &mut Vec<u16>) -> Result<(), String> {
+        let last = word(mcu, self.kernel + LAST + 2 * u16::from(priority));
+        if is_there != (last != 0) {
+            return Err(format!("the bit of those that arrived at P{priority} is {is_there}"));
+        }
+        let mut task = last;
+        while is_there {
+            task = word(mcu, task + LINK);
+            if self.stack_of(task).is_none() || task == self.idle {
+                return Err(format!("{task:#x} has arrived at P{priority}"));
+            }
+            if seen.contains(&task) {
+                return Err(format!("{} has arrived at P{priority}, but is ready", self.name(task)));
+            }
+            if byte(mcu, task + PRIORITY) != priority {
+                return Err(format!("{} has arrived at P{priority}", self.name(task)));
+            }
+            seen.push(task);
+            if task == last {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Each task that does not run has a whole context on its own stack.
+    fn check_contexts(&self, mcu: &Mcu) -> Result<(), String> {
+        let running = self.running(mcu);
+        for stack in self.stacks[1..].iter().filter(|stack| stack.control != running) {
+            let (context, stack_pointer) = match self.preempted_at(mcu, stack.control) {
+                Some(stack_pointer) => (PREEMPTED, stack_pointer),
+                None => (VOLUNTARY, word(mcu, stack.control)),
+            };
+            if !stack.holds(stack_pointer) || stack_pointer + context > stack.highest {
+                return Err(format!("{}'s context is said to lie at {stack_pointer:#x}", stack.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// The list of armed timers: all ahead, in the order of their deadlines, and the countdown leads to the first.
+    fn check_timers(&self, mcu: &Mcu) -> Result<(), String> {
+        let next = word(mcu, self.kernel + NEXT_DEADLINE);
+        let now = next.wrapping_sub(self.ticks_left(mcu));
+        let mut timer = word(mcu, self.kernel + FIRST_TIMER);
+        let mut before = 1;
+        for number in 0.. {
+            if timer == 0 {
+                break;
+            }
+            if number == MOST_TIMERS {
+                return Err("the list of timers has no end".to_owned());
+            }
+            let deadline = word(mcu, timer + DEADLINE);
+            let ahead = deadline.wrapping_sub(now);
+            if ahead < before || ahead > 0x7fff {
+                return Err(format!("timer {number} in the list is due in {} ticks", ahead as i16));
+            }
+            if number == 0 && deadline != next {
+                return Err(format!("the first timer is due at {deadline}, the countdown ends at {next}"));
+            }
+            before = ahead;
+            timer = word(mcu, timer);
+        }
+        Ok(())
+    }
+}
+
+fn byte(mcu: &Mcu, address: u16) -> u8 {
+    mcu.read(address).unwrap_or(0)
+}
+
+fn word(mcu: &Mcu, address: u16) -> u16 {
+    u16::from_le_bytes([byte(mcu, address), byte(mcu, address.wrapping_add(1))])
+}

@@ -1,0 +1,75 @@
+//! What is swept.
+
+/// An image and its paths.
+#[derive(Debug)]
+pub struct Program {
+    pub image: &'static str,
+    /// By their numbers.
+    pub paths: &'static [&'static str],
+    /// The numbers of those in which also every pair of strikes is tried. A pair costs a thousand times what a strike does,
+    /// so these are the short ones, and together they go every way through the kernel's assembly.
+    pub struck_twice: &'static [u8],
+}
+
+pub const PROGRAMS: &[Program] = &[
+    Program {
+        image: "sweep_semaphore",
+        paths: &[
+            "post to nobody",
+            "wait for a signal that is there",
+            "post to a higher task, which then blocks",
+            "post to a lower task, then block",
+            "three wait at one semaphore",
+            "post to a higher task, as interrupts do",
+            "post to a lower task, as interrupts do",
+            "wake two lower tasks",
+            "event flags",
+            "event flags that interrupts set too",
+            "wait with a time limit",
+        ],
+        struck_twice: &[0, 2, 3, 6],
+    },
+    Program {
+        image: "sweep_queue",
+        paths: &[
+            "make and drop messages",
+            "send to nobody, receive what is there",
+            "send to a higher task, which then blocks",
+            "send to a lower task, then block",
+            "a full queue and an empty pool",
+            "send to a higher task, as interrupts do",
+            "send to a lower task, as interrupts do",
+            "bytes that interrupts put too",
+            "receive with a time limit",
+        ],
+        struck_twice: &[0, 2, 7],
+    },
+    Program {
+        image: "sweep_timer",
+        paths: &[
+            "start, set anew, cancel",
+            "timers that are due out of idleness",
+            "delays",
+            "cancel while a tick may come",
+            "a delay that ends in a busy task",
+            "a period",
+            "three tasks woken at one tick",
+        ],
+        struck_twice: &[3],
+    },
+    Program {
+        image: "sweep_switch",
+        paths: &[
+            "the start of all tasks",
+            "yield to nobody",
+            "yield to an equal task",
+            "preemption with all registers in use",
+            "a mutex",
+            "a mutex that holds a task up",
+            "a mutex for which a higher task waits",
+            "preemption of a preempting task",
+            "block to a preempted task",
+        ],
+        struck_twice: &[1, 4],
+    },
+];

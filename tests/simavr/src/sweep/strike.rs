@@ -1,0 +1,293 @@
+//! The sweep of one path.
+
+use std::sync::Arc;
+
+use simavr_harness::{Image, Mcu, Part};
+
+use super::kernel::Kernel;
+use super::watch::{AUDITED, CLOSED, EXTERNAL, OPEN, TICK, Watch, enable_interrupts};
+
+/// What is raised at a boundary: one interrupt after the other, without an instruction between.
+#[derive(Clone, Copy)]
+struct Strike {
+    vectors: &'static [u8],
+    /// Whether the path's timers are due at its first tick; else at its second.
+    is_due: bool,
+    /// What is raised once more until the first is dealt with.
+    second: Option<u8>,
+}
+
+const STRIKES: &[Strike] = &[
+    Strike { vectors: &[EXTERNAL], is_due: false, second: None },
+    Strike { vectors: &[TICK], is_due: false, second: None },
+    Strike { vectors: &[TICK], is_due: true, second: None },
+    Strike { vectors: &[EXTERNAL, TICK], is_due: true, second: None },
+    Strike { vectors: &[TICK, EXTERNAL], is_due: true, second: None },
+];
+
+const PAIRS: &[Strike] = &[
+    Strike { vectors: &[EXTERNAL], is_due: true, second: Some(TICK) },
+    Strike { vectors: &[TICK], is_due: true, second: Some(EXTERNAL) },
+];
+
+/// How many strikes there are to a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// One, at each boundary.
+    Single,
+    /// A second one too, at each boundary until the task that the first interrupted goes on.
+    Pair,
+}
+
+/// The boundaries whose number, divided by `of`, leaves `number`.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    pub number: usize,
+    pub of: usize,
+}
+
+impl Share {
+    pub const WHOLE: Share = Share { number: 0, of: 1 };
+}
+
+/// More instructions than any run from one path to the next takes.
+const PATIENCE: usize = 200_000;
+
+/// How many failures are told of a path.
+const TOLD: usize = 3;
+
+/// What a sweep has found.
+#[derive(Clone, Debug, Default)]
+pub struct Findings {
+    /// Places at which a first strike was tried.
+    pub boundaries: u64,
+    /// Runs to the end from there.
+    pub runs: u64,
+    /// Runs that were not good.
+    pub failed: u64,
+    /// What was wrong with the first of them.
+    pub failures: Vec<String>,
+    /// The most bytes ever in use of each of the subject's stacks.
+    pub depths: Vec<u16>,
+}
+
+impl Findings {
+    pub fn add(&mut self, other: &Findings) {
+        self.boundaries += other.boundaries;
+        self.runs += other.runs;
+        self.failed += other.failed;
+        let room = TOLD.saturating_sub(self.failures.len());
+        self.failures.extend(other.failures.iter().take(room).cloned());
+        self.note_depths(&other.depths);
+    }
+
+    fn note_depths(&mut self, depths: &[u16]) {
+        self.depths.resize(depths.len().max(self.depths.len()), 0);
+        for (deepest, &depth) in self.depths.iter_mut().zip(depths) {
+            *deepest = depth.max(*deepest);
+        }
+    }
+}
+
+/// An image to be swept.
+pub struct Subject {
+    image: Arc<Image>,
+    kernel: Kernel,
+}
+
+impl Subject {
+    /// # Panics
+    /// When the image is none of the sweep's.
+    pub fn new(image: Arc<Image>) -> Self {
+        Subject { kernel: Kernel::of(&image), image }
+    }
+
+    /// The names and sizes of the stacks.
+    pub fn stacks(&self) -> impl Iterator<Item = (&str, u16)> {
+        self.kernel.stacks.iter().map(|stack| (stack.name.as_str(), stack.size()))
+    }
+
+    /// Holds the stack of that place among [`stacks`](Self::stacks) for smaller than it is.
+    pub fn shrink_stack(&mut self, place: usize, size: u16) {
+        let stack = &mut self.kernel.stacks[place];
+        stack.lowest = stack.highest + 1 - size;
+    }
+
+    /// How many paths the image has.
+    ///
+    /// # Panics
+    /// When the image does not run to its end.
+    pub fn paths(&self) -> usize {
+        let mut mcu = self.mcu();
+        let mut watch = Watch::new(&self.kernel);
+        while mcu.is_alive() {
+            assert!(watch.marks.len() < PATIENCE, "the image has an end");
+            if watch.step(&mut mcu).is_err() {
+                break; // it has ended
+            }
+        }
+        watch.marks.iter().filter(|&&mark| (OPEN..CLOSED).contains(&mark)).count()
+    }
+
+    fn mcu(&self) -> Mcu {
+        let mut mcu = Mcu::new(Part::ATMEGA128, self.image.clone(), 1).expect("the image fits the ATmega128");
+        enable_interrupts(&mut mcu);
+        mcu
+    }
+
+    /// An MCU at the beginning of a path.
+    fn reach(&self, path: u8) -> (Mcu, Watch<'_>) {
+        let mut mcu = self.mcu();
+        let mut watch = Watch::new(&self.kernel);
+        for _ in 0..PATIENCE {
+            step_unstruck(&mut mcu, &mut watch);
+            if watch.marked == Some(OPEN + path) {
+                watch.marks.clear();
+                return (mcu, watch);
+            }
+        }
+        panic!("path {path} does not begin")
+    }
+}
+
+/// Without a strike everything is right.
+fn step_unstruck(mcu: &mut Mcu, watch: &mut Watch) {
+    if let Err(wrong) = watch.step(mcu) {
+        panic!("without a strike, at {}: {wrong}", place(mcu, mcu.pc()));
+    }
+}
+
+/// Sweeps a share of one path of an image.
+///
+/// # Panics
+/// When the image has no such path, or is wrong without any strike.
+pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Findings {
+    let mut findings = Findings::default();
+    for is_due in [false, true] {
+        let (mut mcu, mut watch) = subject.reach(path);
+        if is_due {
+            if !mcu.interrupts_enabled() {
+                continue; // the start: its timers are due at its first tick, for there can be none before
+            }
+            watch.raise(&mut mcu, TICK);
+            while !watch.is_settled() {
+                step_unstruck(&mut mcu, &mut watch);
+            }
+        }
+        let strikes = match order {
+            Order::Single => STRIKES,
+            Order::Pair => PAIRS,
+        };
+        let strikes: Vec<_> = strikes.iter().copied().filter(|strike| strike.is_due == is_due).collect();
+        if !strikes.is_empty() {
+            Sweep { strikes, share, expected: Vec::new(), findings: &mut findings }.run(&mut mcu, watch);
+        }
+    }
+    findings
+}
+
+/// The sweep of one path, with its timers due at its first tick or not.
+struct Sweep<'f> {
+    strikes: Vec<Strike>,
+    share: Share,
+    /// The marks without a strike.
+    expected: Vec<u8>,
+    findings: &'f mut Findings,
+}
+
+/// An interrupt and the address that it struck.
+type Struck = (u8, u32);
+
+impl Sweep<'_> {
+    fn run(&mut self, mcu: &mut Mcu, mut watch: Watch) {
+        let unstruck = mcu.explore(|mcu| finish(mcu, watch.clone()));
+        self.expected = unstruck.unwrap_or_else(|wrong| panic!("without a strike: {wrong}")).marks;
+        let mut number = 0;
+        while watch.marked != Some(CLOSED) {
+            if watch.is_boundary {
+                if number % self.share.of == self.share.number {
+                    self.findings.boundaries += 1;
+                    self.strike(mcu, &watch);
+                }
+                number += 1;
+            }
+            step_unstruck(mcu, &mut watch);
+        }
+    }
+
+    fn strike(&mut self, mcu: &mut Mcu, watch: &Watch) {
+        for strike in self.strikes.clone() {
+            let at = mcu.pc();
+            mcu.explore(|mcu| {
+                let mut struck = watch.clone();
+                for &vector in strike.vectors {
+                    struck.raise(mcu, vector);
+                }
+                let log = strike.vectors.iter().map(|&vector| (vector, at)).collect();
+                match strike.second {
+                    None => self.try_out(mcu, struck, log),
+                    Some(second) => self.strike_again(mcu, struck, watch.accepted, log, second),
+                }
+            });
+        }
+    }
+
+    /// Strikes once more at each boundary until the first strike is dealt with: `accepted` counts the interrupts before it.
+    fn strike_again(&mut self, mcu: &mut Mcu, mut watch: Watch, accepted: usize, log: Vec<Struck>, second: u8) {
+        while watch.marked != Some(CLOSED) && !(watch.accepted > accepted && watch.is_settled()) {
+            if watch.is_boundary {
+                let mut log = log.clone();
+                log.push((second, mcu.pc()));
+                mcu.explore(|mcu| {
+                    let mut struck = watch.clone();
+                    struck.raise(mcu, second);
+                    self.try_out(mcu, struck, log);
+                });
+            }
+            if watch.step(mcu).is_err() {
+                return; // as every run from here finds
+            }
+        }
+    }
+
+    /// Runs to the end and notes what came of it.
+    fn try_out(&mut self, mcu: &mut Mcu, watch: Watch, log: Vec<Struck>) {
+        self.findings.runs += 1;
+        let wrong = match finish(mcu, watch) {
+            Ok(watch) => {
+                self.findings.note_depths(&watch.depths);
+                if watch.marks == self.expected {
+                    return;
+                }
+                format!("marks {:02x?} instead of {:02x?}", watch.marks, self.expected)
+            }
+            Err(wrong) => wrong,
+        };
+        self.findings.failed += 1;
+        if self.findings.failures.len() < TOLD {
+            let struck: Vec<_> =
+                log.iter().map(|&(vector, at)| format!("{vector} before {}", place(mcu, at))).collect();
+            let told = format!("{}: at {}: {wrong}", struck.join(", "), place(mcu, mcu.pc()));
+            self.findings.failures.push(told);
+        }
+    }
+}
+
+/// Runs to the end of the audit.
+fn finish<'k>(mcu: &mut Mcu, mut watch: Watch<'k>) -> Result<Watch<'k>, String> {
+    for _ in 0..PATIENCE {
+        watch.step(mcu)?;
+        if watch.marked == Some(AUDITED) {
+            return watch.check_end(mcu).map(|()| watch);
+        }
+    }
+    Err("it does not end".to_owned())
+}
+
+/// An address in flash, by the function that it is in.
+fn place(mcu: &Mcu, pc: u32) -> String {
+    match mcu.image().function_at(pc) {
+        Some((name, offset)) => format!("{pc:#x} ({:#}+{offset:#x})", rustc_demangle::demangle(name)),
+        None => format!("{pc:#x}"),
+    }
+}

@@ -1,0 +1,226 @@
+//! Watches each instruction of a run.
+
+use simavr_harness::{Mcu, State};
+
+use super::kernel::{Kernel, PREEMPTED};
+
+/// Vector numbers.
+pub const EXTERNAL: u8 = 5;
+pub const TICK: u8 = 15;
+
+/// Marks of the images; see their module `sweep`.
+pub const OPEN: u8 = 0x40;
+pub const CLOSED: u8 = 0x60;
+pub const AUDITED: u8 = 0x61;
+const ASK_EXTERNAL: u8 = 0x62;
+const ASK_TICK: u8 = 0x63;
+
+/// Data addresses of the registers that enable both interrupts, and their bits (ATmega128 datasheet, "Register Summary").
+const ENABLED: [(u16, u8); 2] = [(0x57, 1 << 1), (0x59, 1 << 4)]; // TIMSK: OCIE0; EIMSK: INT4
+
+/// `out SPH, r` and `out SPL, r`, without the register.
+const OUT_SPH: u16 = 0xbe0e;
+const OUT_SPL: u16 = 0xbe0d;
+const OUT_REGISTER: u16 = 0xfe0f;
+
+/// Enables both interrupts. Their devices stay off: the sweep stands for them.
+pub fn enable_interrupts(mcu: &mut Mcu) {
+    for (register, bit) in ENABLED {
+        mcu.write(register, bit);
+    }
+}
+
+/// A task's context as an interrupt found it.
+#[derive(Clone)]
+struct Interrupted {
+    task: u16,
+    pc: u32,
+    stack_pointer: u16,
+    registers: [u8; 32],
+    status: u8,
+    /// The head need not run when this goes on: it did not before, and the interrupt only counted.
+    is_switch_due: bool,
+}
+
+/// What has been seen of a run.
+#[derive(Clone)]
+pub struct Watch<'k> {
+    kernel: &'k Kernel,
+    /// Both halves of SP belong together.
+    stack_pointer_is_whole: bool,
+    /// Contexts to which no interrupt has returned yet.
+    interrupted: Vec<Interrupted>,
+    /// How many interrupts were accepted.
+    pub accepted: usize,
+    /// Whether an interrupt could be accepted before the next instruction, were they enabled: not behind one that enabled them.
+    pub is_boundary: bool,
+    /// The last mark, if the last instruction wrote one.
+    pub marked: Option<u8>,
+    /// The marks so far, without those that ask for interrupts.
+    pub marks: Vec<u8>,
+    /// The most bytes in use on each stack.
+    pub depths: Vec<u16>,
+}
+
+impl<'k> Watch<'k> {
+    /// For an MCU that runs with interrupts enabled, or is about to start the kernel.
+    pub fn new(kernel: &'k Kernel) -> Self {
+        Watch {
+            kernel,
+            stack_pointer_is_whole: true,
+            interrupted: Vec::new(),
+            accepted: 0,
+            is_boundary: true,
+            marked: None,
+            marks: Vec::new(),
+            depths: vec![0; kernel.stacks.len()],
+        }
+    }
+
+    /// Whether all contexts that an interrupt found have gone on as it found them.
+    pub fn is_settled(&self) -> bool {
+        self.interrupted.is_empty()
+    }
+
+    /// At the end each context that has not gone on still lies where the interrupt left it: the task was struck on its way
+    /// from a blocking call to the switch.
+    ///
+    /// # Errors
+    /// Which task is lost.
+    pub fn check_end(&self, mcu: &Mcu) -> Result<(), String> {
+        let is_lost = |found: &&Interrupted| {
+            self.kernel.preempted_at(mcu, found.task) != Some(found.stack_pointer - PREEMPTED)
+        };
+        let lost = self.interrupted.iter().find(is_lost);
+        lost.map_or(Ok(()), |found| Err(format!("{} was interrupted and is lost", self.kernel.name(found.task))))
+    }
+
+    /// Raises an interrupt between two instructions.
+    pub fn raise(&mut self, mcu: &mut Mcu, vector: u8) {
+        let before = mcu.interrupts_enabled();
+        mcu.raise_interrupt(vector);
+        if before && !mcu.interrupts_enabled() {
+            self.accept(mcu, vector);
+        }
+    }
+
+    /// Runs one instruction; gives a tick to an MCU that sleeps, and what a mark asks for.
+    ///
+    /// # Errors
+    /// What is wrong behind the instruction.
+    pub fn step(&mut self, mcu: &mut Mcu) -> Result<(), String> {
+        if mcu.state() == State::Sleeping {
+            self.raise(mcu, TICK);
+        }
+        let instruction = instruction(mcu);
+        let (marks, enabled) = (mcu.markers().len(), mcu.interrupts_enabled());
+        let accepted = mcu.step();
+        if let Some(accepted) = accepted {
+            self.accept(mcu, accepted.vector);
+        } else if !mcu.is_alive() {
+            return Err(format!("{:?}", mcu.state()));
+        }
+        self.is_boundary = enabled || !mcu.interrupts_enabled();
+        self.check_stack(mcu, instruction)?;
+        self.check_return(mcu)?;
+        self.marked = mcu.markers().get(marks).map(|marker| marker.value);
+        if let Some(mark) = self.marked {
+            self.note(mcu, mark)?;
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, mcu: &mut Mcu, mark: u8) -> Result<(), String> {
+        // Up to the first task's first instruction the kernel has not started.
+        if mcu.interrupts_enabled() {
+            self.kernel.check(mcu).map_err(|wrong| format!("at mark {mark:#x}: {wrong}"))?;
+        }
+        match mark {
+            ASK_EXTERNAL => self.raise(mcu, EXTERNAL),
+            ASK_TICK => self.raise(mcu, TICK),
+            _ => self.marks.push(mark),
+        }
+        Ok(())
+    }
+
+    /// Notes what the interrupt `vector`, just accepted, has found.
+    fn accept(&mut self, mcu: &Mcu, vector: u8) {
+        self.accepted += 1;
+        let task = self.kernel.running(mcu);
+        if task == self.kernel.idle {
+            return; // has nothing to go on with: it is begun anew
+        }
+        // Wherever a broken kernel has led it.
+        let stack_pointer = mcu.stack_pointer().wrapping_add(2);
+        let byte = |address| mcu.read(address).unwrap_or(0);
+        let pc = u16::from_be_bytes([byte(stack_pointer.wrapping_sub(1)), byte(stack_pointer)]);
+        let only_counts = vector == TICK && self.kernel.ticks_left(mcu) != 1;
+        self.interrupted.push(Interrupted {
+            task,
+            pc: u32::from(pc) * 2,
+            stack_pointer,
+            registers: std::array::from_fn(|register| byte(register as u16)),
+            status: byte(SREG) | INTERRUPTS_ENABLED,
+            is_switch_due: only_counts && self.kernel.head(mcu) != task,
+        });
+    }
+
+    /// SP lies in the stack that is in use, and no task's stack takes more than one context of an interrupt.
+    fn check_stack(&mut self, mcu: &Mcu, instruction: u16) -> Result<(), String> {
+        match instruction & OUT_REGISTER {
+            OUT_SPH => self.stack_pointer_is_whole = false,
+            OUT_SPL => self.stack_pointer_is_whole = true,
+            _ => {}
+        }
+        if !self.stack_pointer_is_whole {
+            return Ok(());
+        }
+        let stack_pointer = mcu.stack_pointer();
+        let stacks = &self.kernel.stacks;
+        let Some(index) = stacks.iter().position(|stack| stack.holds(stack_pointer)) else {
+            return Err(format!("SP {stack_pointer:#x} lies in no stack"));
+        };
+        let stack = &stacks[index];
+        self.depths[index] = self.depths[index].max(stack.highest - stack_pointer);
+        if mcu.interrupts_enabled() && stack.control != self.kernel.running(mcu) {
+            return Err(format!("the running task uses the stack of {}", stack.name));
+        }
+        let is_beyond =
+            |found: &Interrupted| found.task == stack.control && stack_pointer + PREEMPTED < found.stack_pointer;
+        if self.interrupted.iter().any(is_beyond) {
+            return Err(format!("on the stack of {} lies more than one context of an interrupt", stack.name));
+        }
+        Ok(())
+    }
+
+    /// Where an interrupted task goes on, every register is as it was, and it is the one to run.
+    fn check_return(&mut self, mcu: &Mcu) -> Result<(), String> {
+        let (pc, stack_pointer) = (mcu.pc(), mcu.stack_pointer());
+        let goes_on = |found: &Interrupted| found.pc == pc && found.stack_pointer == stack_pointer;
+        let Some(index) = self.interrupted.iter().position(goes_on) else { return Ok(()) };
+        let found = self.interrupted.swap_remove(index);
+        let byte = |address| mcu.read(address).unwrap_or(0);
+        for (register, &before) in found.registers.iter().enumerate() {
+            let now = byte(register as u16);
+            if now != before {
+                return Err(format!("r{register} was {before:#x} before the interrupt and is {now:#x} after it"));
+            }
+        }
+        if byte(SREG) != found.status {
+            return Err(format!("SREG was {:#x} and is {:#x}", found.status, byte(SREG)));
+        }
+        let checked =
+            if found.is_switch_due { self.kernel.check_lists(mcu) } else { self.kernel.check(mcu) };
+        checked.map_err(|wrong| format!("after an interrupt: {wrong}"))
+    }
+}
+
+/// Data address of the status register, and its flag I.
+const SREG: u16 = 0x5f;
+const INTERRUPTS_ENABLED: u8 = 0x80;
+
+/// The instruction to come.
+fn instruction(mcu: &Mcu) -> u16 {
+    let at = mcu.pc() as usize;
+    mcu.image().flash().get(at..at + 2).map_or(0, |bytes| u16::from_le_bytes([bytes[0], bytes[1]]))
+}

@@ -1,0 +1,39 @@
+//! No figure of the kernel gets worse.
+
+use std::collections::BTreeMap;
+
+use simavr_harness::bench;
+use superbot_tests_simavr::test_images;
+
+/// A line for each figure: its name, and the most that it may be.
+const LIMITS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/expected/bench.txt");
+
+#[test]
+fn no_figure_gets_worse() {
+    let measured = bench::measure(&test_images()).unwrap_or_else(|error| panic!("{error}"));
+    if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        let lines = measured.iter().map(|measured| format!("{} {}\n", measured.name, measured.value));
+        std::fs::write(LIMITS, lines.collect::<String>()).expect("the limits can be written");
+        return;
+    }
+    let limits = std::fs::read_to_string(LIMITS)
+        .unwrap_or_else(|error| panic!("{LIMITS}: {error}; UPDATE_EXPECTED=1 writes it"));
+    let mut limits: BTreeMap<&str, u64> = limits.lines().map(limit).collect();
+    let mut faults = Vec::new();
+    for measured in measured {
+        match limits.remove(measured.name) {
+            None => faults.push(format!("{} is {}, and has no limit", measured.name, measured.value)),
+            Some(limit) if measured.value > limit => {
+                faults.push(format!("{} is {}, and was {limit}", measured.name, measured.value));
+            }
+            Some(_) => {}
+        }
+    }
+    faults.extend(limits.keys().map(|name| format!("{name} is no longer measured")));
+    assert!(faults.is_empty(), "{faults:#?}\nif that is meant, UPDATE_EXPECTED=1 writes the new figures");
+}
+
+fn limit(line: &str) -> (&str, u64) {
+    let (name, value) = line.split_once(' ').expect("a line is a name and a figure");
+    (name, value.parse().expect("a figure is a number"))
+}

@@ -1,0 +1,96 @@
+//! No stack is ever used beyond the bound that was computed for it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use simavr_harness::{CLOCK_HZ, Controller, Face, Image, Mcu, Part, RobotBuilder};
+use superbot_tests_simavr::chain::Chain;
+use superbot_tests_simavr::stacks::{paint, stacks};
+use superbot_tests_simavr::{firmware, images, test_images};
+use tasks::dock::Dock;
+
+/// A chain of five, and at the one in the middle another two: so that all four links of a module are in use.
+const ATTACHMENTS: [((usize, Dock), (usize, Dock)); 6] = [
+    ((0, Dock::Back), (1, Dock::Front)),
+    ((1, Dock::Back), (2, Dock::Front)),
+    ((2, Dock::Back), (3, Dock::Front)),
+    ((3, Dock::Back), (4, Dock::Front)),
+    ((2, Dock::Left), (5, Dock::Back)),
+    ((2, Dock::Up), (6, Dock::Back)),
+];
+
+const MODULES: usize = 7;
+
+const SECOND: u64 = CLOCK_HZ as u64;
+
+#[test]
+fn of_the_robot() {
+    let builder = RobotBuilder::new(firmware(), MODULES).seed(1);
+    let builder = ATTACHMENTS.into_iter().fold(builder, |builder, (one, other)| {
+        let [one, other] = [one, other].map(|(module, dock)| Face { module, dock });
+        builder.attach(one, other)
+    });
+    let mut robot = builder.build().expect("the robot can be built");
+    let notes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware-master/stacks.txt");
+    let stacks = [
+        (Controller::Master, stacks(&images().join("firmware-master.elf"), Some(&notes))),
+        (Controller::Slave, stacks(&images().join("firmware-slave.elf"), None)),
+    ];
+    for module in 0..MODULES {
+        for (controller, stacks) in &stacks {
+            paint(robot.module_mut(module).expect("the module is there").mcu_mut(*controller), stacks);
+        }
+    }
+
+    let mut chain = Chain::of_robot(robot, 2);
+    chain.lose_frames(0.3);
+    chain.run(20 * SECOND);
+    chain.lose_frames(0.0);
+    chain.run(SECOND / 2);
+    chain.assert_right("after 20 s with losses");
+
+    println!("MCU     stack           bytes  bound  used");
+    let mut beyond = Vec::new();
+    for (controller, stacks) in &stacks {
+        for stack in stacks {
+            let mcus = (0..MODULES).filter_map(|module| Some(chain.robot().module(module)?.mcu(*controller)));
+            let used = mcus.map(|mcu| stack.used(mcu)).max().unwrap_or_default();
+            let (size, bound) = (stack.bound.size, stack.bound.needs());
+            println!("{:7} {:15} {size:5} {bound:6} {used:5}", format!("{controller:?}"), stack.name);
+            assert!(
+                bound < size.into(),
+                "{}: with no byte to spare, use beyond the bound would not show",
+                stack.name
+            );
+            if used > bound {
+                beyond.push((controller, &stack.name, used, bound));
+            }
+        }
+    }
+    assert!(beyond.is_empty(), "used beyond the bound: {beyond:?}");
+}
+
+/// The stacks of test images are generous: use beyond a bound would show.
+#[test]
+fn of_the_test_images() {
+    let mut exact = 0;
+    for entry in std::fs::read_dir(test_images()).expect("there are test images: ./x test builds them") {
+        let path = entry.expect("the directory can be read").path();
+        if path.extension().is_none_or(|extension| extension != "elf") {
+            continue; // a folder of images with faults
+        }
+        let image = Arc::new(Image::load(&path).expect("the image can be read"));
+        let stacks = stacks(&path, None);
+        let mut mcu = Mcu::new(Part::ATMEGA128, image, 1).expect("the image fits the ATmega128");
+        paint(&mut mcu, &stacks);
+        mcu.run_to_end(2 * SECOND);
+        for stack in &stacks {
+            let (used, bound) = (stack.used(&mcu), stack.bound.needs());
+            let image = path.file_stem().unwrap_or_default().display();
+            println!("{image:20} {:15} {bound:6} {used:5}", stack.name);
+            assert!(used <= bound, "{}: {used} bytes used of {}", path.display(), stack.bound);
+            exact += usize::from(used == bound);
+        }
+    }
+    assert!(exact > 0, "no bound is reached: they are far too large");
+}

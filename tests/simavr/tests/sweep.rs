@@ -1,0 +1,56 @@
+//! The interrupt sweep, a part of it: `./x sweep` runs the whole. And what it would find.
+
+use superbot_tests_simavr::image;
+use superbot_tests_simavr::sweep::{Extent, Findings, Order, PROGRAMS, Share, Subject, sweep_all, sweep_path};
+
+#[test]
+fn no_interrupt_breaks_the_kernel() {
+    let total = sweep_all(Extent::Sample(7), |line| println!("{line}"));
+    assert_eq!(total.single.failed, 0, "{:#?}", total.single.failures);
+    assert!(total.single.boundaries > 10_000, "{total:?}");
+}
+
+#[test]
+fn every_path_is_swept() {
+    for program in PROGRAMS {
+        assert_eq!(Subject::new(image(program.image)).paths(), program.paths.len(), "{}", program.image);
+    }
+}
+
+/// Sweeps a path by its name.
+fn sweep(subject: &Subject, program: &str, path: &str) -> Findings {
+    let program = PROGRAMS.iter().find(|one| one.image == program).expect("there is such a program");
+    let path = program.paths.iter().position(|&name| name == path).expect("there is such a path");
+    sweep_path(subject, path as u8, Order::Single, Share::WHOLE)
+}
+
+#[test]
+fn a_critical_section_taken_out_is_found() {
+    let subject = Subject::new(image("fault-unmasked-post/sweep_semaphore"));
+    // The signal that an interrupt stores is lost; the lists of ready tasks break.
+    for path in ["post to nobody", "post to a higher task, which then blocks", "post to a lower task, then block"] {
+        let findings = sweep(&subject, "sweep_semaphore", path);
+        assert!(findings.failed > 0, "{path}: {findings:?}");
+    }
+}
+
+#[test]
+fn contexts_that_pile_up_are_found() {
+    let subject = Subject::new(image("fault-early-enable/sweep_switch"));
+    let findings = sweep(&subject, "sweep_switch", "preemption with all registers in use");
+    assert!(findings.failures.iter().any(|told| told.contains("more than one context")), "{findings:?}");
+}
+
+#[test]
+fn a_stack_that_is_too_small_is_found() {
+    const PATH: &str = "preemption with all registers in use";
+    let mut subject = Subject::new(image("sweep_switch"));
+    let used = sweep(&subject, "sweep_switch", PATH).depths;
+    let stacks = subject.stacks().map(|(name, _)| name.to_owned());
+    let place = stacks.into_iter().position(|name| name == "HIGH").expect("there is such a task");
+    subject.shrink_stack(place, used[place]);
+    assert_eq!(sweep(&subject, "sweep_switch", PATH).failed, 0, "what is in use is enough");
+    subject.shrink_stack(place, used[place] - 1);
+    let findings = sweep(&subject, "sweep_switch", PATH);
+    assert!(findings.failures.iter().any(|told| told.contains("no stack")), "{findings:?}");
+}
