@@ -188,8 +188,11 @@ impl Kernel {
         if is_there != (last != 0) {
             return Err(format!("the bit of those that arrived at P{priority} is {is_there}"));
         }
+        if !is_there {
+            return Ok(());
+        }
         let mut task = last;
-        while is_there {
+        loop {
             task = word(mcu, task + LINK);
             if self.stack_of(task).is_none() || task == self.idle {
                 return Err(format!("{task:#x} has arrived at P{priority}"));
@@ -202,10 +205,9 @@ impl Kernel {
             }
             seen.push(task);
             if task == last {
-                break;
+                return Ok(());
             }
         }
-        Ok(())
     }
 
     /// Each task that does not run has a whole context on its own stack.
