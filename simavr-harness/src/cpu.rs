@@ -375,6 +375,12 @@ impl Cpu {
         }
     }
 
+    /// Whether the last instruction enabled interrupts, so that the next one runs before any is accepted.
+    pub fn enabled_just_now(self) -> bool {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).interrupt_state < 0 }
+    }
+
     /// Whether the next [`Cpu::serve_interrupts`] would accept an interrupt.
     pub fn interrupt_waits(self) -> bool {
         // SAFETY: the instance is alive by the type's invariant.

@@ -41,6 +41,8 @@ pub struct Mcu {
     awake_cycles: u64,
     /// The core slept when it was last looked at: the next interrupt wakes it.
     asleep: bool,
+    /// Whether the last instruction enabled interrupts.
+    enabled_just_now: bool,
     ended: Option<State>,
     resets: u64,
 }
@@ -122,6 +124,7 @@ impl Mcu {
             random: Random::new(seed),
             awake_cycles: 0,
             asleep: false,
+            enabled_just_now: false,
             ended: None,
             resets: 0,
         };
@@ -338,6 +341,7 @@ impl Mcu {
         if self.cpu.has_fault() {
             self.crash();
         }
+        self.enabled_just_now = self.cpu.enabled_just_now();
         self.serve_interrupts()
     }
 
@@ -357,11 +361,12 @@ impl Mcu {
     }
 
     /// Does something to the MCU from outside, between two instructions. An interrupt raised by it
-    /// is served at once, before the next instruction, as one raised inside would be.
+    /// is served at once, before the next instruction, as one raised inside would be; but not where the last one enabled
+    /// interrupts, for then one more runs first (datasheet, "Reset and Interrupt Handling").
     fn act_from_outside<R>(&mut self, act: impl FnOnce(&mut Self) -> R) -> R {
         let waited = self.cpu.interrupt_waits();
         let result = act(self);
-        if !waited && self.cpu.interrupt_waits() && self.is_alive() {
+        if !waited && !self.enabled_just_now && self.cpu.interrupt_waits() && self.is_alive() {
             self.serve_interrupts();
         }
         result
