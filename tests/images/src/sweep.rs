@@ -8,8 +8,8 @@
 use board::debug::mark;
 use core::array;
 use kernel::{
-    Boot, Context, EventFlags, Fifo, Interrupt, MaskedCell, Message, Mutex, Never, Priority, Queue, Semaphore, Task,
-    Ticks, Timer,
+    Boot, Context, EventFlags, Fifo, Interrupt, MaskedCell, Message, Mutex, Never, Priority, Queue,
+    Semaphore, Task, Ticks, Timer,
 };
 
 use crate::{finish, start};
@@ -24,7 +24,7 @@ pub const AUDITED: u8 = 0x61;
 pub const ASK_EXTERNAL: u8 = 0x62;
 /// Asks the sweep for a tick, as part of the path. It gives one too whenever the MCU sleeps.
 pub const ASK_TICK: u8 = 0x63;
-/// With a number added: what the audit found wrong.
+/// Something is wrong; with a number added, the audit's check of that number.
 pub const WRONG: u8 = 0xd0;
 
 /// The sweep finds the stacks by this module's name.
@@ -46,7 +46,7 @@ mod stack {
 // ---- What interrupts and paths both use ----------------------------------------------------------
 
 pub struct Parcel(pub u8);
-const PARCELS_IN_ALL: usize = 6;
+const PARCELS_IN_ALL: usize = 8;
 kernel::pool!(Parcel, PARCELS_IN_ALL);
 
 /// Nobody waits for it: it stores.
@@ -55,6 +55,10 @@ pub static STORE: Semaphore = Semaphore::new(0);
 pub static RACE: Semaphore = Semaphore::new(0);
 /// A task of priority 5 receives them.
 pub static PARCELS: Queue<Parcel> = Queue::new(4);
+/// Nobody receives them: it soon is full.
+pub static NOTES: Queue<Parcel> = Queue::new(2);
+/// Nobody waits for them.
+pub static SIGNS: EventFlags = EventFlags::new();
 /// A task of priority 4 waits for any of them.
 pub static FLAGS: EventFlags = EventFlags::new();
 /// Nobody takes them but the audit.
@@ -64,7 +68,7 @@ pub static TOTAL: Mutex<u16> = Mutex::new(Priority::P1, 0);
 /// A task above its ceiling locks it too.
 pub static BELOW: Mutex<u16> = Mutex::new(Priority::P4, 0);
 
-/// The one of [`FLAGS`] that the external interrupt sets; a path has the others.
+/// The one of [`FLAGS`] and of [`SIGNS`] that the external interrupt sets; a path has the others.
 pub const FLAG_OF_INTERRUPT: u8 = 1;
 
 static PRESSED: Semaphore = Semaphore::new(0);
@@ -96,6 +100,9 @@ static RACED: Count = Count::new(0);
 static SENT: Count = Count::new(0);
 static RECEIVED: Count = Count::new(0);
 static FLAGS_SEEN: Count = Count::new(0);
+static NOTED: Count = Count::new(0);
+/// As the queue counts, since the start.
+static REFUSED: Count = Count::new(0);
 
 fn count(context: &mut impl Context, count: &Count) {
     context.mask(|masked| count.count(masked));
@@ -113,6 +120,8 @@ pub fn external(interrupt: &mut Interrupt) {
     BYTES.put(interrupt, 1);
     RACE.post(interrupt);
     send(interrupt);
+    note(interrupt);
+    SIGNS.set(interrupt, FLAG_OF_INTERRUPT);
     FLAGS.set(interrupt, FLAG_OF_INTERRUPT);
     QUIET.post(interrupt);
     PRESSED.post(interrupt);
@@ -127,6 +136,14 @@ pub fn send(context: &mut impl Context) {
     }
 }
 
+/// Sends a note, if there is a parcel for it and room.
+pub fn note(context: &mut impl Context) {
+    if let Ok(parcel) = Message::new(context, Parcel(0)) {
+        let came = NOTES.send(context, parcel);
+        count(context, if came.is_ok() { &NOTED } else { &REFUSED });
+    }
+}
+
 fn high(task: &mut Task) -> Never {
     loop {
         PRESSED.wait(task);
@@ -138,6 +155,7 @@ fn high(task: &mut Task) -> Never {
             mark(WRONG);
         }
         send(task);
+        note(task);
         *BELOW.lock(task) += 1;
     }
 }
@@ -174,7 +192,7 @@ fn receiver(task: &mut Task) -> Never {
     loop {
         let parcel = PARCELS.receive(task);
         if parcel.0 != 0x5a {
-            mark(WRONG + 1);
+            mark(WRONG);
         }
         count(task, &RECEIVED);
     }
@@ -253,10 +271,12 @@ pub struct Did {
     pub bytes: i16,
     /// Flags it set in [`FLAGS`].
     pub flags: u16,
+    /// Notes it took.
+    pub notes: u16,
 }
 
 /// Nothing that interrupts do too.
-pub const NOTHING: Did = Did { stored: 0, raced: 0, total: 0, below: 0, bytes: 0, flags: 0 };
+pub const NOTHING: Did = Did { stored: 0, raced: 0, total: 0, below: 0, bytes: 0, flags: 0, notes: 0 };
 
 /// Runs path `number`, and audits what has become of everything.
 #[inline(always)]
@@ -282,8 +302,18 @@ pub fn open_at_boot(boot: &mut Boot, number: u8) {
 }
 
 fn prepare(context: &mut impl Context, ticks: Ticks) {
-    let counts =
-        [&EXTERNAL, &HIGH_RAN, &ALARMED_RAN, &NAPPED_OUT, &ROUSED, &RACED, &SENT, &RECEIVED, &FLAGS_SEEN];
+    let counts = [
+        &EXTERNAL,
+        &HIGH_RAN,
+        &ALARMED_RAN,
+        &NAPPED_OUT,
+        &ROUSED,
+        &RACED,
+        &SENT,
+        &RECEIVED,
+        &FLAGS_SEEN,
+        &NOTED,
+    ];
     context.mask(|masked| {
         counts.into_iter().for_each(|count| count.set(masked, 0));
         UNTIL_DUE.set(masked, ticks);
@@ -299,28 +329,37 @@ fn audit(task: &mut Task, did: Did) {
     let external = read(task, &EXTERNAL);
     let alarms = u16::from(!ALARM.cancel(task));
     let echoes = u16::from(!ECHO.cancel(task));
-    expect(task, 2, &HIGH_RAN, external);
-    expect(task, 3, &ALARMED_RAN, alarms);
-    expect(task, 4, &RACED, external + echoes + did.raced);
+    expect(task, 1, &HIGH_RAN, external);
+    expect(task, 2, &ALARMED_RAN, alarms);
+    expect(task, 3, &RACED, external + echoes + did.raced);
     let sent = read(task, &SENT);
-    expect(task, 5, &RECEIVED, sent);
-    expect(task, 6, &FLAGS_SEEN, did.flags | if external > 0 { FLAG_OF_INTERRUPT.into() } else { 0 });
+    expect(task, 4, &RECEIVED, sent);
+    let flag = if external > 0 { FLAG_OF_INTERRUPT } else { 0 };
+    expect(task, 5, &FLAGS_SEEN, did.flags | u16::from(flag));
+    check(6, SIGNS.take(task, 0xff) == flag);
+    let mut notes = did.notes;
+    while NOTES.try_receive(task).is_some() {
+        notes += 1;
+    }
+    expect(task, 7, &NOTED, notes);
+    let refused = NOTES.refused(task);
+    expect(task, 8, &REFUSED, refused);
 
     QUIET.post(task); // rouses the napping task, if nothing has
     let roused = read(task, &ROUSED);
     let napped_out = read(task, &NAPPED_OUT);
-    check(7, roused + napped_out == 1);
-    check(8, drain(task, &QUIET) + roused == external + 1);
-    check(9, drain(task, &STORE) as i16 == (external + alarms) as i16 + did.stored);
-    check(10, core::mem::take(&mut *TOTAL.lock(task)) == external + did.total);
-    check(11, core::mem::take(&mut *BELOW.lock(task)) == external + did.below);
+    check(9, roused + napped_out == 1);
+    check(10, drain(task, &QUIET) + roused == external + 1);
+    check(11, drain(task, &STORE) as i16 == (external + alarms) as i16 + did.stored);
+    check(12, core::mem::take(&mut *TOTAL.lock(task)) == external + did.total);
+    check(13, core::mem::take(&mut *BELOW.lock(task)) == external + did.below);
     let mut bytes = 0;
     while BYTES.take(task).is_some() {
         bytes += 1;
     }
-    check(12, bytes == external as i16 + did.bytes);
+    check(14, bytes == external as i16 + did.bytes);
     let all: [_; PARCELS_IN_ALL] = array::from_fn(|_| Message::new(task, Parcel(0)).ok());
-    check(13, all.iter().all(Option::is_some) && Message::new(task, Parcel(0)).is_err());
+    check(15, all.iter().all(Option::is_some) && Message::new(task, Parcel(0)).is_err());
 }
 
 fn expect(task: &mut Task, number: u8, count: &Count, expected: u16) {

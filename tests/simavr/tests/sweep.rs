@@ -1,7 +1,9 @@
 //! The interrupt sweep, a part of it: `./x sweep` runs the whole. And what it would find.
 
 use superbot_tests_simavr::image;
-use superbot_tests_simavr::sweep::{Extent, Findings, Order, PROGRAMS, Share, Subject, sweep_all, sweep_path};
+use superbot_tests_simavr::sweep::{
+    Extent, Findings, Order, PROGRAMS, Share, Subject, sweep_all, sweep_path,
+};
 
 #[test]
 fn no_interrupt_breaks_the_kernel() {
@@ -28,7 +30,9 @@ fn sweep(subject: &Subject, program: &str, path: &str) -> Findings {
 fn a_critical_section_taken_out_is_found() {
     let subject = Subject::new(image("fault-unmasked-post/sweep_semaphore"));
     // The signal that an interrupt stores is lost; the lists of ready tasks break.
-    for path in ["post to nobody", "post to a higher task, which then blocks", "post to a lower task, then block"] {
+    for path in
+        ["post to nobody", "post to a higher task, which then blocks", "post to a lower task, then block"]
+    {
         let findings = sweep(&subject, "sweep_semaphore", path);
         assert!(findings.failed > 0, "{path}: {findings:?}");
     }

@@ -5,7 +5,7 @@
 
 use board::debug::mark;
 use kernel::{Message, Queue, Task};
-use tests_images::sweep::{self, BYTES, Did, GO_LOW, GO_MIDDLE, NOTHING, Parcel, path, send};
+use tests_images::sweep::{self, BYTES, Did, GO_LOW, GO_MIDDLE, NOTES, NOTHING, Parcel, note, path, send};
 
 kernel::tick_interrupt!(__vector_15);
 kernel::interrupt! {
@@ -84,6 +84,18 @@ fn director(task: &mut Task) {
         post(task, 1);
         mark(3);
         NOTHING
+    });
+    // By the same queue as the interrupt's, which soon is full.
+    path(task, 9, |task| {
+        note(task);
+        note(task);
+        note(task);
+        let taken = [
+            NOTES.try_receive(task),
+            NOTES.receive_timeout(task, 1).ok(),
+            NOTES.receive_timeout(task, 1).ok(),
+        ];
+        Did { notes: taken.iter().flatten().count() as u16, ..NOTHING }
     });
 }
 

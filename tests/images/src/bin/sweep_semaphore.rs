@@ -5,7 +5,7 @@
 
 use board::debug::mark;
 use kernel::{EventFlags, Semaphore, Task};
-use tests_images::sweep::{self, Did, FLAGS, GO_LOW, GO_MIDDLE, GO_TWIN, NOTHING, RACE, STORE, path};
+use tests_images::sweep::{self, Did, FLAGS, GO_LOW, GO_MIDDLE, GO_TWIN, NOTHING, RACE, SIGNS, STORE, path};
 
 kernel::tick_interrupt!(__vector_15);
 kernel::interrupt! {
@@ -86,6 +86,8 @@ fn director(task: &mut Task) {
         FLAGS.set(task, 2);
         FLAGS.set(task, 4);
         FLAGS.take(task, 8);
+        SIGNS.set(task, 2);
+        SIGNS.take(task, 2);
         Did { flags: 6, ..NOTHING }
     });
     // Waits with a time limit: the signal is in store, comes, and does not come.

@@ -45,35 +45,40 @@ pub fn sweep_all(extent: Extent, mut tell: impl FnMut(String)) -> Total {
     let mut total = Total::default();
     let mut done = Findings::default();
     let mut depths = Findings::default();
-    in_order(&jobs, |job| sweep_path(&subjects[job.program], job.path, job.order, job.share), |job, findings| {
-        done.add(&findings);
-        let is_last = |share: Share| extent != Extent::Whole || share.number + 1 == share.of;
-        if !is_last(job.share) {
-            return;
-        }
-        let done = std::mem::take(&mut done);
-        let program = &PROGRAMS[job.program];
-        let (sum, strikes) = match job.order {
-            Order::Single => (&mut total.single, "one strike"),
-            Order::Pair => (&mut total.pairs, "two strikes"),
-        };
-        let name = program.paths[usize::from(job.path)];
-        tell(format!(
-            "{:15}  {name:40}  {strikes:11}  {:6} boundaries  {:8} runs  {:6} failed",
-            program.image, done.boundaries, done.runs, done.failed
-        ));
-        done.failures.iter().for_each(|failure| tell(format!("    {failure}")));
-        // The stacks of one image are not those of another.
-        sum.add(&Findings { depths: Vec::new(), ..done.clone() });
-        depths.add(&Findings { depths: done.depths, ..Findings::default() });
-        let is_last_of_image = jobs.iter().rfind(|other| other.program == job.program);
-        if is_last_of_image.is_some_and(|last| last.path == job.path && last.order == job.order) {
-            let depths = std::mem::take(&mut depths).depths;
-            let stacks = subjects[job.program].stacks().zip(depths);
-            let stacks: Vec<_> = stacks.map(|((name, size), depth)| format!("{name} {depth}/{size}")).collect();
-            tell(format!("{:15}  bytes of stacks used: {}", program.image, stacks.join(", ")));
-        }
-    });
+    in_order(
+        &jobs,
+        |job| sweep_path(&subjects[job.program], job.path, job.order, job.share),
+        |job, findings| {
+            done.add(&findings);
+            let is_last = |share: Share| extent != Extent::Whole || share.number + 1 == share.of;
+            if !is_last(job.share) {
+                return;
+            }
+            let done = std::mem::take(&mut done);
+            let program = &PROGRAMS[job.program];
+            let (sum, strikes) = match job.order {
+                Order::Single => (&mut total.single, "one strike"),
+                Order::Pair => (&mut total.pairs, "two strikes"),
+            };
+            let name = program.paths[usize::from(job.path)];
+            tell(format!(
+                "{:15}  {name:40}  {strikes:11}  {:6} boundaries  {:8} runs  {:6} failed",
+                program.image, done.boundaries, done.runs, done.failed
+            ));
+            done.failures.iter().for_each(|failure| tell(format!("    {failure}")));
+            // The stacks of one image are not those of another.
+            sum.add(&Findings { depths: Vec::new(), ..done.clone() });
+            depths.add(&Findings { depths: done.depths, ..Findings::default() });
+            let is_last_of_image = jobs.iter().rfind(|other| other.program == job.program);
+            if is_last_of_image.is_some_and(|last| last.path == job.path && last.order == job.order) {
+                let depths = std::mem::take(&mut depths).depths;
+                let stacks = subjects[job.program].stacks().zip(depths);
+                let stacks: Vec<_> =
+                    stacks.map(|((name, size), depth)| format!("{name} {depth}/{size}")).collect();
+                tell(format!("{:15}  bytes of stacks used: {}", program.image, stacks.join(", ")));
+            }
+        },
+    );
     total
 }
 

@@ -86,12 +86,8 @@ impl Kernel {
             symbol.unwrap_or_else(|| panic!("the image has no {name}")).1
         };
         let idle = find(IDLE);
-        let kernel_stack = Stack {
-            name: "(kernel)".to_owned(),
-            control: idle,
-            lowest: find("__bss_end"),
-            highest: RAM_END,
-        };
+        let kernel_stack =
+            Stack { name: "(kernel)".to_owned(), control: idle, lowest: find("__bss_end"), highest: RAM_END };
         let mut tasks: Vec<_> = data
             .iter()
             .filter_map(|&(mangled, control, size)| {

@@ -41,6 +41,7 @@ pub const PROGRAMS: &[Program] = &[
             "send to a lower task, as interrupts do",
             "bytes that interrupts put too",
             "receive with a time limit",
+            "send to a queue that interrupts fill",
         ],
         struck_twice: &[0, 2, 7],
     },

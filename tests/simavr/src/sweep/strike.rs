@@ -233,7 +233,14 @@ impl Sweep<'_> {
     }
 
     /// Strikes once more at each boundary until the first strike is dealt with: `accepted` counts the interrupts before it.
-    fn strike_again(&mut self, mcu: &mut Mcu, mut watch: Watch, accepted: usize, log: Vec<Struck>, second: u8) {
+    fn strike_again(
+        &mut self,
+        mcu: &mut Mcu,
+        mut watch: Watch,
+        accepted: usize,
+        log: Vec<Struck>,
+        second: u8,
+    ) {
         while watch.marked != Some(CLOSED) && !(watch.accepted > accepted && watch.is_settled()) {
             if watch.is_boundary {
                 let mut log = log.clone();

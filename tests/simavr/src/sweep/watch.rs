@@ -92,7 +92,9 @@ impl<'k> Watch<'k> {
             self.kernel.preempted_at(mcu, found.task) != Some(found.stack_pointer - PREEMPTED)
         };
         let lost = self.interrupted.iter().find(is_lost);
-        lost.map_or(Ok(()), |found| Err(format!("{} was interrupted and is lost", self.kernel.name(found.task))))
+        lost.map_or(Ok(()), |found| {
+            Err(format!("{} was interrupted and is lost", self.kernel.name(found.task)))
+        })
     }
 
     /// Raises an interrupt between two instructions.
@@ -185,8 +187,9 @@ impl<'k> Watch<'k> {
         if mcu.interrupts_enabled() && stack.control != self.kernel.running(mcu) {
             return Err(format!("the running task uses the stack of {}", stack.name));
         }
-        let is_beyond =
-            |found: &Interrupted| found.task == stack.control && stack_pointer + PREEMPTED < found.stack_pointer;
+        let is_beyond = |found: &Interrupted| {
+            found.task == stack.control && stack_pointer + PREEMPTED < found.stack_pointer
+        };
         if self.interrupted.iter().any(is_beyond) {
             return Err(format!("on the stack of {} lies more than one context of an interrupt", stack.name));
         }
@@ -203,14 +206,15 @@ impl<'k> Watch<'k> {
         for (register, &before) in found.registers.iter().enumerate() {
             let now = byte(register as u16);
             if now != before {
-                return Err(format!("r{register} was {before:#x} before the interrupt and is {now:#x} after it"));
+                return Err(format!(
+                    "r{register} was {before:#x} before the interrupt and is {now:#x} after it"
+                ));
             }
         }
         if byte(SREG) != found.status {
             return Err(format!("SREG was {:#x} and is {:#x}", found.status, byte(SREG)));
         }
-        let checked =
-            if found.is_switch_due { self.kernel.check_lists(mcu) } else { self.kernel.check(mcu) };
+        let checked = if found.is_switch_due { self.kernel.check_lists(mcu) } else { self.kernel.check(mcu) };
         checked.map_err(|wrong| format!("after an interrupt: {wrong}"))
     }
 }
