@@ -2,7 +2,7 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::hormone::Data;
-use hormone::module_type::ModuleType;
+use hormone::module_type::ModuleType::{Head, Spine, Tail};
 use simavr_harness::{Controller, Face, Faults};
 use superbot_tests_simavr::MILLISECOND;
 use superbot_tests_simavr::chain::{Chain, Count, Deed};
@@ -22,6 +22,8 @@ fn every_module_finds_its_neighbours_and_its_type() {
         assert_eq!(chain.mistaken().len(), MODULES, "nobody knows anything at power-up");
         chain.run(DISCOVERY);
         chain.assert_right(&format!("seed {seed}"));
+        let types = [0, 1, 2, 3, 4].map(|module| chain.status(module).map(|status| status.module_type));
+        assert_eq!(types, [Head, Spine, Spine, Spine, Tail].map(Some));
     }
 }
 
@@ -58,6 +60,22 @@ const RECEIVER: Face = Face { module: 2, dock: Dock::Front };
 /// The hormone whose frame or ACK is lost is the first with this data.
 const HIT: Data = Data::A;
 
+/// Runs to the millisecond in which a behaviour does what is waited for, and returns what they did in it.
+fn run_to(chain: &mut Chain, is_it: impl Fn(&Deed) -> bool) -> Vec<Deed> {
+    let end = chain.cycle() + 2 * SECOND;
+    loop {
+        let deeds = chain.run(MILLISECOND);
+        if deeds.iter().any(&is_it) {
+            return deeds;
+        }
+        assert!(chain.cycle() < end, "what was waited for did not happen");
+    }
+}
+
+fn is_generated(deed: &Deed) -> bool {
+    matches!(deed.event, Behaviour::HormoneGenerated(_))
+}
+
 /// When a module first did this.
 fn time_of(deeds: &[Deed], module: usize, event: Behaviour) -> u64 {
     let deed = deeds.iter().find(|deed| deed.module == module && deed.event == event);
@@ -68,9 +86,7 @@ fn time_of(deeds: &[Deed], module: usize, event: Behaviour) -> u64 {
 /// sent about the time of the deed `event`. The others are probes, which are not repeated.
 fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<Deed>) {
     let mut chain = Chain::new(MODULES, 1);
-    while !chain.run(MILLISECOND).iter().any(|deed| deed.module == from.module && deed.event == event) {
-        assert!(chain.cycle() < 2 * SECOND, "{event:?} does not happen");
-    }
+    run_to(&mut chain, |deed| deed.module == from.module && deed.event == event);
     let next = chain.robot().link_counts(from).expect("the dock is attached").frames;
     let runs = (next - 2..next + 3).map(|frame| {
         let mut chain = Chain::new(MODULES, 1);
@@ -113,11 +129,7 @@ fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
 fn cut(from: Face) -> (Chain, Hormones) {
     let mut chain = Chain::new(MODULES, 1);
     chain.run(SECOND * 3 / 4);
-    let mut deeds = Vec::new();
-    while deeds.is_empty() {
-        deeds = chain.run(MILLISECOND);
-    }
-    assert!(matches!(deeds[0].event, Behaviour::HormoneGenerated(_)), "{deeds:?}");
+    let mut deeds = run_to(&mut chain, is_generated);
     chain.set_faults(from, Faults { frame_loss: 1.0, ..Faults::default() });
     deeds.extend(chain.run(HOP_AT_MOST + 50 * MILLISECOND));
     assert_eq!((chain.count(SENDER, Count::GAVE_UP), chain.sum(Count::GAVE_UP)), (1, 1));
@@ -171,8 +183,7 @@ const BOTH: &[Controller] = &[Controller::Master, Controller::Slave];
 
 /// The next `seconds` of a chain, from where no hormone is under way.
 fn from_a_quiet_moment(chain: &mut Chain, seconds: u64) -> Vec<Deed> {
-    let generates = |deed: &Deed| matches!(deed.event, Behaviour::HormoneGenerated(_));
-    while !chain.run(MILLISECOND).iter().any(generates) {}
+    run_to(chain, is_generated);
     chain.run(HOP_AT_MOST);
     chain.run(seconds * SECOND)
 }
@@ -224,8 +235,8 @@ fn an_mcu_held_in_reset_is_missed_and_found_again() {
         chain.assert_alive();
         let types = [0, 1, 3, 4].map(|module| chain.status(module).map(|status| status.module_type));
         // Without its slave the module in the middle still answers at its Front.
-        let second = if mcus == SLAVE { ModuleType::Spine } else { ModuleType::Tail };
-        let expected = [ModuleType::Head, second, ModuleType::Head, ModuleType::Tail];
+        let second = if mcus == SLAVE { Spine } else { Tail };
+        let expected = [Head, second, Head, Tail];
         assert_eq!(types, expected.map(Some), "{mcus:?}");
         chain.run(DISCOVERY);
         chain.assert_right(&format!("{mcus:?} are back"));
