@@ -63,3 +63,19 @@ fn an_interrupt_wakes_a_task_wherever_it_strikes() {
         assert_eq!(mcu.run_to_end(LIMIT), State::Done);
     }
 }
+
+/// "The instruction following SEI will be executed before any pending interrupts" (ATmega128 datasheet, "Reset and
+/// Interrupt Handling"), also when the outside acts right then: the kernel sets the stack pointer's two halves around it.
+#[test]
+fn the_instruction_after_sei_runs_before_an_interrupt_from_outside() {
+    let mut mcu = mcu("interrupt");
+    mcu.drive_pin(BUTTON, false);
+    // The kernel enables interrupts when it starts the first task.
+    while !mcu.interrupts_enabled() {
+        mcu.step();
+    }
+    let next = mcu.pc();
+    mcu.drive_pin(BUTTON, true);
+    assert_eq!(mcu.pc(), next, "accepted before the instruction behind SEI");
+    assert!(mcu.step().is_some(), "accepted after it");
+}
