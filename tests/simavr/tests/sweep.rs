@@ -19,11 +19,11 @@ fn every_path_is_swept() {
     }
 }
 
-/// Sweeps a path by its name.
-fn sweep(subject: &Subject, program: &str, path: &str) -> Findings {
+/// Sweeps a path, by its name, at every boundary whose number is a multiple of `step`.
+fn sweep(subject: &Subject, program: &str, path: &str, step: usize) -> Findings {
     let program = PROGRAMS.iter().find(|one| one.image == program).expect("there is such a program");
     let path = program.paths.iter().position(|&name| name == path).expect("there is such a path");
-    sweep_path(subject, path as u8, Order::Single, Share::WHOLE)
+    sweep_path(subject, path as u8, Order::Single, Share { number: 0, of: step })
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn a_critical_section_taken_out_is_found() {
     for path in
         ["post to nobody", "post to a higher task, which then blocks", "post to a lower task, then block"]
     {
-        let findings = sweep(&subject, "sweep_semaphore", path);
+        let findings = sweep(&subject, "sweep_semaphore", path, 1);
         assert!(findings.failed > 0, "{path}: {findings:?}");
     }
 }
@@ -41,7 +41,7 @@ fn a_critical_section_taken_out_is_found() {
 #[test]
 fn contexts_that_pile_up_are_found() {
     let subject = Subject::new(image("fault-early-enable/sweep_switch"));
-    let findings = sweep(&subject, "sweep_switch", "preemption with all registers in use");
+    let findings = sweep(&subject, "sweep_switch", "preemption with all registers in use", 7);
     assert!(findings.failures.iter().any(|told| told.contains("more than one context")), "{findings:?}");
 }
 
@@ -49,12 +49,12 @@ fn contexts_that_pile_up_are_found() {
 fn a_stack_that_is_too_small_is_found() {
     const PATH: &str = "preemption with all registers in use";
     let mut subject = Subject::new(image("sweep_switch"));
-    let used = sweep(&subject, "sweep_switch", PATH).depths;
+    let used = sweep(&subject, "sweep_switch", PATH, 7).depths;
     let stacks = subject.stacks().map(|(name, _)| name.to_owned());
     let place = stacks.into_iter().position(|name| name == "HIGH").expect("there is such a task");
     subject.shrink_stack(place, used[place]);
-    assert_eq!(sweep(&subject, "sweep_switch", PATH).failed, 0, "what is in use is enough");
+    assert_eq!(sweep(&subject, "sweep_switch", PATH, 7).failed, 0, "what is in use is enough");
     subject.shrink_stack(place, used[place] - 1);
-    let findings = sweep(&subject, "sweep_switch", PATH);
+    let findings = sweep(&subject, "sweep_switch", PATH, 7);
     assert!(findings.failures.iter().any(|told| told.contains("no stack")), "{findings:?}");
 }

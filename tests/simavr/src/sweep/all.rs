@@ -1,11 +1,9 @@
 //! The sweep of everything, on all cores.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
 use std::thread;
 
-use super::paths::PROGRAMS;
+use super::paths::{PROGRAMS, Program};
 use super::strike::{Findings, Order, Share, Subject, sweep_path};
 use crate::image;
 
@@ -25,108 +23,82 @@ pub struct Total {
     pub pairs: Findings,
 }
 
-/// Paths are divided among the cores in so many shares.
+/// What is swept at once is divided into so many shares: the same on any number of cores, so that what is told is too.
 const SHARES: usize = 8;
 
-struct Job {
-    program: usize,
-    path: u8,
-    order: Order,
-    share: Share,
-}
-
-/// Sweeps every path, and tells of each as it is done, always in the same order and the same words.
+/// Sweeps every path, and tells of each as it is done.
 ///
 /// # Panics
 /// When the images are not there, or are wrong without any strike.
 pub fn sweep_all(extent: Extent, mut tell: impl FnMut(String)) -> Total {
-    let subjects: Vec<_> = PROGRAMS.iter().map(|program| Subject::new(image(program.image))).collect();
-    let jobs = jobs(extent);
     let mut total = Total::default();
-    let mut done = Findings::default();
-    let mut depths = Findings::default();
-    in_order(
-        &jobs,
-        |job| sweep_path(&subjects[job.program], job.path, job.order, job.share),
-        |job, findings| {
-            done.add(&findings);
-            let is_last = |share: Share| extent != Extent::Whole || share.number + 1 == share.of;
-            if !is_last(job.share) {
-                return;
+    for program in PROGRAMS {
+        let subject = Subject::new(image(program.image));
+        let mut all_of_program = Findings::default();
+        for (path, order) in sweeps(program, extent) {
+            let findings = sweep(&subject, path, order, extent);
+            tell(line(program, path, order, &findings));
+            findings.failures.iter().for_each(|failure| tell(format!("    {failure}")));
+            all_of_program.add(&findings);
+            match order {
+                Order::Single => total.single.add(&findings),
+                Order::Pair => total.pairs.add(&findings),
             }
-            let done = std::mem::take(&mut done);
-            let program = &PROGRAMS[job.program];
-            let (sum, strikes) = match job.order {
-                Order::Single => (&mut total.single, "one strike"),
-                Order::Pair => (&mut total.pairs, "two strikes"),
-            };
-            let name = program.paths[usize::from(job.path)];
-            tell(format!(
-                "{:15}  {name:40}  {strikes:11}  {:6} boundaries  {:8} runs  {:6} failed",
-                program.image, done.boundaries, done.runs, done.failed
-            ));
-            done.failures.iter().for_each(|failure| tell(format!("    {failure}")));
-            // The stacks of one image are not those of another.
-            sum.add(&Findings { depths: Vec::new(), ..done.clone() });
-            depths.add(&Findings { depths: done.depths, ..Findings::default() });
-            let is_last_of_image = jobs.iter().rfind(|other| other.program == job.program);
-            if is_last_of_image.is_some_and(|last| last.path == job.path && last.order == job.order) {
-                let depths = std::mem::take(&mut depths).depths;
-                let stacks = subjects[job.program].stacks().zip(depths);
-                let stacks: Vec<_> =
-                    stacks.map(|((name, size), depth)| format!("{name} {depth}/{size}")).collect();
-                tell(format!("{:15}  bytes of stacks used: {}", program.image, stacks.join(", ")));
-            }
-        },
-    );
+        }
+        let stacks = subject.stacks().zip(&all_of_program.depths);
+        let stacks: Vec<_> = stacks.map(|((name, size), used)| format!("{name} {used}/{size}")).collect();
+        tell(format!("{:15}  stacks, bytes used: {}", program.image, stacks.join(", ")));
+    }
     total
 }
 
-fn jobs(extent: Extent) -> Vec<Job> {
-    let mut jobs = Vec::new();
-    for (program, which) in PROGRAMS.iter().enumerate() {
-        let all = 0..which.paths.len() as u8;
-        let singles = all.map(|path| (path, Order::Single));
-        let pairs = which.struck_twice.iter().map(|&path| (path, Order::Pair));
-        for (path, order) in singles.chain(pairs) {
-            match extent {
-                Extent::Whole => jobs.extend((0..SHARES).map(|number| {
-                    let share = Share { number, of: SHARES };
-                    Job { program, path, order, share }
-                })),
-                Extent::Sample(of) if order == Order::Single => {
-                    jobs.push(Job { program, path, order, share: Share { number: 0, of } });
-                }
-                Extent::Sample(_) => {}
-            }
-        }
+fn sweeps(program: &Program, extent: Extent) -> Vec<(u8, Order)> {
+    let mut sweeps: Vec<_> = (0..program.paths.len()).map(|path| (path as u8, Order::Single)).collect();
+    if extent == Extent::Whole {
+        sweeps.extend(program.struck_twice.iter().map(|&path| (path, Order::Pair)));
     }
-    jobs
+    sweeps
 }
 
-/// Does the jobs on all cores, and hands over what came of them in their order.
-fn in_order<R: Send>(jobs: &[Job], work: impl Fn(&Job) -> R + Sync, mut take: impl FnMut(&Job, R)) {
+fn line(program: &Program, path: u8, order: Order, findings: &Findings) -> String {
+    let Findings { boundaries, runs, failed, longest_wait, .. } = findings;
+    let name = program.paths[usize::from(path)];
+    let strikes = match order {
+        Order::Single => format!("one strike   waits {longest_wait:3} cycles"),
+        Order::Pair => "two strikes                 ".to_owned(),
+    };
+    format!(
+        "{:15}  {name:40}  {boundaries:5} boundaries  {runs:7} runs  {failed:5} failed  {strikes}",
+        program.image
+    )
+    .trim_end()
+    .to_owned()
+}
+
+fn sweep(subject: &Subject, path: u8, order: Order, extent: Extent) -> Findings {
+    let step = match extent {
+        Extent::Whole => 1,
+        Extent::Sample(step) => step,
+    };
     let next = AtomicUsize::new(0);
-    let (sender, results) = mpsc::channel();
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            let (sender, next, work) = (sender.clone(), &next, &work);
-            scope.spawn(move || {
-                while let index = next.fetch_add(1, Ordering::Relaxed)
-                    && let Some(job) = jobs.get(index)
-                    && sender.send((index, work(job))).is_ok()
-                {}
-            });
-        }
-        drop(sender);
-        let mut early = BTreeMap::new();
-        let mut expected = 0;
-        for (index, result) in results {
-            early.insert(index, result);
-            while let Some(result) = early.remove(&expected) {
-                take(&jobs[expected], result);
-                expected += 1;
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= SHARES {
+                return done;
             }
+            let share = Share { number: number * step, of: SHARES * step };
+            done.push((number, sweep_path(subject, path, order, share)));
         }
+    };
+    let mut done: Vec<_> = thread::scope(|scope| {
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("it has not panicked")).collect()
     });
+    done.sort_by_key(|&(number, _)| number);
+    let mut all = Findings::default();
+    done.iter().for_each(|(_, findings)| all.add(findings));
+    all
 }

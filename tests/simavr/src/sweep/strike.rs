@@ -46,10 +46,6 @@ pub struct Share {
     pub of: usize,
 }
 
-impl Share {
-    pub const WHOLE: Share = Share { number: 0, of: 1 };
-}
-
 /// More instructions than any run from one path to the next takes.
 const PATIENCE: usize = 200_000;
 
@@ -67,6 +63,8 @@ pub struct Findings {
     pub failed: u64,
     /// What was wrong with the first of them.
     pub failures: Vec<String>,
+    /// The longest that an interrupt waited that was raised alone, in cycles.
+    pub longest_wait: u64,
     /// The most bytes ever in use of each of the subject's stacks.
     pub depths: Vec<u16>,
 }
@@ -78,6 +76,7 @@ impl Findings {
         self.failed += other.failed;
         let room = TOLD.saturating_sub(self.failures.len());
         self.failures.extend(other.failures.iter().take(room).cloned());
+        self.longest_wait = self.longest_wait.max(other.longest_wait);
         self.note_depths(&other.depths);
     }
 
@@ -263,6 +262,9 @@ impl Sweep<'_> {
         let wrong = match finish(mcu, watch) {
             Ok(watch) => {
                 self.findings.note_depths(&watch.depths);
+                if log.len() == 1 {
+                    self.findings.longest_wait = self.findings.longest_wait.max(watch.longest_wait);
+                }
                 if watch.marks == self.expected {
                     return;
                 }

@@ -50,6 +50,10 @@ pub struct Watch<'k> {
     stack_pointer_is_whole: bool,
     /// Contexts to which no interrupt has returned yet.
     interrupted: Vec<Interrupted>,
+    /// The interrupts that wait, by their vectors, and since when.
+    raised: Vec<(u8, u64)>,
+    /// The longest that one has waited, in cycles, its acceptance included.
+    pub longest_wait: u64,
     /// How many interrupts were accepted.
     pub accepted: usize,
     /// Whether an interrupt could be accepted before the next instruction, were they enabled: not behind one that enabled them.
@@ -69,6 +73,8 @@ impl<'k> Watch<'k> {
             kernel,
             stack_pointer_is_whole: true,
             interrupted: Vec::new(),
+            raised: Vec::new(),
+            longest_wait: 0,
             accepted: 0,
             is_boundary: true,
             marked: None,
@@ -100,6 +106,9 @@ impl<'k> Watch<'k> {
     /// Raises an interrupt between two instructions.
     pub fn raise(&mut self, mcu: &mut Mcu, vector: u8) {
         let before = mcu.interrupts_enabled();
+        if self.raised.iter().all(|&(waiting, _)| waiting != vector) {
+            self.raised.push((vector, mcu.cycle()));
+        }
         mcu.raise_interrupt(vector);
         if before && !mcu.interrupts_enabled() {
             self.accept(mcu, vector);
@@ -148,6 +157,10 @@ impl<'k> Watch<'k> {
     /// Notes what the interrupt `vector`, just accepted, has found.
     fn accept(&mut self, mcu: &Mcu, vector: u8) {
         self.accepted += 1;
+        if let Some(index) = self.raised.iter().position(|&(waiting, _)| waiting == vector) {
+            let (_, since) = self.raised.swap_remove(index);
+            self.longest_wait = self.longest_wait.max(mcu.cycle() - since);
+        }
         let task = self.kernel.running(mcu);
         if task == self.kernel.idle {
             return; // has nothing to go on with: it is begun anew
