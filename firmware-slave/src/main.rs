@@ -40,7 +40,7 @@ mod stack {
     pub static RECEIVE_USART1: Stack<228> = Stack::new();
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
-    pub static BRIDGE: Stack<210> = Stack::new();
+    pub static BRIDGE: Stack<212> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -28,12 +28,13 @@ use core::marker::PhantomData;
 use crate::arch;
 use crate::masked::Masked;
 use crate::ready;
+use crate::task::Boot;
 
 mod sealed {
     pub trait Sealed {}
 }
 
-/// A caller of the kernel: [`Task`] or [`Interrupt`].
+/// A caller of the kernel: [`Task`], [`Interrupt`], or [`Boot`] before there are any.
 pub trait Context: sealed::Sealed {
     /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency.
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R;
@@ -43,6 +44,12 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
 }
+
+/// A caller outside of interrupts: [`Task`] or [`Boot`]. For calls that take as long as a list is.
+pub trait ThreadContext: Context {}
+
+impl ThreadContext for Task {}
+impl ThreadContext for Boot {}
 
 /// The context of a task: interrupts are enabled, blocking is allowed. Each task gets its own when it starts.
 pub struct Task {
@@ -74,6 +81,7 @@ impl Interrupt {
 
 impl sealed::Sealed for Task {}
 impl sealed::Sealed for Interrupt {}
+impl sealed::Sealed for Boot {}
 
 impl Context for Task {
     #[inline(always)]
@@ -104,12 +112,58 @@ impl Context for Interrupt {
     fn reschedule(&mut self, _is_needed: bool) {}
 }
 
+impl Context for Boot {
+    #[inline(always)]
+    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
+        body(&self.masked)
+    }
+
+    /// The highest task runs when `Boot` is over.
+    #[inline(always)]
+    fn reschedule(&mut self, _is_needed: bool) {}
+}
+
+/// The context of the expiry of timers: a tick's interrupt that lets others strike after each masked section.
+pub(crate) struct Expiry {
+    interrupt: Interrupt,
+}
+
+impl Expiry {
+    /// # Safety
+    /// Only in the tick's interrupt, where it has moved to a stack that handlers leave alone.
+    #[inline(always)]
+    pub(crate) unsafe fn assume() -> Expiry {
+        // SAFETY: the caller's promise.
+        Expiry { interrupt: unsafe { Interrupt::assume() } }
+    }
+
+    /// Like [`Context::mask`], where the section is short and is to stay one with what follows.
+    #[inline(always)]
+    pub(crate) fn peek<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
+        self.interrupt.mask(body)
+    }
+}
+
+impl sealed::Sealed for Expiry {}
+
+impl Context for Expiry {
+    #[inline(always)]
+    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
+        let result = self.interrupt.mask(body);
+        arch::let_interrupts_strike();
+        result
+    }
+
+    #[inline(always)]
+    fn reschedule(&mut self, _is_needed: bool) {}
+}
+
 impl Task {
     /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
     #[inline(always)]
     pub fn yield_now(&mut self) {
-        if self.mask(ready::rotate) {
-            arch::switch();
+        if let Some(task) = ready::rotate(self) {
+            arch::switch(task);
         }
     }
 }

@@ -13,20 +13,22 @@ mod context;
 mod event;
 mod fifo;
 pub mod flash;
+mod link;
+mod list;
 mod masked;
 mod mutex;
 mod pool;
 mod queue;
 mod ready;
 mod semaphore;
+mod target;
 mod task;
 mod timeout;
 mod timer;
-mod waiters;
 mod walk;
 mod word;
 
-pub use context::{Context, Interrupt, Task};
+pub use context::{Context, Interrupt, Task, ThreadContext};
 pub use event::EventFlags;
 pub use fifo::Fifo;
 pub use masked::{Masked, MaskedCell};
@@ -38,9 +40,9 @@ pub use semaphore::Semaphore;
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError};
 pub use timeout::Elapsed;
-pub use timer::{LONGEST, Period, Ticks, Timer, now};
 #[doc(hidden)]
-pub use timer::{TICKS_LEFT, expire};
+pub use timer::TICKS_LEFT;
+pub use timer::{LONGEST, Period, Ticks, Timer, now};
 
 /// Everything the kernel keeps, apart from what its users declare.
 #[repr(C)]

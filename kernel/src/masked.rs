@@ -48,6 +48,14 @@ impl<T: Copy> MaskedCell<T> {
     }
 }
 
+impl<T: Copy> MaskedCell<T> {
+    /// Stores `value`, and returns the old one.
+    #[inline(always)]
+    pub(crate) fn replace(&self, _: &Masked, value: T) -> T {
+        self.0.replace(value)
+    }
+}
+
 impl MaskedCell<u16> {
     /// Counts one more, up to `u16::MAX`, where a count stays.
     #[inline(always)]

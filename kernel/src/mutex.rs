@@ -94,18 +94,14 @@ impl Lock {
     /// Returns what preempted the task before, for [`give`](Self::give).
     #[inline(never)]
     fn take(&self, task: &mut Task) -> u8 {
-        let taken = task.mask(|masked| {
-            if self.free.take(masked) {
-                return Some(ready::raise(masked, self.ceiling));
-            }
-            self.free.block(masked);
-            None
-        });
+        let taken = task.mask(|masked| self.free.take(masked).then(|| ready::raise(masked, self.ceiling)));
         match taken {
             Some(above) => above,
             None => {
                 // The task that gives it hands it to this one.
-                arch::switch_from_call();
+                if self.free.block(task).is_some() {
+                    arch::switch_from_call();
+                }
                 task.mask(|masked| ready::raise(masked, self.ceiling))
             }
         }
@@ -113,11 +109,9 @@ impl Lock {
 
     #[inline(never)]
     fn give(&self, task: &mut Task, above: u8) {
-        let is_due = task.mask(|masked| {
-            let is_outranked = ready::restore(masked, above);
-            self.free.signal(masked) || is_outranked
-        });
-        if is_due {
+        // Before the ceiling is left, or a task between the two could hold up the one that waits.
+        task.mask(|masked| self.free.signal(masked));
+        if ready::restore(task, above) {
             arch::switch_from_call();
         }
     }

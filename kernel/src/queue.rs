@@ -4,7 +4,7 @@ use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
-use crate::semaphore::Semaphore;
+use crate::semaphore::{Semaphore, Store};
 use crate::timeout::Elapsed;
 use crate::timer::Ticks;
 
@@ -48,19 +48,22 @@ impl<T: Pooled> Queue<T> {
     /// [`Full`] with the message when there is no room; the queue counts it.
     pub fn send(&self, context: &mut impl Context, message: Message<T>) -> Result<(), Full<T>> {
         let slot = message.into_slot();
-        let is_due = context.mask(|masked| {
-            if self.messages.has(masked, self.room) {
-                return None;
+        let store = context.mask(|masked| {
+            let store = self.messages.store(masked, self.room);
+            if store != Store::Full {
+                self.append(masked, slot);
             }
-            self.append(masked, slot);
-            Some(self.messages.signal(masked))
+            store
         });
-        match is_due {
-            Some(is_due) => {
-                context.reschedule(is_due);
+        match store {
+            Store::Done => Ok(()),
+            Store::Awaited => {
+                // In a section of its own, to be short. Should another's message have woken the task meanwhile, this
+                // signal is for that.
+                self.messages.post(context);
                 Ok(())
             }
-            None => {
+            Store::Full => {
                 context.mask(|masked| self.refused.count(masked));
                 // SAFETY: the slot was this message's, and the queue did not take it.
                 Err(Full(unsafe { Message::from_slot(slot) }))
@@ -72,21 +75,14 @@ impl<T: Pooled> Queue<T> {
     #[inline(always)]
     pub fn receive(&self, task: &mut Task) -> Message<T> {
         loop {
-            let taken =
-                task.mask(
-                    |masked| {
-                        if self.messages.take_or_block(masked) { Some(self.take(masked)) } else { None }
-                    },
-                );
-            let message = match taken {
-                Some(message) => message,
-                None => {
-                    arch::switch();
-                    task.mask(|masked| self.take(masked))
-                }
-            };
             // The signal stood for a message, so there is one.
-            if let Some(message) = message {
+            if let Some(message) = self.try_receive(task) {
+                return message;
+            }
+            if let Some(task) = self.messages.block(task) {
+                arch::switch(task);
+            }
+            if let Some(message) = task.mask(|masked| self.take(masked)) {
                 return message;
             }
         }

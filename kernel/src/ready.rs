@@ -11,8 +11,12 @@
 //! does no harm. So the lists can change with interrupts masked for a few cycles, and the switch comes after.
 
 use crate::KERNEL;
+use crate::arch;
+use crate::context::{Context, Task};
+use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::task::ControlBlock;
+use crate::walk;
 
 /// The state of the scheduler. `repr(C)`: the context switch reads its first two fields.
 #[repr(C)]
@@ -24,8 +28,11 @@ pub(crate) struct Ready {
     /// The priorities at which tasks have arrived, a bit each.
     arrived: MaskedCell<u8>,
     /// For each of these the last task to arrive; its link is the first.
-    last: [MaskedCell<Option<&'static ControlBlock>>; 8],
+    last: [Last; 8],
 }
+
+/// The last task of a queue, if there is one.
+type Last = MaskedCell<Option<&'static ControlBlock>>;
 
 impl Ready {
     pub(crate) const fn new(idle: &'static ControlBlock) -> Self {
@@ -52,45 +59,101 @@ impl Ready {
 /// Makes `task` ready. Returns whether it is now the one to run.
 #[inline(always)]
 pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
-    let head = KERNEL.ready.head.get(masked);
-    let is_highest = task.outranks(masked, head);
-    if is_highest {
-        task.set_next(masked, Some(head));
+    let (head, above) = arch::head_and_above(masked);
+    if task.above.get(masked) < above {
+        task.link.set(masked, Link::to(head));
         KERNEL.ready.head.set(masked, task);
+        true
     } else {
         arrive(masked, task);
+        false
     }
-    is_highest
 }
 
-/// Takes the running task, which is the head, from the ready ones; the next takes its place.
-#[inline(never)]
-pub(crate) fn block(masked: &Masked) -> &'static ControlBlock {
-    let ready = &KERNEL.ready;
-    let task = ready.head.get(masked);
-    let rest = task.next_ready(masked);
-    ready.head.set(masked, rest);
-    let higher = ready.arrived.get(masked) & rest.above.get(masked);
-    if higher != 0 {
-        run_arrived(masked, higher);
-    }
-    task
-}
-
-/// [`block`] where none that arrived is to run next; `None` where one is. The common case, without a call in it.
+/// Takes the running task, which is the head, from the ready ones, and links it as `link`; the next takes its place.
+///
+/// `None`, with nothing done, where a task that has arrived should run before the next: see [`pull`].
 #[inline(always)]
-pub(crate) fn block_simply(masked: &Masked) -> Option<&'static ControlBlock> {
+pub(crate) fn block(masked: &Masked, link: Link) -> Option<&'static ControlBlock> {
     let ready = &KERNEL.ready;
-    let task = ready.head.get(masked);
-    let rest = task.next_ready(masked);
-    if ready.arrived.get(masked) & rest.above.get(masked) != 0 {
+    let (task, next, above) = arch::head_and_next(masked);
+    if ready.arrived.get(masked) & above != 0 {
         return None;
     }
-    ready.head.set(masked, rest);
+    ready.head.set(masked, next);
+    task.link.set(masked, link);
+    walk::end(masked);
     Some(task)
 }
 
+/// Blocks the running task, linked as `link`, unless `is_over`, which is asked in the same masked section. Returns it if it
+/// has blocked, and a switch is due.
+#[inline(always)]
+pub(crate) fn block_unless(
+    task: &mut Task,
+    link: Link,
+    is_over: impl Fn(&Masked) -> bool,
+) -> Option<&'static ControlBlock> {
+    loop {
+        let (is_over, blocked) = task.mask(|masked| {
+            let is_over = is_over(masked);
+            (is_over, if is_over { None } else { block(masked, link) })
+        });
+        if is_over {
+            push(task);
+        }
+        if is_over || blocked.is_some() {
+            return blocked;
+        }
+        pull(task);
+    }
+}
+
+/// Puts the highest task that has arrived behind the running one, if it should run before what is there.
+///
+/// A section of its own, since interrupts are masked meanwhile. A task of the running one's own priority must not
+/// stay there unless that blocks: [`push`] puts it back.
+#[inline(never)]
+pub(crate) fn pull(task: &mut Task) {
+    let among = |masked: &Masked| {
+        let ready = &KERNEL.ready;
+        ready.arrived.get(masked) & ready.head.get(masked).next_ready(masked).above.get(masked)
+    };
+    let priority = highest(task.mask(among));
+    task.mask(|masked| {
+        // If a higher one has arrived meanwhile, it is pulled before this one next.
+        if let Some(first) = take_arrived(masked, among(masked), priority) {
+            let task = KERNEL.ready.head.get(masked);
+            first.link.set(masked, task.link.get(masked));
+            task.link.set(masked, Link::to(first));
+        }
+    });
+}
+
+/// Puts what [`pull`] has taken back as the first of its queue, where the running task does not block after all.
+#[inline(never)]
+pub(crate) fn push(task: &mut Task) {
+    task.mask(|masked| {
+        let ready = &KERNEL.ready;
+        let task = ready.head.get(masked);
+        let next = task.next_ready(masked);
+        if next.outranks(masked, task) || task.outranks(masked, next) {
+            return;
+        }
+        let last = &ready.last[next.index(masked)];
+        task.link.set(masked, next.link.get(masked));
+        match last.get(masked) {
+            Some(last) => {
+                next.link.set(masked, last.link.get(masked));
+                last.link.set(masked, Link::to(next));
+            }
+            None => begin_queue(masked, last, next),
+        }
+    });
+}
+
 /// The running task, to that task itself.
+#[inline(always)]
 pub(crate) fn running(masked: &Masked) -> &'static ControlBlock {
     KERNEL.ready.running.get(masked)
 }
@@ -101,26 +164,29 @@ pub(crate) fn is_due(masked: &Masked) -> bool {
 }
 
 /// Puts the running task behind those that arrived at its priority, and their first in its place. Returns
-/// whether there is one.
+/// it if there is one, and a switch is due.
 #[inline(never)]
-pub(crate) fn rotate(masked: &Masked) -> bool {
-    let ready = &KERNEL.ready;
-    let task = ready.head.get(masked);
-    let last = &ready.last[task.index(masked)];
-    let Some(previous) = last.get(masked) else { return false };
-    last.set(masked, Some(task));
-    let first = previous.next_ready(masked);
-    // Before the read of `first`'s link: if `first` was alone, that is now `task`, and the ring closes.
-    previous.set_next(masked, Some(task));
-    let second = first.next_ready(masked);
-    first.set_next(masked, Some(task.next_ready(masked)));
-    task.set_next(masked, Some(second));
-    ready.head.set(masked, first);
-    true
+pub(crate) fn rotate(task: &mut Task) -> Option<&'static ControlBlock> {
+    task.mask(|masked| {
+        let ready = &KERNEL.ready;
+        let task = ready.head.get(masked);
+        let last = &ready.last[task.index(masked)];
+        let previous = last.get(masked)?;
+        last.set(masked, Some(task));
+        let first = previous.next_ready(masked);
+        // Before the read of `first`'s link: if `first` was alone, that is now `task`, and the ring closes.
+        previous.link.set(masked, Link::to(task));
+        let second = first.link.get(masked);
+        first.link.set(masked, task.link.get(masked));
+        task.link.set(masked, second);
+        ready.head.set(masked, first);
+        Some(task)
+    })
 }
 
 /// Lets only the priorities in `ceiling` preempt the running task, if that is fewer than do now. Returns those, for
 /// [`restore`].
+#[inline(always)]
 pub(crate) fn raise(masked: &Masked, ceiling: u8) -> u8 {
     let task = KERNEL.ready.head.get(masked);
     let above = task.above.get(masked);
@@ -128,55 +194,90 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) -> u8 {
     above
 }
 
-/// Undoes [`raise`]. Returns whether a task of higher priority has arrived meanwhile, and is the head now.
-pub(crate) fn restore(masked: &Masked, above: u8) -> bool {
-    let ready = &KERNEL.ready;
-    let task = ready.head.get(masked);
-    task.above.set(masked, above);
-    let higher = ready.arrived.get(masked) & above;
-    if higher != 0 {
-        run_arrived(masked, higher);
+/// Undoes [`raise`]. Returns whether another task is the head now, or was before.
+pub(crate) fn restore(task: &mut Task, above: u8) -> bool {
+    loop {
+        let among = task.mask(|masked| {
+            let among = KERNEL.ready.arrived.get(masked) & above;
+            if among == 0 {
+                running(masked).above.set(masked, above);
+            }
+            among
+        });
+        if among == 0 {
+            return task.mask(is_due);
+        }
+        // The ceiling holds until the first of those that it held up is the head.
+        let priority = highest(among);
+        if task.mask(|masked| restore_to_arrived(masked, above, priority)) {
+            return true;
+        }
     }
-    higher != 0
+}
+
+/// Restores `above`, and makes the first task that arrived at `priority` the head; `false`, with nothing done, where a higher
+/// one has arrived meanwhile.
+fn restore_to_arrived(masked: &Masked, above: u8, priority: usize) -> bool {
+    let ready = &KERNEL.ready;
+    let task = running(masked);
+    let head = ready.head.get(masked);
+    if !head.is(task) {
+        // What was woken outranks the ceiling, so it outranks those that arrived.
+        task.above.set(masked, above);
+        return true;
+    }
+    let among = ready.arrived.get(masked) & above;
+    let Some(first) = take_arrived(masked, among, priority) else { return false };
+    task.above.set(masked, above);
+    first.link.set(masked, Link::to(task));
+    ready.head.set(masked, first);
+    true
 }
 
 /// Appends `task` to those that arrived at its priority.
 #[inline(never)]
 fn arrive(masked: &Masked, task: &'static ControlBlock) {
-    let ready = &KERNEL.ready;
-    let last = &ready.last[task.index(masked)];
+    let last = &KERNEL.ready.last[task.index(masked)];
     match last.get(masked) {
-        None => {
-            task.set_next(masked, Some(task));
-            ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
-        }
         Some(previous) => {
-            task.set_next(masked, Some(previous.next_ready(masked)));
-            previous.set_next(masked, Some(task));
+            task.link.set(masked, previous.link.get(masked));
+            previous.link.set(masked, Link::to(task));
+            last.set(masked, Some(task));
         }
+        None => begin_queue(masked, last, task),
     }
-    last.set(masked, Some(task));
 }
 
-/// Puts the first task of the highest priority in `among`, at which some have arrived, before the head.
-#[inline(never)]
-fn run_arrived(masked: &Masked, among: u8) {
-    let ready = &KERNEL.ready;
-    let last = &ready.last[highest(among)];
-    let Some(final_one) = last.get(masked) else { return };
-    let first = final_one.next_ready(masked);
-    if first.is(final_one) {
-        last.set(masked, None);
-        ready.arrived.set(masked, ready.arrived.get(masked) & !first.bit(masked));
-    } else {
-        final_one.set_next(masked, Some(first.next_ready(masked)));
-    }
-    first.set_next(masked, Some(ready.head.get(masked)));
-    ready.head.set(masked, first);
-}
-
-/// The index of the highest priority in the set `among`; 7 in an empty set. At most 12 cycles.
+/// Makes `task` the only one that arrived at its priority.
 #[inline(always)]
+fn begin_queue(masked: &Masked, last: &Last, task: &'static ControlBlock) {
+    let ready = &KERNEL.ready;
+    last.set(masked, Some(task));
+    task.link.set(masked, Link::to(task));
+    ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
+}
+
+/// Takes the first task from those that arrived at `priority`; `None`, with nothing done, where that is not in `among`.
+#[inline(always)]
+fn take_arrived(masked: &Masked, among: u8, priority: usize) -> Option<&'static ControlBlock> {
+    let ready = &KERNEL.ready;
+    let cell = ready.last.get(priority)?;
+    let last = cell.get(masked)?;
+    let bit = last.bit(masked);
+    if among & among.wrapping_neg() != bit {
+        return None;
+    }
+    let first = last.next_ready(masked);
+    if first.is(last) {
+        cell.set(masked, None);
+        ready.arrived.set(masked, ready.arrived.get(masked) & !bit);
+    } else {
+        last.link.set(masked, first.link.get(masked));
+    }
+    Some(first)
+}
+
+/// The index of the highest priority in the set `among`; 7 in an empty set.
 fn highest(among: u8) -> usize {
     let (offset, four) = if among & 0x0f == 0 { (4, among >> 4) } else { (0, among) };
     let (offset, two) = if four & 0x03 == 0 { (offset + 2, four >> 2) } else { (offset, four) };

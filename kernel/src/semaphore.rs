@@ -3,10 +3,11 @@
 use crate::IDLE;
 use crate::arch;
 use crate::context::{Context, Task};
-use crate::masked::Masked;
+use crate::link::Link;
+use crate::masked::{Masked, MaskedCell};
 use crate::ready;
 use crate::task::ControlBlock;
-use crate::waiters;
+use crate::walk;
 use crate::word::{State, Word};
 
 /// A counting semaphore: up to 255 signals in store, or the tasks that wait for one.
@@ -44,9 +45,10 @@ impl Semaphore {
     /// Takes a signal, and blocks until there is one.
     #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        let is_blocked = task.mask(|masked| !self.take_or_block(masked));
-        if is_blocked {
-            arch::switch();
+        if !task.mask(|masked| self.take(masked))
+            && let Some(task) = self.block(task)
+        {
+            arch::switch(task);
         }
     }
 
@@ -60,27 +62,56 @@ impl Semaphore {
     #[inline(always)]
     pub(crate) fn signal(&self, masked: &Masked) -> bool {
         match self.word.get(masked) {
+            State::Signals(u8::MAX) => false,
             State::Signals(signals) => {
-                if signals != u8::MAX {
-                    self.word.set_signals(masked, signals + 1);
-                }
+                self.word.set_signals(masked, signals + 1);
+                false
+            }
+            State::Empty => {
+                self.word.reset(masked, 1);
                 false
             }
             State::Waiting(first) => self.wake(masked, first),
         }
     }
 
-    /// Whether at least `number` signals are in store.
+    /// Signals, unless a task waits or `most` signals are in store.
     #[inline(always)]
-    pub(crate) fn has(&self, masked: &Masked, number: u8) -> bool {
-        matches!(self.word.get(masked), State::Signals(signals) if signals >= number)
+    pub(crate) fn store(&self, masked: &Masked, most: u8) -> Store {
+        let signals = match self.word.get(masked) {
+            State::Waiting(_) => return Store::Awaited,
+            State::Signals(signals) => signals,
+            State::Empty => 0,
+        };
+        if signals >= most {
+            return Store::Full;
+        }
+        self.word.reset(masked, signals + 1);
+        Store::Done
     }
 
     /// Wakes the first waiting task. Returns whether it is now the one to run.
     #[inline(always)]
     fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
-        self.word.set_waiting(masked, first.next_waiting(masked));
+        self.word.set_link(masked, first.link.get(masked));
         ready::make_ready(masked, first)
+    }
+
+    /// Wakes the first waiting task, if there is one. Returns whether it is now the one to run.
+    pub(crate) fn wake_first(&self, masked: &Masked) -> Option<bool> {
+        match self.word.get(masked) {
+            State::Waiting(first) => Some(self.wake(masked, first)),
+            _ => None,
+        }
+    }
+
+    /// How many signals are in store.
+    #[inline(always)]
+    pub(crate) fn signals(&self, masked: &Masked) -> u8 {
+        match self.word.get(masked) {
+            State::Signals(signals) => signals,
+            _ => 0,
+        }
     }
 
     /// Takes a signal if one is in store.
@@ -95,90 +126,174 @@ impl Semaphore {
         }
     }
 
-    /// Takes a signal if one is in store; else blocks the running task. Returns whether it took one.
+    /// The first waiting task.
     #[inline(always)]
-    pub(crate) fn take_or_block(&self, masked: &Masked) -> bool {
+    pub(crate) fn first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
         match self.word.get(masked) {
-            State::Signals(signals @ 1..) => {
-                self.word.set_signals(masked, signals - 1);
-                true
-            }
-            State::Signals(0) => {
-                self.block_first(masked);
-                false
-            }
-            State::Waiting(first) => {
-                self.block_behind(masked, first);
-                false
-            }
+            State::Waiting(first) => Some(first),
+            _ => None,
         }
     }
 
-    /// Blocks the running task: no signal is in store.
-    pub(crate) fn block(&self, masked: &Masked) {
-        match self.word.get(masked) {
-            State::Waiting(first) => self.block_behind(masked, first),
-            State::Signals(_) => self.block_first(masked),
-        }
-    }
-
-    /// Blocks the running task as the first that waits.
-    #[cold]
-    #[inline(never)]
-    fn block_first(&self, masked: &Masked) {
-        match ready::block_simply(masked) {
-            Some(blocked) => self.set_first(masked, blocked),
-            None => self.block_first_for_arrived(masked),
-        }
-    }
-
-    /// [`block_first`](Self::block_first) where a task that has arrived runs next.
-    #[cold]
-    #[inline(never)]
-    fn block_first_for_arrived(&self, masked: &Masked) {
-        self.set_first(masked, ready::block(masked));
-    }
-
+    /// Sets what stands first among the waiting tasks, or their end.
     #[inline(always)]
-    fn set_first(&self, masked: &Masked, blocked: &'static ControlBlock) {
-        blocked.set_next(masked, None);
-        self.word.set_waiting(masked, Some(blocked));
-    }
-
-    /// Blocks the running task where others wait.
-    #[cold]
-    #[inline(never)]
-    fn block_behind(&self, masked: &Masked, first: &'static ControlBlock) {
-        self.word.set_waiting(masked, Some(waiters::insert(masked, first, ready::block(masked))));
-    }
-
-    /// Wakes every waiting task. Returns whether one of them is now the one to run.
-    pub(crate) fn signal_all(&self, masked: &Masked) -> bool {
-        let mut is_due = false;
-        while let State::Waiting(_) = self.word.get(masked) {
-            is_due |= self.signal(masked);
-        }
-        is_due
-    }
-
-    /// Takes `task` from those that wait. Returns whether it was one of them.
-    pub(crate) fn expel(&self, masked: &Masked, task: &'static ControlBlock) -> bool {
-        let State::Waiting(first) = self.word.get(masked) else { return false };
-        if first.is(task) {
-            self.word.set_waiting(masked, task.next_waiting(masked));
-            return true;
-        }
-        waiters::remove(masked, first, task)
+    pub(crate) fn set_first(&self, masked: &Masked, first: Link) {
+        self.word.set_link(masked, first);
     }
 
     /// Makes this the mark of a [`Timeout`](crate::timeout): no task waits as the idle task.
     pub(crate) fn mark_as_timeout(&self, masked: &Masked) {
-        self.word.set_waiting(masked, Some(&IDLE));
+        self.word.set_link(masked, Link::to(&IDLE));
     }
 
     /// Whether this is such a mark.
     #[inline(always)]
     pub(crate) fn is_timeout(&self, masked: &Masked) -> bool {
-        matches!(self.word.get(masked), State::Waiting(first) if first.is(&IDLE))
+        self.first(masked).is_some_and(|first| first.is(&IDLE))
     }
+
+    /// Takes a signal; else blocks the task. Returns it if it has blocked, and a switch is due.
+    #[inline(never)]
+    pub(crate) fn block(&self, task: &mut Task) -> Option<&'static ControlBlock> {
+        // The commonest case in a function of its own, which has to preserve no registers.
+        let blocked = task.mask(|masked| match self.word.get(masked) {
+            State::Empty | State::Signals(0) => self.block_first(masked),
+            _ => None,
+        });
+        if blocked.is_some() {
+            return blocked;
+        }
+        match self.block_until(task, None) {
+            Came::Blocked(task) => Some(task),
+            _ => None,
+        }
+    }
+
+    /// Blocks the running task as the first that waits, if that is so simple.
+    #[inline(always)]
+    fn block_first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+        let blocked = ready::block(masked, Link::end_of(self))?;
+        self.word.set_link(masked, Link::to(blocked));
+        Some(blocked)
+    }
+
+    /// Takes a signal, unless `until` has come; else blocks the task. All this in one masked section.
+    ///
+    /// Linear in the number of waiting tasks that this one does not precede, but interrupts are masked for a step at a time.
+    #[inline(never)]
+    pub(crate) fn block_until(&self, task: &mut Task, until: Option<&Until>) -> Came {
+        let mut place = Place { before: None, began_with: None };
+        let own = task.mask(ready::running);
+        loop {
+            let step = task.mask(|masked| {
+                if self.signals(masked) == 0 && until.is_some_and(|until| until.has_come(masked)) {
+                    return Step::Done(Came::Until);
+                }
+                match self.word.get(masked) {
+                    State::Waiting(first) => self.step(masked, own, first, &mut place),
+                    State::Signals(signals @ 1..) => {
+                        self.word.set_signals(masked, signals - 1);
+                        Step::Done(Came::Signal)
+                    }
+                    _ => {
+                        self.block_first(masked).map_or(Step::Arrived, |task| Step::Done(Came::Blocked(task)))
+                    }
+                }
+            });
+            match step {
+                Step::On => {}
+                Step::Done(came) => {
+                    if !matches!(came, Came::Blocked(_)) {
+                        ready::push(task); // in vain unless one was pulled; seldom done
+                    }
+                    return came;
+                }
+                Step::Arrived => ready::pull(task),
+            }
+        }
+    }
+
+    /// One step of the running task on its way into the list that begins with `first`.
+    #[inline(always)]
+    fn step(
+        &self,
+        masked: &Masked,
+        task: &ControlBlock,
+        first: &'static ControlBlock,
+        place: &mut Place,
+    ) -> Step {
+        if !walk::goes_on(masked) || !place.began_with.is_some_and(|began_with| began_with.is(first)) {
+            walk::begin(masked);
+            *place = Place { before: None, began_with: Some(first) };
+        }
+        let link = place.before.map_or(Link::to(first), |before| before.link.get(masked));
+        if let Some(next) = link.task()
+            && !task.precedes(masked, next)
+        {
+            place.before = Some(next);
+            return Step::On;
+        }
+        let Some(blocked) = ready::block(masked, link) else { return Step::Arrived };
+        match place.before {
+            Some(before) => before.link.set(masked, Link::to(blocked)),
+            None => self.word.set_link(masked, Link::to(blocked)),
+        }
+        Step::Done(Came::Blocked(blocked))
+    }
+}
+
+/// What else ends a wait: that of `flags` in `set` enough are set.
+pub(crate) struct Until<'a> {
+    set: &'a MaskedCell<u8>,
+    flags: u8,
+    /// The least value of those that are set.
+    least: u8,
+}
+
+impl<'a> Until<'a> {
+    /// Any of `flags`.
+    pub(crate) fn any(set: &'a MaskedCell<u8>, flags: u8) -> Self {
+        Until { set, flags, least: 1 }
+    }
+
+    /// All of `flags`.
+    pub(crate) fn all(set: &'a MaskedCell<u8>, flags: u8) -> Self {
+        Until { set, flags, least: flags }
+    }
+
+    fn has_come(&self, masked: &Masked) -> bool {
+        self.set.get(masked) & self.flags >= self.least
+    }
+}
+
+/// What came of storing a signal.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Store {
+    Done,
+    /// A task waits for it.
+    Awaited,
+    Full,
+}
+
+/// What came of a wait.
+#[derive(Clone, Copy)]
+pub(crate) enum Came {
+    /// The task has blocked, and a switch is due.
+    Blocked(&'static ControlBlock),
+    Signal,
+    Until,
+}
+
+/// How far a task has got in a list of waiting tasks: behind `before`, in the list that began with `began_with`.
+struct Place {
+    before: Option<&'static ControlBlock>,
+    began_with: Option<&'static ControlBlock>,
+}
+
+/// What came of one step.
+enum Step {
+    On,
+    Done(Came),
+    /// A task that has arrived is to be pulled first.
+    Arrived,
 }

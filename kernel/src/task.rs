@@ -5,7 +5,8 @@ use core::mem::MaybeUninit;
 use core::ptr;
 
 use crate::arch;
-use crate::context::{Interrupt, Task};
+use crate::context::{Context, Interrupt, Task};
+use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
 
@@ -46,68 +47,60 @@ impl Priority {
 ///                            post
 /// ```
 ///
-/// The running task and those it preempted form a list, highest first, in strictly falling priority;
+/// The running task and those it preempted form a list, highest first, in falling priority;
 /// see [`ready`](crate::ready). A blocked task is in the list of what it waits for.
 #[repr(C)]
 pub struct ControlBlock {
+    /// The set of priorities that preempt this task: all for the idle task.
+    pub(crate) above: MaskedCell<u8>,
     /// The saved stack pointer; on the AVR bit 15 says that an interrupt saved the task, so that all
     /// registers lie there. On the host, a handle of the coroutine.
     pub(crate) stack_pointer: MaskedCell<usize>,
-    /// The next task in the one list that this task is in; null at the end of a list of waiting tasks.
-    link: MaskedCell<*const ControlBlock>,
-    /// The set of priorities that preempt this task; for the idle task, all.
-    pub(crate) above: MaskedCell<u8>,
+    /// What stands behind this task in the one list that it is in.
+    pub(crate) link: MaskedCell<Link>,
     /// The priority; unused for the idle task.
     priority: MaskedCell<Priority>,
 }
 
 impl ControlBlock {
     /// A block of a task that has not started.
-    const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         ControlBlock {
-            stack_pointer: MaskedCell::new(0),
-            link: MaskedCell::new(ptr::null()),
             above: MaskedCell::new(0),
+            stack_pointer: MaskedCell::new(0),
+            link: MaskedCell::new(Link::NONE),
             priority: MaskedCell::new(Priority::P0),
         }
     }
 
     /// The block of the idle task, which every priority preempts.
     pub(crate) const fn idle() -> Self {
-        let idle = ControlBlock::new();
         ControlBlock {
-            stack_pointer: MaskedCell::new(arch::IDLE_CONTEXT),
             above: MaskedCell::new(0xff),
-            ..idle
+            stack_pointer: MaskedCell::new(arch::IDLE_CONTEXT),
+            ..ControlBlock::new()
         }
-    }
-
-    /// The task behind this one among those that wait for the same.
-    #[inline(always)]
-    pub(crate) fn next_waiting(&self, masked: &Masked) -> Option<&'static ControlBlock> {
-        // SAFETY: a link is null or was made from a static.
-        unsafe { self.link.get(masked).as_ref() }
     }
 
     /// The task behind this one among those that are ready: there always is one, the idle task or the ring's first.
     #[inline(always)]
     pub(crate) fn next_ready(&self, masked: &Masked) -> &'static ControlBlock {
-        let next = self.link.get(masked);
+        let next = self.link.get(masked).raw();
         debug_assert!(!next.is_null(), "the task is not ready");
         // SAFETY: whatever makes a task ready sets its link, to a static.
         unsafe { &*next }
-    }
-
-    /// Puts `next` behind this task.
-    #[inline(always)]
-    pub(crate) fn set_next(&self, masked: &Masked, next: Option<&'static ControlBlock>) {
-        self.link.set(masked, next.map_or(ptr::null(), ptr::from_ref));
     }
 
     /// Whether this task runs before `other`.
     #[inline(always)]
     pub(crate) fn outranks(&self, masked: &Masked, other: &ControlBlock) -> bool {
         self.above.get(masked) < other.above.get(masked)
+    }
+
+    /// Whether this task is of higher priority than `other`, where both wait.
+    #[inline(always)]
+    pub(crate) fn precedes(&self, masked: &Masked, other: &ControlBlock) -> bool {
+        (self.priority.get(masked) as u8) < other.priority.get(masked) as u8
     }
 
     /// The bit of this task's priority in a set of priorities.
@@ -120,6 +113,13 @@ impl ControlBlock {
     #[inline(always)]
     pub(crate) fn index(&self, masked: &Masked) -> usize {
         (self.priority.get(masked) as u8 & 7) as usize
+    }
+
+    /// Gives the task its priority.
+    #[inline(always)]
+    pub(crate) fn set_priority(&self, masked: &Masked, priority: Priority) {
+        self.above.set(masked, priority.above());
+        self.priority.set(masked, priority);
     }
 
     /// Whether both are the same task.
@@ -174,21 +174,27 @@ impl<const BYTES: usize> Stack<BYTES> {
     /// # Errors
     /// [`StartError::Started`] when the stack is taken, [`StartError::TooSmall`] when it can't hold
     /// what `body` captured and a first context. Nothing runs then.
-    pub fn start<F>(&'static self, boot: &mut Boot, priority: Priority, body: F) -> Result<(), StartError>
+    pub fn start<F>(
+        &'static self,
+        context: &mut impl Context,
+        priority: Priority,
+        body: F,
+    ) -> Result<(), StartError>
     where
         F: FnOnce(&mut Task) -> Never + 'static,
     {
-        let masked = &boot.masked;
-        if self.control.stack_pointer.get(masked) != 0 {
-            return Err(StartError::Started);
-        }
-        // SAFETY: the stack was not taken, and setting the stack pointer below takes it.
-        let memory = unsafe { &mut *self.memory.get() };
-        let stack_pointer = arch::prepare(memory, body).ok_or(StartError::TooSmall)?;
-        self.control.stack_pointer.set(masked, stack_pointer);
-        self.control.above.set(masked, priority.above());
-        self.control.priority.set(masked, priority);
-        ready::make_ready(masked, &self.control);
+        let is_due = context.mask(|masked| {
+            if self.control.stack_pointer.get(masked) != 0 {
+                return Err(StartError::Started);
+            }
+            // SAFETY: the stack was not taken, and setting the stack pointer below takes it.
+            let memory = unsafe { &mut *self.memory.get() };
+            let stack_pointer = arch::prepare(memory, body).ok_or(StartError::TooSmall)?;
+            self.control.stack_pointer.set(masked, stack_pointer);
+            self.control.set_priority(masked, priority);
+            Ok(ready::make_ready(masked, &self.control))
+        })?;
+        context.reschedule(is_due);
         Ok(())
     }
 }
@@ -198,7 +204,7 @@ pub type Never = core::convert::Infallible;
 
 /// The time before the kernel runs: interrupts are masked, tasks are started.
 pub struct Boot {
-    masked: Masked,
+    pub(crate) masked: Masked,
 }
 
 impl Boot {

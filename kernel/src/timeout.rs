@@ -3,12 +3,14 @@
 use core::ptr;
 
 use crate::arch;
-use crate::context::{Context, Task};
+use crate::context::{Context, Expiry, Task};
+use crate::list;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
-use crate::semaphore::Semaphore;
+use crate::semaphore::{Came, Semaphore, Until};
+use crate::target::Target;
 use crate::task::ControlBlock;
-use crate::timer::{self, LONGEST, Ticks, Timer};
+use crate::timer::{self, Arming, LONGEST, Ticks, Timer};
 
 /// The time of a wait was up before what it waited for came.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -20,13 +22,18 @@ pub struct Elapsed;
 /// Timers post semaphores. One that is marked ([`Semaphore::mark_as_timeout`]) is the first field of a `Timeout`, and posting
 /// it means to end that wait.
 #[repr(C)]
-struct Timeout {
+pub(crate) struct Timeout {
     mark: Semaphore,
     semaphore: &'static Semaphore,
-    /// The task that waits, once it does.
-    task: MaskedCell<Option<&'static ControlBlock>>,
-    has_elapsed: MaskedCell<bool>,
+    task: &'static ControlBlock,
+    /// [`FIRED`], and then perhaps [`EXPELLED`].
+    state: MaskedCell<u8>,
 }
+
+/// The time is up.
+const FIRED: u8 = 1;
+/// The task was waiting then.
+const EXPELLED: u8 = 2;
 
 impl Semaphore {
     /// Takes a signal, and blocks until there is one, for `ticks` ticks at most (1 to [`LONGEST`]).
@@ -34,55 +41,56 @@ impl Semaphore {
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.
     pub fn wait_timeout(&self, task: &mut Task, ticks: Ticks) -> Result<(), Elapsed> {
-        let timer = Timer::new();
-        // SAFETY: this borrow ends with the wait below, as the two of `timer` and `timeout` do.
-        let semaphore = unsafe { &*ptr::from_ref(self) };
-        let timeout = Timeout {
-            mark: Semaphore::new(0),
-            semaphore,
-            task: MaskedCell::new(None),
-            has_elapsed: MaskedCell::new(false),
-        };
-        // SAFETY: both are left alone before this returns: the timer is off its list, because it is due or cancelled.
-        let (timer, timeout) = unsafe { (&*ptr::from_ref(&timer), &*ptr::from_ref(&timeout)) };
         if self.try_wait(task) {
             return Ok(());
         }
+        let timer = Timer::new();
+        let timeout = Timeout {
+            mark: Semaphore::new(0),
+            // SAFETY: this borrow ends with the wait below, as the two of `timer` and `timeout` do.
+            semaphore: unsafe { &*ptr::from_ref(self) },
+            task: task.mask(ready::running),
+            state: MaskedCell::new(0),
+        };
+        // SAFETY: both are left alone before this returns: the timer is off its list, because it is due or cancelled.
+        let (timer, timeout) = unsafe { (&*ptr::from_ref(&timer), &*ptr::from_ref(&timeout)) };
         task.mask(|masked| timeout.mark.mark_as_timeout(masked));
         let deadline = timer::now(task).wrapping_add(ticks.clamp(1, LONGEST));
-        timer::arm(task, timer, deadline, &timeout.mark);
-        let is_taken = task.mask(|masked| {
-            let is_taken = self.take(masked);
-            if !is_taken && !timeout.has_elapsed.get(masked) {
-                timeout.task.set(masked, Some(ready::running(masked)));
-                self.block(masked);
-            }
-            is_taken
-        });
-        if is_taken {
-            timer.cancel(task);
-            return Ok(());
+        if timer::arm(task, timer, deadline, Target::semaphore(&timeout.mark)) != Arming::Done {
+            // It has passed already.
+            return if self.try_wait(task) { Ok(()) } else { Err(Elapsed) };
         }
-        // In vain if the time was up already.
-        arch::switch_from_call();
+        let until = Until::any(&timeout.state, FIRED);
+        let is_taken = match self.block_until(task, Some(&until)) {
+            Came::Signal => true,
+            Came::Until => false,
+            Came::Blocked(_) => {
+                arch::switch_from_call();
+                task.mask(|masked| timeout.state.get(masked) & EXPELLED == 0)
+            }
+        };
         timer.cancel(task);
-        if task.mask(|masked| timeout.has_elapsed.get(masked)) { Err(Elapsed) } else { Ok(()) }
+        if is_taken { Ok(()) } else { Err(Elapsed) }
     }
 }
 
-/// Ends the wait whose mark this is, unless its signal has come before. Returns whether a switch is due.
-#[inline(never)]
-pub(crate) fn elapse(masked: &Masked, mark: &'static Semaphore) -> bool {
-    // SAFETY: only the first field of a `Timeout` is marked, and `wait_timeout` keeps that until the timer is off its list.
-    let timeout = unsafe { &*ptr::from_ref(mark).cast::<Timeout>() };
-    let Some(task) = timeout.task.get(masked) else {
-        // It has not begun to wait.
-        timeout.has_elapsed.set(masked, true);
-        return false;
-    };
-    if !timeout.semaphore.expel(masked, task) {
-        return false;
+impl Timeout {
+    /// The wait whose mark `semaphore` is, if it is one.
+    pub(crate) fn marked(masked: &Masked, semaphore: &'static Semaphore) -> Option<&'static Timeout> {
+        if !semaphore.is_timeout(masked) {
+            return None;
+        }
+        // SAFETY: only the first field of a `Timeout` is marked, and its task does not run before its timer has expired.
+        Some(unsafe { &*ptr::from_ref(semaphore).cast() })
     }
-    timeout.has_elapsed.set(masked, true);
-    ready::make_ready(masked, task)
+
+    /// Ends the wait, unless its signal has come before or it has not begun.
+    #[inline(never)]
+    pub(crate) fn elapse(&self, expiry: &mut Expiry) {
+        expiry.peek(|masked| self.state.set(masked, FIRED));
+        list::expel(expiry, self.semaphore, self.task, |masked| {
+            self.state.set(masked, FIRED | EXPELLED);
+            ready::make_ready(masked, self.task);
+        });
+    }
 }

@@ -6,11 +6,14 @@
 use core::ptr;
 
 use crate::KERNEL;
-use crate::context::{Context, Interrupt, Task};
+use crate::arch;
+use crate::context::{Context, Expiry, Task, ThreadContext};
+use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
 use crate::semaphore::Semaphore;
-use crate::timeout;
+use crate::target::Target;
+use crate::task::ControlBlock;
 use crate::walk;
 
 /// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's boards.
@@ -40,19 +43,38 @@ impl Timers {
     #[cfg(not(target_arch = "avr"))]
     pub(crate) fn reset(&self, masked: &Masked) {
         self.first.set(masked, None);
-        self.count_down(masked, 0);
+        self.next.set(masked, LONGEST);
+        TICKS_LEFT.set(masked, LONGEST);
     }
 
     fn now(&self, masked: &Masked) -> Ticks {
         self.next.get(masked).wrapping_sub(TICKS_LEFT.get(masked))
     }
 
-    /// Counts down to the first armed timer, or a long while if there is none.
-    fn count_down(&self, masked: &Masked, now: Ticks) {
-        let left =
-            self.first.get(masked).map_or(LONGEST, |first| first.deadline.get(masked).wrapping_sub(now));
+    /// Counts down to the first armed timer, or a long while if there is none. Returns whether that is ahead.
+    #[inline(always)]
+    fn count_down(&self, masked: &Masked) -> bool {
+        let before = self.next.get(masked);
+        let next = match self.first.get(masked) {
+            Some(first) => first.deadline.get(masked),
+            None => before.wrapping_add(LONGEST),
+        };
+        let left = TICKS_LEFT.get(masked).wrapping_add(next.wrapping_sub(before));
+        self.next.set(masked, next);
         TICKS_LEFT.set(masked, left);
-        self.next.set(masked, now.wrapping_add(left));
+        is_ahead(left)
+    }
+
+    /// Counts down to `deadline`. `false`, with nothing done, if that is not ahead.
+    #[inline(always)]
+    fn count_to(&self, masked: &Masked, deadline: Ticks) -> bool {
+        let left = TICKS_LEFT.get(masked).wrapping_add(deadline.wrapping_sub(self.next.get(masked)));
+        let is_ahead = is_ahead(left);
+        if is_ahead {
+            self.next.set(masked, deadline);
+            TICKS_LEFT.set(masked, left);
+        }
+        is_ahead
     }
 }
 
@@ -71,8 +93,8 @@ pub fn now(context: &mut impl Context) -> Ticks {
 pub struct Timer {
     link: MaskedCell<Option<&'static Timer>>,
     deadline: MaskedCell<Ticks>,
-    /// What to post; `None` while not armed.
-    semaphore: MaskedCell<Option<&'static Semaphore>>,
+    /// What to wake; nothing while not armed.
+    target: MaskedCell<Target>,
 }
 
 impl Default for Timer {
@@ -84,51 +106,82 @@ impl Default for Timer {
 impl Timer {
     /// A timer that is not armed.
     pub const fn new() -> Self {
-        Timer { link: MaskedCell::new(None), deadline: MaskedCell::new(0), semaphore: MaskedCell::new(None) }
+        Timer {
+            link: MaskedCell::new(None),
+            deadline: MaskedCell::new(0),
+            target: MaskedCell::new(Target::NOTHING),
+        }
     }
 
     /// Posts `semaphore` in `ticks` ticks (at least 1, at most [`LONGEST`]; a value outside counts as the nearest).
     /// A timer that is armed is set anew.
     ///
-    /// Linear in the number of armed timers, but interrupts are masked for a step at a time only, except in an interrupt.
-    pub fn start(&'static self, context: &mut impl Context, ticks: Ticks, semaphore: &'static Semaphore) {
+    /// Linear in the number of armed timers, but interrupts are masked for a step at a time only.
+    pub fn start(
+        &'static self,
+        context: &mut impl ThreadContext,
+        ticks: Ticks,
+        semaphore: &'static Semaphore,
+    ) {
         let deadline = now(context).wrapping_add(ticks.clamp(1, LONGEST));
         loop {
             disarm(context, self);
-            // Another task may have armed it just now.
-            if arm(context, self, deadline, semaphore) {
-                return;
+            match arm(context, self, deadline, Target::semaphore(semaphore)) {
+                Arming::Done => return,
+                Arming::Passed => return semaphore.post(context),
+                // By another task just now.
+                Arming::Already => {}
             }
         }
     }
 
     /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted.
-    pub fn cancel(&'static self, context: &mut impl Context) -> bool {
+    pub fn cancel(&'static self, context: &mut impl ThreadContext) -> bool {
         disarm(context, self)
+    }
+
+    pub(crate) fn is_armed(&self, masked: &Masked) -> bool {
+        !self.target.get(masked).is_nothing()
     }
 }
 
 impl Task {
     /// Blocks for `ticks` ticks: from just under that long to that long, as the present tick is under way.
+    #[inline(always)]
     pub fn delay(&mut self, ticks: Ticks) {
         let deadline = now(self).wrapping_add(ticks.clamp(1, LONGEST));
         self.delay_until(deadline);
     }
 
     /// Blocks until the tick `deadline`. Returns `false` at once if that has passed.
+    #[inline(always)]
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
-        if !is_ahead(deadline.wrapping_sub(now(self))) {
-            return false;
-        }
         let timer = Timer::new();
-        let due = Semaphore::new(0);
-        // SAFETY: both outlive their use: the wait below returns only after the timer has left the list
-        // and posted `due`, and a task's stack is never taken from it.
-        let (timer, due) = unsafe { (&*ptr::from_ref(&timer), &*ptr::from_ref(&due)) };
-        arm(self, timer, deadline, due);
-        due.wait(self);
-        true
+        // SAFETY: it outlives its use: this returns only after the timer has left the list, and a task's stack is
+        // taken from it only when its timers have.
+        let timer = unsafe { &*ptr::from_ref(&timer) };
+        match begin_delay(self, timer, deadline) {
+            Some(Some(task)) => {
+                arch::switch(task);
+                true
+            }
+            begun => begun.is_some(),
+        }
     }
+}
+
+/// Blocks the task until `deadline`. Returns it if a switch is due; the outer `None` if the deadline has passed.
+#[inline(never)]
+fn begin_delay(
+    task: &mut Task,
+    timer: &'static Timer,
+    deadline: Ticks,
+) -> Option<Option<&'static ControlBlock>> {
+    let target = task.mask(|masked| Target::task(ready::running(masked)));
+    if arm(task, timer, deadline, target) != Arming::Done {
+        return None;
+    }
+    Some(ready::block_unless(task, Link::DELAYED, |masked| !timer.is_armed(masked)))
 }
 
 /// A period without drift: each deadline counts from the one before.
@@ -164,133 +217,132 @@ fn is_ahead(ticks: Ticks) -> bool {
     (1..=LONGEST).contains(&ticks)
 }
 
-/// What came of one step along the list.
-enum Step {
+/// What came of one step along the list; see [`walk`].
+enum Step<R> {
     On(&'static MaskedCell<Option<&'static Timer>>),
-    Anew,
-    Done(bool),
+    Done(R),
 }
 
-/// Walks along the list until `step` is done. See [`walk`].
-#[inline(always)]
-fn walk_along(
-    context: &mut impl Context,
-    step: impl Fn(&Masked, &'static MaskedCell<Option<&'static Timer>>) -> Step,
-) -> bool {
-    loop {
-        let mut slot = &KERNEL.timers.first;
-        context.mask(walk::begin);
-        loop {
-            let came = context.mask(|masked| {
-                if !walk::goes_on(masked) {
-                    return Step::Anew;
-                }
-                let came = step(masked, slot);
-                if let Step::Done(_) = came {
-                    walk::end(masked);
-                }
-                came
-            });
-            match came {
-                Step::On(next) => slot = next,
-                Step::Anew => break,
-                Step::Done(result) => return result,
-            }
-        }
-    }
+/// What came of arming a timer.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Arming {
+    Done,
+    /// It is armed.
+    Already,
+    /// The deadline has.
+    Passed,
 }
 
-/// Changes the list at `slot`.
-#[inline(always)]
-fn splice(masked: &Masked, slot: &'static MaskedCell<Option<&'static Timer>>, next: Option<&'static Timer>) {
-    slot.set(masked, next);
-    if ptr::eq(slot, &KERNEL.timers.first) {
-        KERNEL.timers.count_down(masked, KERNEL.timers.now(masked));
-    }
-}
-
-/// Arms `timer`. Returns `false` if it is armed already. Should its deadline come meanwhile, it is as if it had been armed.
+/// Arms `timer`.
 #[inline(never)]
 pub(crate) fn arm(
-    context: &mut impl Context,
+    context: &mut impl ThreadContext,
     timer: &'static Timer,
     deadline: Ticks,
-    semaphore: &'static Semaphore,
-) -> bool {
-    let is_armed = walk_along(context, |masked, slot| {
-        let now = KERNEL.timers.now(masked);
-        let ahead = deadline.wrapping_sub(now);
-        match slot.get(masked) {
-            _ if timer.semaphore.get(masked).is_some() => Step::Done(false),
-            _ if !is_ahead(ahead) => {
-                fire(masked, semaphore);
-                Step::Done(true)
+    target: Target,
+) -> Arming {
+    let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
+    loop {
+        let came = context.mask(|masked| {
+            let Some(slot) = slot.filter(|_| walk::goes_on(masked)) else {
+                // Once in a walk: whoever arms it meanwhile ends the walk.
+                if timer.is_armed(masked) {
+                    return Step::Done(Arming::Already);
+                }
+                if !is_ahead(deadline.wrapping_sub(KERNEL.timers.now(masked))) {
+                    return Step::Done(Arming::Passed);
+                }
+                walk::begin(masked);
+                return Step::On(&KERNEL.timers.first);
+            };
+            let next = slot.get(masked);
+            match next {
+                // Both are ahead, so the difference of the two tells which is first.
+                Some(next) if !is_ahead(next.deadline.get(masked).wrapping_sub(deadline)) => {
+                    return Step::On(&next.link);
+                }
+                _ => {}
             }
-            Some(next) if next.deadline.get(masked).wrapping_sub(now) <= ahead => Step::On(&next.link),
-            next => {
-                timer.link.set(masked, next);
-                timer.deadline.set(masked, deadline);
-                timer.semaphore.set(masked, Some(semaphore));
-                splice(masked, slot, Some(timer));
-                Step::Done(true)
+            if ptr::eq(slot, &KERNEL.timers.first) && !KERNEL.timers.count_to(masked, deadline) {
+                return Step::Done(Arming::Passed);
             }
+            walk::end(masked);
+            slot.set(masked, Some(timer));
+            timer.link.set(masked, next);
+            timer.deadline.set(masked, deadline);
+            timer.target.set(masked, target);
+            Step::Done(Arming::Done)
+        });
+        match came {
+            Step::On(next) => slot = Some(next),
+            Step::Done(result) => return result,
         }
-    });
-    let is_due = context.mask(ready::is_due);
-    context.reschedule(is_due);
-    is_armed
+    }
 }
 
+/// Disarms `timer`. Returns whether it was armed.
 #[inline(never)]
-fn disarm(context: &mut impl Context, timer: &'static Timer) -> bool {
-    walk_along(context, |masked, slot| match slot.get(masked) {
-        Some(next) if !ptr::eq(next, timer) => Step::On(&next.link),
-        Some(_) => {
-            timer.semaphore.set(masked, None);
-            splice(masked, slot, timer.link.get(masked));
+pub(crate) fn disarm(context: &mut impl ThreadContext, timer: &'static Timer) -> bool {
+    let mut slot = None;
+    loop {
+        let came = context.mask(|masked| {
+            let slot = match slot.filter(|_| walk::goes_on(masked)) {
+                Some(slot) => slot,
+                None => {
+                    walk::begin(masked);
+                    &KERNEL.timers.first
+                }
+            };
+            match slot.get(masked) {
+                Some(next) if !ptr::eq(next, timer) => return Step::On(&next.link),
+                Some(_) => {}
+                None => {
+                    walk::end(masked);
+                    return Step::Done(false);
+                }
+            }
+            walk::end(masked);
+            slot.set(masked, timer.link.get(masked));
+            timer.target.set(masked, Target::NOTHING);
+            if ptr::eq(slot, &KERNEL.timers.first) {
+                KERNEL.timers.count_down(masked);
+            }
             Step::Done(true)
+        });
+        match came {
+            Step::On(next) => slot = Some(next),
+            Step::Done(result) => return result,
         }
-        None => Step::Done(false),
-    })
-}
-
-/// Does what a timer that is due does. Returns whether a switch is due.
-#[inline(always)]
-fn fire(masked: &Masked, semaphore: &'static Semaphore) -> bool {
-    if semaphore.is_timeout(masked) { timeout::elapse(masked, semaphore) } else { semaphore.signal(masked) }
+    }
 }
 
 /// One tick, as the tick's interrupt does it on the AVR in assembly.
 #[cfg(not(target_arch = "avr"))]
-pub(crate) fn tick(interrupt: &mut Interrupt) {
+pub(crate) fn tick(interrupt: &mut crate::Interrupt) {
     let left = interrupt.mask(|masked| {
         let left = TICKS_LEFT.get(masked).wrapping_sub(1);
         TICKS_LEFT.set(masked, left);
         left
     });
     if left == 0 {
-        expire();
+        while expire() {}
     }
 }
 
-/// What the tick's interrupt does once `left` has run out: posts every semaphore that is due.
-#[doc(hidden)]
-pub extern "C" fn expire() {
+/// What the tick's interrupt does once `TICKS_LEFT` has run out: wakes what the first timer is to wake. Returns whether
+/// another one is due. Until none is, `TICKS_LEFT` is not positive, so that no tick comes here as well.
+///
+/// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone.
+pub(crate) extern "C" fn expire() -> bool {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
-    let interrupt = &mut unsafe { Interrupt::assume() };
+    let expiry = &mut unsafe { Expiry::assume() };
     let timers = &KERNEL.timers;
-    loop {
-        let due = interrupt.mask(|masked| {
-            let now = timers.next.get(masked);
-            let first = timers.first.get(masked).filter(|first| first.deadline.get(masked) == now)?;
-            timers.first.set(masked, first.link.get(masked));
-            walk::end(masked);
-            let semaphore = first.semaphore.get(masked);
-            first.semaphore.set(masked, None);
-            semaphore
-        });
-        let Some(semaphore) = due else { break };
-        interrupt.mask(|masked| fire(masked, semaphore));
-    }
-    interrupt.mask(|masked| timers.count_down(masked, timers.next.get(masked)));
+    let target = expiry.mask(|masked| {
+        let Some(first) = timers.first.get(masked) else { return Target::NOTHING };
+        timers.first.set(masked, first.link.get(masked));
+        walk::end(masked);
+        first.target.replace(masked, Target::NOTHING)
+    });
+    target.wake(expiry);
+    expiry.peek(|masked| !timers.count_down(masked))
 }

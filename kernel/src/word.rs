@@ -1,5 +1,6 @@
 //! What a semaphore holds: a number of signals or the first waiting task, never both.
 
+use crate::link::Link;
 use crate::masked::Masked;
 use crate::task::ControlBlock;
 
@@ -7,6 +8,8 @@ use crate::task::ControlBlock;
 pub(crate) enum State {
     Signals(u8),
     Waiting(&'static ControlBlock),
+    /// No signals, as left by the last task that waited.
+    Empty,
 }
 
 #[cfg(target_arch = "avr")]
@@ -14,13 +17,13 @@ pub(crate) use packed::Word;
 #[cfg(not(target_arch = "avr"))]
 pub(crate) use plain::Word;
 
-/// Two bytes: an address, or below 0x100 a number. No control block lies there, where the registers are (ATmega128
-/// datasheet, "SRAM Data Memory").
+/// Two bytes: a link, or below 0x100 a number. No control block lies there, where the registers are (ATmega128
+/// datasheet, "SRAM Data Memory"). The commonest calls look at one of the bytes alone.
 #[cfg(target_arch = "avr")]
 mod packed {
     use core::ptr;
 
-    use super::{ControlBlock, Masked, State};
+    use super::{ControlBlock, Link, Masked, State};
     use crate::masked::MaskedCell;
 
     #[repr(transparent)]
@@ -32,30 +35,38 @@ mod packed {
         }
 
         #[inline(always)]
+        fn byte(&self, index: usize) -> &MaskedCell<u8> {
+            // SAFETY: the cell has two bytes, and one of a byte may stand for either of them.
+            unsafe { &*(&raw const self.0).cast::<MaskedCell<u8>>().add(index & 1) }
+        }
+
+        #[inline(always)]
         pub(crate) fn get(&self, masked: &Masked) -> State {
-            let first = self.0.get(masked);
-            let [low, high] = first.addr().to_le_bytes();
-            if high == 0 {
-                State::Signals(low)
-            } else {
-                // SAFETY: `high` is not 0, so `set_waiting` stored this, made from a static.
-                State::Waiting(unsafe { &*first })
+            let high = self.byte(1).get(masked) as i8;
+            if high > 0 {
+                // SAFETY: neither a number nor an end, so `set_link` stored this, made from a static.
+                return State::Waiting(unsafe { &*self.0.get(masked) });
             }
+            if high == 0 { State::Signals(self.byte(0).get(masked)) } else { State::Empty }
         }
 
-        /// Sets the number of signals, where no task waits.
+        /// Sets the number of signals, where there is a number.
         #[inline(always)]
-        pub(crate) fn set_signals(&self, _: &Masked, signals: u8) {
-            // The high byte is 0 and stays so: a store saved in the commonest of all calls.
-            let low = (&raw const self.0).cast::<u8>().cast_mut();
-            // SAFETY: the low byte of a cell, which may be written through a shared reference, with interrupts masked.
-            unsafe { low.write(signals) }
+        pub(crate) fn set_signals(&self, masked: &Masked, signals: u8) {
+            self.byte(0).set(masked, signals);
         }
 
-        /// Sets the first waiting task; `None` leaves no signal either.
+        /// Sets the number of signals.
         #[inline(always)]
-        pub(crate) fn set_waiting(&self, masked: &Masked, first: Option<&'static ControlBlock>) {
-            self.0.set(masked, first.map_or(ptr::null(), ptr::from_ref));
+        pub(crate) fn reset(&self, masked: &Masked, signals: u8) {
+            self.byte(0).set(masked, signals);
+            self.byte(1).set(masked, 0);
+        }
+
+        /// Sets what stands first in the list of waiting tasks, its end if none does.
+        #[inline(always)]
+        pub(crate) fn set_link(&self, masked: &Masked, first: Link) {
+            self.0.set(masked, first.raw());
         }
     }
 }
@@ -63,22 +74,24 @@ mod packed {
 /// The same where bytes are plenty.
 #[cfg(not(target_arch = "avr"))]
 mod plain {
-    use super::{ControlBlock, Masked, State};
+    use super::{Link, Masked, State};
     use crate::masked::MaskedCell;
 
     pub(crate) struct Word {
         signals: MaskedCell<u8>,
-        waiting: MaskedCell<Option<&'static ControlBlock>>,
+        waiting: MaskedCell<Link>,
     }
 
     impl Word {
         pub(crate) const fn new(signals: u8) -> Self {
-            Word { signals: MaskedCell::new(signals), waiting: MaskedCell::new(None) }
+            Word { signals: MaskedCell::new(signals), waiting: MaskedCell::new(Link::NONE) }
         }
 
         pub(crate) fn get(&self, masked: &Masked) -> State {
-            match self.waiting.get(masked) {
+            let link = self.waiting.get(masked);
+            match link.task() {
                 Some(first) => State::Waiting(first),
+                None if link.is_end() => State::Empty,
                 None => State::Signals(self.signals.get(masked)),
             }
         }
@@ -87,8 +100,12 @@ mod plain {
             self.signals.set(masked, signals);
         }
 
-        pub(crate) fn set_waiting(&self, masked: &Masked, first: Option<&'static ControlBlock>) {
-            self.signals.set(masked, 0);
+        pub(crate) fn reset(&self, masked: &Masked, signals: u8) {
+            self.signals.set(masked, signals);
+            self.waiting.set(masked, Link::NONE);
+        }
+
+        pub(crate) fn set_link(&self, masked: &Masked, first: Link) {
             self.waiting.set(masked, first);
         }
     }

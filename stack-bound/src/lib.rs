@@ -31,7 +31,11 @@ pub use image::{Image, ImageError};
 pub use problem::Problem;
 pub use report::{Stack, Step};
 
-use program::{Program, Use};
+use program::{Program, SWITCH, Use};
+
+/// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds this against
+/// what is seen in simavr.
+const REGISTERS: u32 = 33;
 
 /// The stacks of a program: of its tasks, and of the kernel.
 ///
@@ -45,6 +49,10 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
         let function = program.function(vector);
         interrupt.raise_to(&Use::of("an interrupt", image.return_address.into()).then(&function.own));
         kernel.raise_to(&function.kernel);
+    }
+    if image.function(SWITCH).is_some() {
+        // The kernel lays down half of a preempted context from another stack: that is not seen on the way.
+        interrupt.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
     }
     kernel.raise_to(&interrupt); // of the idle task, which uses nothing else
     let mut stacks = Vec::new();

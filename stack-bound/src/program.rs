@@ -11,7 +11,7 @@ use crate::state::State;
 use crate::{Annotations, Image, Step};
 
 /// The function that leaves a stack for another task's. Nothing else may load a stack pointer that is not known.
-const SWITCH: &str = "kernel_switch";
+pub const SWITCH: &str = "kernel_switch";
 
 /// What is used of a stack at most, and by what, from the top down.
 #[derive(Clone, Default)]

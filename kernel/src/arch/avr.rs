@@ -15,25 +15,34 @@
 //! # Interrupts
 //! An interrupt pushes what a call may change and Y onto the stack it found (19 bytes with the PC), then moves
 //! to the kernel's stack, so that handlers cost no task any stack, and calls the handler. Only if that made
-//! a higher task ready are the other 16 registers saved, and that task's context is restored instead. Handlers do not nest.
+//! a higher task ready are the other 16 registers saved, and that task's context is taken up instead. Handlers do not nest.
+//!
+//! Those 16 registers are saved and loaded through a pointer, with SP on the idle task's stack and interrupts enabled: one
+//! that strikes there lays nothing onto a task's stack. It finds that the head is not the running task, as it did before, but
+//! sees by SP that it has struck the kernel, and leaves the switch to that.
 //!
 //! # Stacks
 //! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. Its
-//! first [`IDLE_STACK`] bytes are the idle task's, which needs room for one preempted context. That task has nothing
-//! to remember: it is begun anew each time, so its stack also serves to take up other tasks' contexts.
+//! first [`IDLE_STACK`] bytes are the idle task's, which has nothing to remember: it is begun anew each time. So its stack also
+//! serves where the kernel has interrupts enabled: to save and load contexts, and for the expiry of timers.
+//!
+//! RAMPZ, on an MCU that has it, is part of a preempted context: its bit 0 lies in bit 7 of SREG, which every interrupt finds
+//! clear. A voluntary context does not keep it: set it anew after a call that may block.
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
 use core::arch::asm;
 use core::mem::{MaybeUninit, size_of};
+use core::ptr;
 
 use crate::context::Task;
 use crate::masked::Masked;
-use crate::task::Never;
+use crate::task::{ControlBlock, Never};
 use crate::{IDLE, KERNEL, Kernel};
 
-/// Bytes at the top of the kernel's stack that are the idle task's: a preempted context.
-const IDLE_STACK: usize = 35;
+/// Bytes at the top of the kernel's stack that are the idle task's: what an interrupt pushes, the expiry of timers, and what
+/// another interrupt pushes that strikes that.
+const IDLE_STACK: usize = 64;
 
 /// The stack pointer of the idle task's control block: marked as preempted, which leads to where it begins anew.
 pub(crate) const IDLE_CONTEXT: usize = 0x8000;
@@ -41,6 +50,9 @@ pub(crate) const IDLE_CONTEXT: usize = 0x8000;
 /// Offsets of what the assembly reads, in bytes.
 const HEAD: usize = core::mem::offset_of!(Kernel, ready.head);
 const RUNNING: usize = core::mem::offset_of!(Kernel, ready.running);
+const STACK_POINTER: usize = core::mem::offset_of!(ControlBlock, stack_pointer);
+const LINK: usize = core::mem::offset_of!(ControlBlock, link);
+const _: () = assert!(core::mem::offset_of!(ControlBlock, above) == 0);
 
 /// `cli`: 1 cycle.
 #[inline(always)]
@@ -54,6 +66,66 @@ pub(crate) fn disable_interrupts() {
 pub(crate) fn enable_interrupts() {
     // SAFETY: called only by `Task::mask` and the start, whose callers run with interrupts enabled or unshared state.
     unsafe { asm!("sei", options(nostack)) }
+}
+
+/// Lets interrupts that are pending strike here, where they are masked. 3 cycles where none is.
+#[inline(always)]
+pub(crate) fn let_interrupts_strike() {
+    // SAFETY: only `Expiry::mask` calls this, which stands for a stack that handlers leave alone.
+    unsafe {
+        asm!(
+            "sei", // 1: takes effect after the next instruction
+            "nop", // 1
+            "cli", // 1
+            options(nostack),
+        )
+    }
+}
+
+/// The head, and the priorities above it. In X, where it needs no displacement, so that Z is left for another task.
+#[inline(always)]
+pub(crate) fn head_and_above(_: &Masked) -> (&'static ControlBlock, u8) {
+    let (head, above): (*const ControlBlock, u8);
+    // SAFETY: reads what `KERNEL.ready.head` points to; interrupts are masked.
+    unsafe {
+        asm!(
+            "lds r26, {kernel}+{head}",   // 2
+            "lds r27, {kernel}+{head}+1", // 2
+            "ld {above}, X",              // 2: the first field of a control block
+            kernel = sym KERNEL,
+            head = const HEAD,
+            above = out(reg) above,
+            out("X") head,
+            options(nostack, readonly, preserves_flags),
+        );
+    }
+    // SAFETY: the head is a static, always.
+    (unsafe { &*head }, above)
+}
+
+/// The head, the next task, and the priorities above that, in registers that they need not leave.
+#[inline(always)]
+pub(crate) fn head_and_next(_: &Masked) -> (&'static ControlBlock, &'static ControlBlock, u8) {
+    let (head, next, above): (*const ControlBlock, *const ControlBlock, u8);
+    // SAFETY: reads what `KERNEL.ready.head` points to, and its link, which leads on; interrupts are masked.
+    unsafe {
+        asm!(
+            "lds r30, {kernel}+{head}",   // 2
+            "lds r31, {kernel}+{head}+1", // 2
+            "ldd r26, Z+{link}",          // 2
+            "ldd r27, Z+{link}+1",        // 2
+            "ld {above}, X",              // 2: the first field of a control block
+            kernel = sym KERNEL,
+            head = const HEAD,
+            link = const LINK,
+            above = out(reg) above,
+            out("X") next,
+            out("Z") head,
+            options(nostack, readonly, preserves_flags),
+        );
+    }
+    // SAFETY: both are statics, always: a ready task's link leads to another, at last to the idle task.
+    (unsafe { &*head }, unsafe { &*next }, above)
 }
 
 /// Runs `body` with interrupts masked, and leaves them as they were.
@@ -82,6 +154,7 @@ pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
 /// AVR1 (no `push`) when it writes the bitcode of a library. In a function without locals or clobbers the
 /// compiler adds nothing but a `ret`, and a test of the image holds it to that.
 #[unsafe(no_mangle)]
+#[unsafe(link_section = ".lowtext.kernel")]
 #[inline(never)]
 #[expect(
     named_asm_labels,
@@ -92,21 +165,19 @@ unsafe extern "C" fn kernel_switch() {
     // registers and the stack as they were, when the task runs again.
     unsafe {
         asm!(
-            // Saves the running task's stack pointer and takes up the head's context. Y is on the stack.
-            "lds r26, {kernel}+{running}",        // 2: X = the running task's control block: its own
-            "lds r27, {kernel}+{running}+1",      // 2
+            // Saves the running task's stack pointer and takes up the head's context. Y is on the stack, and Z is the
+            // running task's control block: its own.
             "in r24, 0x3d",                       // 1: r25:r24 = SP
             "in r25, 0x3e",                       // 1: its bit 15 is clear: voluntary
             "cli",                                // 1
-            "st X+, r24",                         // 2: its stack pointer
-            "st X, r25",                          // 2
+            "std Z+{sp}, r24",                    // 2: its stack pointer
+            "std Z+{sp}+1, r25",                  // 2
             // Takes up the context of the head. Interrupts are masked, and what ran is saved or not needed.
             "resume_head:",
             "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
             "lds r31, {kernel}+{head}+1",         // 2
-            "resume_z:",
-            "ld r24, Z",                          // 2: r25:r24 = its stack pointer
-            "ldd r25, Z+1",                       // 2
+            "ldd r24, Z+{sp}",                    // 2: r25:r24 = its stack pointer
+            "ldd r25, Z+{sp}+1",                  // 2
             "sbrc r25, 7",                        // 2: skips the next for a voluntary context
             "rjmp resume_preempted",              // 2
             "sts {kernel}+{running}, r30",        // 2: now it is the running one
@@ -136,40 +207,70 @@ unsafe extern "C" fn kernel_switch() {
             "cpc r31, r27",                       // 1
             "breq idle",                          // 1, or 2
             "andi r25, 0x7f",                     // 1: the stack pointer without its mark
-            "movw r30, r24",                      // 1: Z = the byte below the context
-            "ldd r17, Z+1",                       // 2
-            "ldd r16, Z+2",                       // 2
-            "ldd r15, Z+3",                       // 2
-            "ldd r14, Z+4",                       // 2
-            "ldd r13, Z+5",                       // 2
-            "ldd r12, Z+6",                       // 2
-            "ldd r11, Z+7",                       // 2
-            "ldd r10, Z+8",                       // 2
-            "ldd r9, Z+9",                        // 2
-            "ldd r8, Z+10",                       // 2
-            "ldd r7, Z+11",                       // 2
-            "ldd r6, Z+12",                       // 2
-            "ldd r5, Z+13",                       // 2
-            "ldd r4, Z+14",                       // 2
-            "ldd r3, Z+15",                       // 2
-            "ldd r2, Z+16",                       // 2
-            "adiw r24, 16",                       // 2: as if they had been popped
+            "movw r30, r24",                      // 1: Z = the lowest byte of the context
+            "ld r17, Z",                          // 2
+            "ldd r16, Z+1",                       // 2
+            "ldd r15, Z+2",                       // 2
+            "ldd r14, Z+3",                       // 2
+            "ldd r13, Z+4",                       // 2
+            "ldd r12, Z+5",                       // 2
+            "ldd r11, Z+6",                       // 2
+            "ldd r10, Z+7",                       // 2
+            "ldd r9, Z+8",                        // 2
+            "ldd r8, Z+9",                        // 2
+            "ldd r7, Z+10",                       // 2
+            "ldd r6, Z+11",                       // 2
+            "ldd r5, Z+12",                       // 2
+            "ldd r4, Z+13",                       // 2
+            "ldd r3, Z+14",                       // 2
+            "ldd r2, Z+15",                       // 2
+            "adiw r24, 15",                       // 2: as if they had been popped
             "cli",                                // 1: an interrupt from here on would lay a context behind this one
-            "lds r30, {kernel}+{head}",           // 2: the same as before: no interrupt struck
-            "lds r31, {kernel}+{head}+1",         // 2
-            "sts {kernel}+{running}, r30",        // 2
-            "sts {kernel}+{running}+1, r31",      // 2
+            "lds r26, {kernel}+{head}",           // 2: the same as before: no interrupt struck
+            "lds r27, {kernel}+{head}+1",         // 2
+            "sts {kernel}+{running}, r26",        // 2
+            "sts {kernel}+{running}+1, r27",      // 2
             "out 0x3e, r25",                      // 1: SPH
             "out 0x3d, r24",                      // 1: SPL
+            // RAMPZ, which the context holds in bit 7 of SREG.
+            #[cfg(target_feature = "elpm")]
+            "ldd r25, Z+29",                      // 2: SREG
+            #[cfg(target_feature = "elpm")]
+            "sbrc r25, 7",                        // 2: skips the next where it is 0
+            #[cfg(target_feature = "elpm")]
+            "rjmp resume_rampz",                  // 2
+            #[cfg(target_feature = "elpm")]
+            "out 0x3b, r1",                       // 1: RAMPZ
             #[cfg(feature = "fault-early-enable")]
             "sei",
             "rjmp leave_interrupt",               // 2
+            #[cfg(target_feature = "elpm")]
+            "resume_rampz:",
+            #[cfg(target_feature = "elpm")]
+            "andi r25, 0x7f",                     // 1: SREG as `reti` wants it
+            #[cfg(target_feature = "elpm")]
+            "std Z+29, r25",                      // 2
+            #[cfg(target_feature = "elpm")]
+            "ldi r25, 1",                         // 1
+            #[cfg(target_feature = "elpm")]
+            "out 0x3b, r25",                      // 1: RAMPZ
+            #[cfg(target_feature = "elpm")]
+            "rjmp leave_interrupt",               // 2
+            // Enters the tick's interrupt where a timer is due: what `kernel_enter_interrupt` pushes up to SREG
+            // is on the stack, but SREG, which is in r0.
+            ".global kernel_enter_tick",
+            "kernel_enter_tick:",
+            "push r0",                            // 2
+            "ldi r30, lo8(gs(kernel_expire))",    // 1: Z = the handler, in words
+            "ldi r31, hi8(gs(kernel_expire))",    // 1
+            "rjmp entered",                       // 2
             // Enters an interrupt: r31 and r30 are on the stack, Z is the handler's address in words.
             ".global kernel_enter_interrupt",
             "kernel_enter_interrupt:",
             "push r0",                            // 2
             "in r0, 0x3f",                        // 1: SREG; I is clear in it, `reti` sets it
             "push r0",                            // 2
+            "entered:",
             "push r1",                            // 2
             "clr r1",                             // 1: compiled code counts on r1 = 0
             "push r18",                           // 2: what a call may change, and Y
@@ -191,16 +292,67 @@ unsafe extern "C" fn kernel_switch() {
             "out 0x3e, r25",                      // 1: SPH
             "out 0x3d, r24",                      // 1: SPL
             "icall",                              // 3: the handler
-            "lds r30, {kernel}+{head}",           // 2: Z = the task that should run
-            "lds r31, {kernel}+{head}+1",         // 2
-            "lds r26, {kernel}+{running}",        // 2: X = the task that does
-            "lds r27, {kernel}+{running}+1",      // 2
-            "out 0x3e, r29",                      // 1: SPH, back to the interrupted stack
+            "exit_interrupt:",
+            "lds r26, {kernel}+{head}",           // 2: X = the task that should run
+            "lds r27, {kernel}+{head}+1",         // 2
+            "lds r30, {kernel}+{running}",        // 2: Z = the task that does
+            "lds r31, {kernel}+{running}+1",      // 2
+            "cp r26, r30",                        // 1
+            "cpc r27, r31",                       // 1
+            "breq return_from_interrupt",         // 2, or 1 to switch
+            // Saves the other half of a preempted context, with interrupts enabled: on the idle task's stack, and through Y.
+            "preempt:",
+            "cpi r29, hi8(__stack)",              // 1: where the interrupt struck on the kernel's own stack
+            "breq to_struck_kernel",              // 1: there may be nothing to save
+            "save:",
+            "ldi r24, lo8(__stack)",              // 1: SPH is that of the kernel's stack already
+            "out 0x3d, r24",                      // 1: SPL
+            "sei",                                // 1
+            "st Y, r2",                           // 2: at the free byte, and on down
+            "st -Y, r3",                         // 2
+            "st -Y, r4",                         // 2
+            "st -Y, r5",                         // 2
+            "st -Y, r6",                         // 2
+            "st -Y, r7",                         // 2
+            "st -Y, r8",                         // 2
+            "st -Y, r9",                         // 2
+            "st -Y, r10",                        // 2
+            "st -Y, r11",                        // 2
+            "st -Y, r12",                        // 2
+            "st -Y, r13",                        // 2
+            "st -Y, r14",                        // 2
+            "st -Y, r15",                        // 2
+            "st -Y, r16",                        // 2
+            "st -Y, r17",                        // 2
+            #[cfg(target_feature = "elpm")]
+            "in r24, 0x3b",                       // 1: RAMPZ
+            #[cfg(target_feature = "elpm")]
+            "cpse r24, r1",                       // 2: skips the next where it is 0
+            #[cfg(target_feature = "elpm")]
+            "rjmp save_rampz",                    // 2
+            "saved:",
+            "ori r29, 0x80",                      // 1: preempted
+            "std Z+{sp}, r28",                    // 2: its stack pointer
+            "std Z+{sp}+1, r29",                  // 2
+            "cli",                                // 1
+            "movw r30, r26",                      // 1: Z = the head, also if an interrupt has changed it meanwhile
+            "ldd r24, Z+{sp}",                    // 2: as from `resume_head` on
+            "ldd r25, Z+{sp}+1",                  // 2
+            "sbrc r25, 7",                        // 2
+            "rjmp resume_preempted",              // 2
+            "sts {kernel}+{running}, r30",        // 2
+            "sts {kernel}+{running}+1, r31",      // 2
+            "out 0x3e, r25",                      // 1: SPH
+            "sei",                                // 1
+            "out 0x3d, r24",                      // 1: SPL
+            "ret",                                // 4
+            "to_struck_kernel:",
+            "rjmp struck_kernel",                 // 2: a branch does not reach so far
+            // Leaves an interrupt to what it struck.
+            "return_from_interrupt:",
+            "out 0x3e, r29",                      // 1: SPH
             "out 0x3d, r28",                      // 1: SPL
-            "cp r30, r26",                        // 1
-            "cpc r31, r27",                       // 1
-            "brne preempt",                       // 1, or 2 to switch
-            // Leaves an interrupt to the task on whose stack the rest of a preempted context lies.
+            // Takes the rest of a preempted context off the stack.
             "leave_interrupt:",
             "pop r29",                            // 2
             "pop r28",                            // 2
@@ -221,31 +373,54 @@ unsafe extern "C" fn kernel_switch() {
             "pop r30",                            // 2
             "pop r31",                            // 2
             "reti",                               // 4: and I set
-            // Saves the other half of a preempted context; X is the running task's control block.
-            "preempt:",
-            "push r2",                            // 2
-            "push r3",                            // 2
-            "push r4",                            // 2
-            "push r5",                            // 2
-            "push r6",                            // 2
-            "push r7",                            // 2
-            "push r8",                            // 2
-            "push r9",                            // 2
-            "push r10",                           // 2
-            "push r11",                           // 2
-            "push r12",                           // 2
-            "push r13",                           // 2
-            "push r14",                           // 2
-            "push r15",                           // 2
-            "push r16",                           // 2
-            "push r17",                           // 2
-            "in r24, 0x3d",                       // 1: r25:r24 = SP
-            "in r25, 0x3e",                       // 1
-            "ori r25, 0x80",                      // 1: preempted
-            "st X+, r24",                         // 2
-            "st X, r25",                          // 2
-            "rjmp resume_z",                      // 2: Z is the head already
-                // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
+            #[cfg(target_feature = "elpm")]
+            "save_rampz:",
+            #[cfg(target_feature = "elpm")]
+            "ldd r24, Y+29",                      // 2: SREG
+            #[cfg(target_feature = "elpm")]
+            "ori r24, 0x80",                      // 1: bit 7, which is clear in every SREG that an interrupt saves
+            #[cfg(target_feature = "elpm")]
+            "std Y+29, r24",                      // 2
+            #[cfg(target_feature = "elpm")]
+            "rjmp saved",                         // 2
+            // The interrupt struck in the page of the kernel's stack.
+            "struck_kernel:",
+            "cpi r28, lo8(__stack - {idle})",     // 1: or was it a task whose stack reaches there?
+            "brsh 5f",                            // 2
+            "rjmp save",                          // 2
+            "5:",
+            "cpi r28, lo8(__stack - 19)",         // 1: the expiry of timers?
+            "brne go_on",                         // 1: that goes on, and the switch comes at its end
+            "ldi r24, hi8({idle_task})",          // 1
+            "cpi r30, lo8({idle_task})",          // 1: the idle task?
+            "cpc r31, r24",                       // 1
+            "breq resume_other",                  // 1: it has nothing to go on with
+            "std Y+3, r27",                       // 2: else `save` above, which goes on with X = the new head
+            "std Y+4, r26",                       // 2
+            "go_on:",
+            "rjmp return_from_interrupt",         // 2
+            "resume_other:",
+            "rjmp resume_head",                   // 2
+            // The handler of a tick at which timers are due: posts one at a time, and lets interrupts strike in between.
+            // It runs on the idle task's stack, so that handlers find their own empty.
+            ".global kernel_expire",
+            "kernel_expire:",
+            "ldi r24, lo8(__stack - 1)",          // 1: not where `save` and the idle task are struck
+            "cpi r29, hi8(__stack)",              // 1: where the tick struck these,
+            "brne 2f",                            // 1, or 2
+            "cpi r28, lo8(__stack - {idle})",     // 1
+            "brlo 2f",                            // 1, or 2
+            "mov r24, r28",                       // 1: below their context
+            "2:",
+            "out 0x3d, r24",                      // 1: SPL; SPH is right
+            "3:",
+            "call {expire}",                      // 4: r24 = whether more are due
+            "sei",                                // 1
+            "tst r24",                            // 1: here
+            "cli",                                // 1: leaves the Z flag alone
+            "brne 3b",                            // 1, or 2
+            "rjmp exit_interrupt",                // 2
+            // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
             "kernel_start_task:",
             "pop r24",                            // 2: the first argument
             "pop r25",                            // 2
@@ -256,6 +431,8 @@ unsafe extern "C" fn kernel_switch() {
             ".global kernel_run",
             "kernel_run:",
             "rjmp resume_head",                   // 2
+            sp = const STACK_POINTER,
+            expire = sym crate::timer::expire,
             kernel = sym KERNEL,
             idle_task = sym IDLE,
             head = const HEAD,
@@ -270,6 +447,8 @@ unsafe extern "C" {
     fn kernel_run() -> !;
     #[doc(hidden)]
     pub fn kernel_enter_interrupt();
+    #[doc(hidden)]
+    pub fn kernel_enter_tick();
 }
 
 /// Saves the running task's context and takes up the head's; returns when this task runs again.
@@ -280,8 +459,8 @@ unsafe extern "C" {
 /// Every register but Y is lost here, so a function that inlines this saves what it must preserve: right for
 /// the loop of a task, which must preserve nothing. Elsewhere [`switch_from_call`] costs less.
 #[inline(always)]
-pub(crate) fn switch() {
-    // SAFETY: a task calls this, with interrupts enabled. All that changes meanwhile is declared.
+pub(crate) fn switch(task: &ControlBlock) {
+    // SAFETY: `task` calls this, with interrupts enabled. All that changes meanwhile is declared.
     unsafe {
         asm!(
             "push r28",             // 2: Y, which the compiler needs and can't be told is lost
@@ -290,11 +469,12 @@ pub(crate) fn switch() {
             "pop r29",              // 2
             "pop r28",              // 2
             switch = sym kernel_switch,
+            inout("Z") ptr::from_ref(task) => _,
             out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r6") _, out("r7") _,
             out("r8") _, out("r9") _, out("r10") _, out("r11") _, out("r12") _, out("r13") _,
             out("r14") _, out("r15") _, out("r16") _, out("r17") _, out("r18") _, out("r19") _,
             out("r20") _, out("r21") _, out("r22") _, out("r23") _, out("r24") _, out("r25") _,
-            out("r26") _, out("r27") _, out("r30") _, out("r31") _,
+            out("r26") _, out("r27") _,
         )
     }
 }
@@ -302,7 +482,8 @@ pub(crate) fn switch() {
 /// [`switch`] for a function that seldom gets there: 64 cycles more, but none where it is not called.
 #[inline(never)]
 pub(crate) fn switch_from_call() {
-    switch();
+    // SAFETY: the running task is the one that calls this, whatever interrupts do meanwhile.
+    switch(KERNEL.ready.running.get(&unsafe { Masked::assume() }));
 }
 
 /// Runs the tasks; idles while none is ready.
@@ -383,6 +564,7 @@ macro_rules! interrupt {
     ($($(#[$attribute:meta])* fn $vector:ident($interrupt:ident) $body:block)*) => {$(
         $(#[$attribute])*
         #[unsafe(no_mangle)]
+        #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
             extern "C" fn handler() {
                 // SAFETY: only the vector calls this, with interrupts masked.
@@ -395,7 +577,7 @@ macro_rules! interrupt {
                 "push r30",               // 2
                 "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
                 "ldi r31, hi8(gs({handler}))", // 1
-                "jmp {enter}",            // 3
+                "rjmp {enter}",           // 2: `.lowtext` holds the kernel's entry, too
                 handler = sym handler,
                 enter = sym $crate::arch::kernel_enter_interrupt,
                 options(noreturn),
@@ -412,32 +594,29 @@ macro_rules! interrupt {
 macro_rules! tick_interrupt {
     ($vector:ident) => {
         #[unsafe(no_mangle)]
+        #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
             // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
             unsafe { core::arch::asm!(
                 "push r31",               // 2
                 "push r30",               // 2
-                "in r30, 0x3f",           // 1: SREG
-                "push r30",               // 2
+                "push r0",                // 2
+                "in r0, 0x3f",            // 1: SREG
                 "lds r30, {left}",        // 2: Z = ticks until the first timer is due
                 "lds r31, {left}+1",      // 2
                 "sbiw r30, 1",            // 2
                 "sts {left}, r30",        // 2
                 "sts {left}+1, r31",      // 2
-                "pop r30",                // 2: SREG, or what the interrupt must save of it
                 "breq 1f",                // 1, or 2 when a timer is due
-                "out 0x3f, r30",          // 1
+                "out 0x3f, r0",           // 1
+                "pop r0",                 // 2
                 "pop r30",                // 2
                 "pop r31",                // 2
                 "reti",                   // 4
                 "1:",
-                "out 0x3f, r30",          // 1: as the interrupt found it
-                "ldi r30, lo8(gs({handler}))", // 1
-                "ldi r31, hi8(gs({handler}))", // 1
-                "jmp {enter}",            // 3
+                "rjmp {enter}",           // 2
                 left = sym $crate::TICKS_LEFT,
-                handler = sym $crate::expire,
-                enter = sym $crate::arch::kernel_enter_interrupt,
+                enter = sym $crate::arch::kernel_enter_tick,
                 options(noreturn),
             ) }
         }

@@ -14,7 +14,7 @@ use corosensei::{Coroutine, Yielder};
 
 use crate::context::{Interrupt, Task};
 use crate::masked::Masked;
-use crate::task::{Boot, Never};
+use crate::task::{Boot, ControlBlock, Never};
 use crate::{IDLE, KERNEL, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
@@ -57,7 +57,7 @@ pub fn end_of_interrupt() {
     // SAFETY: what stands for interrupts runs only where a test calls it.
     let masked = unsafe { Masked::assume() };
     if !KERNEL.ready.head.get(&masked).is(KERNEL.ready.running.get(&masked)) {
-        switch();
+        switch_from_call();
     }
 }
 
@@ -93,21 +93,34 @@ pub(crate) fn disable_interrupts() {}
 
 pub(crate) fn enable_interrupts() {}
 
+pub(crate) fn let_interrupts_strike() {}
+
+pub(crate) fn head_and_above(masked: &Masked) -> (&'static ControlBlock, u8) {
+    let head = KERNEL.ready.head.get(masked);
+    (head, head.above.get(masked))
+}
+
+pub(crate) fn head_and_next(masked: &Masked) -> (&'static ControlBlock, &'static ControlBlock, u8) {
+    let head = KERNEL.ready.head.get(masked);
+    let next = head.next_ready(masked);
+    (head, next, next.above.get(masked))
+}
+
 pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
     // SAFETY: what stands for interrupts runs only between tasks.
     body(&unsafe { Masked::assume() })
 }
 
-pub(crate) fn switch() {
+pub(crate) fn switch(_: &ControlBlock) {
+    switch_from_call();
+}
+
+pub(crate) fn switch_from_call() {
     let yielder = YIELDER.get();
     assert!(!yielder.is_null(), "a kernel call that may switch was made outside `run_for`");
     // SAFETY: the pointer is the running coroutine's own yielder, which lives as long as it does.
     unsafe { (*yielder).suspend(()) };
     YIELDER.set(yielder);
-}
-
-pub(crate) fn switch_from_call() {
-    switch();
 }
 
 pub(crate) fn prepare<F>(_memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>

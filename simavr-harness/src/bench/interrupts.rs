@@ -12,6 +12,12 @@ pub(super) const BUTTON: Pin = Pin { port: 'E', bit: 4 };
 /// More cycles than the start of an image, or anything that is measured here, takes.
 const PATIENCE: u64 = 1_000_000;
 
+/// What unused bytes of a stack are made to hold.
+const PAINT: u8 = 0xa5;
+
+/// Bytes of the control block before a stack.
+const CONTROL_BLOCK: u16 = 6;
+
 /// Bytes that an interrupt pushes.
 const RETURN_ADDRESS: u16 = 2;
 
@@ -75,7 +81,8 @@ fn press(images: &TestImages, strike: u64) -> Result<Press, BenchError> {
     mcu.run_until(busy.cycle + SETTLED + strike);
     mcu.take_markers();
     let (pressed, stack_pointer) = (mcu.cycle(), mcu.stack_pointer());
-    let mut lowest = stack_pointer;
+    let unused = *stack.start() + CONTROL_BLOCK..=stack_pointer;
+    unused.clone().for_each(|address| mcu.write(address, PAINT));
     let mut enabled = None;
     mcu.drive_pin(BUTTON, true);
     while mcu.markers().is_empty() && mcu.cycle() < pressed + PATIENCE {
@@ -83,15 +90,12 @@ fn press(images: &TestImages, strike: u64) -> Result<Press, BenchError> {
         if mcu.interrupts_enabled() {
             enabled = enabled.or(Some(mcu.cycle()));
         }
-        if stack.contains(&mcu.stack_pointer()) {
-            lowest = lowest.min(mcu.stack_pointer());
-        }
     }
     match (mcu.markers(), enabled) {
         ([woken], Some(enabled)) if woken.value == WOKEN => Ok(Press {
             latency: pressed..woken.cycle - BEFORE_OUT,
             masked: pressed..enabled,
-            context: stack_pointer - lowest,
+            context: unused.skip_while(|&address| mcu.read(address) == Some(PAINT)).count() as u16,
         }),
         _ => Err(fault("a press of the button does not wake its task")),
     }

@@ -9,7 +9,7 @@ use board::debug::mark;
 use core::array;
 use kernel::{
     Boot, Context, EventFlags, Fifo, Interrupt, MaskedCell, Message, Mutex, Never, Priority, Queue,
-    Semaphore, Task, Ticks, Timer,
+    Semaphore, Task, ThreadContext, Ticks, Timer,
 };
 
 use crate::{finish, start};
@@ -297,11 +297,11 @@ pub fn close(task: &mut Task, did: Did) {
 
 /// Begins path `number` before the kernel runs, so that the path is its start.
 pub fn open_at_boot(boot: &mut Boot, number: u8) {
-    prepare(&mut boot.interrupt(), 1);
+    prepare(boot, 1);
     mark(OPEN + number);
 }
 
-fn prepare(context: &mut impl Context, ticks: Ticks) {
+fn prepare(context: &mut impl ThreadContext, ticks: Ticks) {
     let counts = [
         &EXTERNAL,
         &HIGH_RAN,
@@ -314,10 +314,10 @@ fn prepare(context: &mut impl Context, ticks: Ticks) {
         &FLAGS_SEEN,
         &NOTED,
     ];
-    context.mask(|masked| {
-        counts.into_iter().for_each(|count| count.set(masked, 0));
-        UNTIL_DUE.set(masked, ticks);
-    });
+    for count in counts {
+        context.mask(|masked| count.set(masked, 0));
+    }
+    context.mask(|masked| UNTIL_DUE.set(masked, ticks));
     ALARM.start(context, ticks, &DUE);
     ECHO.start(context, ticks, &RACE);
     NAP.post(context);

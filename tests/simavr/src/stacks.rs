@@ -10,8 +10,11 @@ use stack_bound::Annotations;
 /// What a stack holds before it is used.
 const PAINT: u8 = 0xa5;
 
-/// What a task's control block takes before its stack, in bytes. It begins with the stack pointer.
+/// What a task's control block takes before its stack, in bytes.
 const CONTROL_BLOCK: u16 = 6;
+
+/// Where in it the stack pointer lies.
+const STACK_POINTER: u16 = 1;
 
 /// In a first context, how far above the stack pointer the address of the task's code lies, in words.
 const ENTRY: u16 = 5;
@@ -76,7 +79,8 @@ fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Op
     let word = |low: u16, high: u16| Some(u16::from_le_bytes([mcu.read(low)?, mcu.read(high)?]));
     let is_it = |addresses: &Range<u16>| {
         let block = addresses.start - CONTROL_BLOCK;
-        let entry = word(block, block + 1)
+        let saved = block + STACK_POINTER;
+        let entry = word(saved, saved + 1)
             .filter(|stack_pointer| addresses.contains(stack_pointer))
             .and_then(|stack_pointer| word(stack_pointer + ENTRY, stack_pointer + ENTRY + 1));
         entry.is_some_and(|entry| u32::from(entry) * 2 == bound.entry)

@@ -19,8 +19,9 @@ const NEXT_DEADLINE: u16 = 21;
 const FIRST_TIMER: u16 = 23;
 
 /// Offsets in `ControlBlock`, and its size.
-const LINK: u16 = 2;
-const ABOVE: u16 = 4;
+const ABOVE: u16 = 0;
+const STACK_POINTER: u16 = 1;
+const LINK: u16 = 3;
 const PRIORITY: u16 = 5;
 const CONTROL_BLOCK: u16 = 6;
 
@@ -35,7 +36,10 @@ pub const PREEMPTED: u16 = 35;
 const PREEMPTED_MARK: u16 = 0x8000;
 
 /// The last byte of SRAM (ATmega128 datasheet, "SRAM Data Memory"), where the kernel's stack begins.
-const RAM_END: u16 = 0x10ff;
+pub const RAM_END: u16 = 0x10ff;
+
+/// Bytes at the top of the kernel's stack where it has interrupts enabled, as the kernel's `IDLE_STACK`.
+const IDLE_STACK: u16 = 64;
 
 /// More timers than any image has.
 const MOST_TIMERS: usize = 100;
@@ -102,6 +106,11 @@ impl Kernel {
         Kernel { kernel: find(KERNEL), idle, ticks_left: find(TICKS_LEFT), stacks }
     }
 
+    /// Whether SP lies where the kernel itself, or the idle task, has interrupts enabled.
+    pub fn is_idle_stack(&self, stack_pointer: u16) -> bool {
+        (RAM_END - IDLE_STACK..=RAM_END).contains(&stack_pointer)
+    }
+
     pub fn head(&self, mcu: &Mcu) -> u16 {
         word(mcu, self.kernel)
     }
@@ -120,10 +129,10 @@ impl Kernel {
         self.stacks.iter().find(|stack| stack.control == control)
     }
 
-    /// The saved stack pointer of a task that was preempted.
+    /// The stack pointer of a task that was preempted: what is saved is the lowest byte of its context.
     pub fn preempted_at(&self, mcu: &Mcu, control: u16) -> Option<u16> {
-        let saved = word(mcu, control);
-        (saved & PREEMPTED_MARK != 0).then_some(saved & !PREEMPTED_MARK)
+        let saved = word(mcu, control + STACK_POINTER);
+        (saved & PREEMPTED_MARK != 0).then_some((saved & !PREEMPTED_MARK).wrapping_sub(1))
     }
 
     pub fn name(&self, control: u16) -> &str {
@@ -160,7 +169,8 @@ impl Kernel {
         self.check_timers(mcu)
     }
 
-    /// The list from the head to the idle task: in strictly falling priority.
+    /// The list from the head to the idle task: in falling priority. Behind a task that is about to block there
+    /// may be one of its own.
     fn preempted(&self, mcu: &Mcu) -> Result<Vec<u16>, String> {
         let mut list = vec![self.head(mcu)];
         let mut task = list[0];
@@ -169,7 +179,8 @@ impl Kernel {
                 return Err(format!("{task:#x} is in the list of preempted tasks"));
             }
             let next = word(mcu, task + LINK);
-            if byte(mcu, next + ABOVE) <= byte(mcu, task + ABOVE) {
+            let [above, next_above] = [task, next].map(|task| byte(mcu, task + ABOVE));
+            if next_above < above {
                 return Err(format!("{} is preempted by {}", self.name(next), self.name(task)));
             }
             list.push(next);
@@ -212,7 +223,7 @@ impl Kernel {
         for stack in self.stacks[1..].iter().filter(|stack| stack.control != running) {
             let (context, stack_pointer) = match self.preempted_at(mcu, stack.control) {
                 Some(stack_pointer) => (PREEMPTED, stack_pointer),
-                None => (VOLUNTARY, word(mcu, stack.control)),
+                None => (VOLUNTARY, word(mcu, stack.control + STACK_POINTER)),
             };
             if !stack.holds(stack_pointer) || stack_pointer + context > stack.highest {
                 return Err(format!("{}'s context is said to lie at {stack_pointer:#x}", stack.name));
@@ -224,6 +235,9 @@ impl Kernel {
     /// The list of armed timers: all ahead, in the order of their deadlines, and the countdown leads to the first.
     fn check_timers(&self, mcu: &Mcu) -> Result<(), String> {
         let next = word(mcu, self.kernel + NEXT_DEADLINE);
+        if self.ticks_left(mcu) as i16 <= 0 {
+            return Ok(()); // some are being posted
+        }
         let now = next.wrapping_sub(self.ticks_left(mcu));
         let mut timer = word(mcu, self.kernel + FIRST_TIMER);
         let mut before = 1;

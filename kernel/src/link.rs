@@ -1,0 +1,55 @@
+//! What links the lists of tasks.
+
+use core::ptr;
+
+use crate::semaphore::Semaphore;
+use crate::task::ControlBlock;
+
+/// What stands behind a task in its list: the next task, or at the end of a list of waiting tasks what they wait for.
+///
+/// So a debugger that follows a waiting task's link comes to its semaphore. One bit that no address has set tells which: on
+/// the AVR bit 15, as SRAM ends below 0x8000.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub(crate) struct Link(*const ControlBlock);
+
+#[cfg(target_arch = "avr")]
+const END: usize = 0x8000;
+#[cfg(not(target_arch = "avr"))]
+const END: usize = 1;
+
+impl Link {
+    /// Of a task that has not started, or has ended.
+    pub(crate) const NONE: Link = Link(ptr::null());
+    /// Of a task that waits for nothing but a timer.
+    pub(crate) const DELAYED: Link = Link(ptr::without_provenance(END));
+
+    /// To the next task.
+    #[inline(always)]
+    pub(crate) fn to(task: &'static ControlBlock) -> Link {
+        Link(task)
+    }
+
+    /// The end of the list of those that wait for `semaphore`.
+    #[inline(always)]
+    pub(crate) fn end_of(semaphore: &Semaphore) -> Link {
+        Link(ptr::with_exposed_provenance(ptr::from_ref(semaphore).expose_provenance() | END))
+    }
+
+    #[inline(always)]
+    pub(crate) fn raw(self) -> *const ControlBlock {
+        self.0
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_end(self) -> bool {
+        self.0.addr() & END != 0
+    }
+
+    /// The next task, unless this is an end.
+    #[inline(always)]
+    pub(crate) fn task(self) -> Option<&'static ControlBlock> {
+        // SAFETY: what is no end is null or was made from a static.
+        if self.is_end() { None } else { unsafe { self.0.as_ref() } }
+    }
+}

@@ -1,0 +1,64 @@
+//! What a timer wakes.
+
+use core::ptr;
+
+use crate::context::{Context, Expiry};
+use crate::link::Link;
+use crate::ready;
+use crate::semaphore::Semaphore;
+use crate::task::ControlBlock;
+use crate::timeout::Timeout;
+
+/// A semaphore to post, or a task to wake whose delay is over; or nothing. One bit that no address has set marks a task.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(crate) struct Target(*const Semaphore);
+
+#[cfg(target_arch = "avr")]
+const TASK: usize = 0x8000;
+#[cfg(not(target_arch = "avr"))]
+const TASK: usize = 1;
+
+impl Target {
+    pub(crate) const NOTHING: Target = Target(ptr::null());
+
+    pub(crate) fn semaphore(semaphore: &'static Semaphore) -> Target {
+        Target(semaphore)
+    }
+
+    pub(crate) fn task(task: &'static ControlBlock) -> Target {
+        Target(ptr::with_exposed_provenance(ptr::from_ref(task).expose_provenance() | TASK))
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_nothing(self) -> bool {
+        self.0.is_null()
+    }
+
+    /// Wakes it, a task only if its delay has begun; ends the wait, if it is a time-out's.
+    #[inline(always)]
+    pub(crate) fn wake(self, expiry: &mut Expiry) {
+        if self.0.addr() & TASK != 0 {
+            // SAFETY: made from a static by `task`.
+            let task: &ControlBlock = unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !TASK) };
+            expiry.mask(|masked| {
+                if task.link.get(masked) == Link::DELAYED {
+                    ready::make_ready(masked, task);
+                }
+            });
+        // SAFETY: null or made from a static, or from what outlives the timer, by `semaphore`.
+        } else if let Some(semaphore) = unsafe { self.0.as_ref() } {
+            wake_semaphore(expiry, semaphore);
+        }
+    }
+}
+
+#[inline(never)]
+fn wake_semaphore(expiry: &mut Expiry, semaphore: &'static Semaphore) {
+    match expiry.peek(|masked| Timeout::marked(masked, semaphore)) {
+        Some(timeout) => timeout.elapse(expiry),
+        None => expiry.mask(|masked| {
+            semaphore.signal(masked);
+        }),
+    }
+}
