@@ -38,8 +38,8 @@ mod stack {
 
     pub static RECEIVE_USART0: Stack<228> = Stack::new();
     pub static RECEIVE_USART1: Stack<228> = Stack::new();
-    pub static SEND_USART0: Stack<204> = Stack::new();
-    pub static SEND_USART1: Stack<204> = Stack::new();
+    pub static SEND_USART0: Stack<206> = Stack::new();
+    pub static SEND_USART1: Stack<206> = Stack::new();
     pub static BRIDGE: Stack<212> = Stack::new();
 }
 

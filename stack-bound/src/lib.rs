@@ -50,15 +50,16 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
         interrupt.raise_to(&Use::of("an interrupt", image.return_address.into()).then(&function.own));
         kernel.raise_to(&function.kernel);
     }
+    kernel.raise_to(&interrupt); // of the idle task, which uses nothing else
+    let mut context = interrupt.clone();
     if image.function(SWITCH).is_some() {
         // The kernel lays down half of a preempted context from another stack: that is not seen on the way.
-        interrupt.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
+        context.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
     }
-    kernel.raise_to(&interrupt); // of the idle task, which uses nothing else
     let mut stacks = Vec::new();
     for task in &image.tasks {
         let function = program.function(task.entry);
-        stacks.push(Stack::of_task(task, image.name(task.entry), &function.own, &interrupt));
+        stacks.push(Stack::of_task(task, image.name(task.entry), &function.own, &context));
         kernel.raise_to(&function.kernel.then(&interrupt));
     }
     stacks.sort_by(|one, other| one.name.cmp(&other.name));

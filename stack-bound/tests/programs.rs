@@ -61,10 +61,10 @@ fn a_program_counter_of_three_bytes() {
 fn tasks() {
     let bounds = bounds(&build("tasks.S", "atmega128"), "");
     let [narrow, wide, kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
-    assert_eq!(steps(wide), [("captured", 4), ("wide", 7), ("an interrupt", 2), ("kernel_switch", 9)]);
-    assert_eq!((wide.needs(), wide.size, wide.is_too_small()), (22, 21, true));
-    assert_eq!(steps(narrow), [("its first context", 6), ("an interrupt", 2), ("kernel_switch", 9)]);
-    assert_eq!((narrow.needs(), narrow.size, narrow.is_too_small()), (17, 17, false));
+    assert_eq!(steps(wide), [("captured", 4), ("wide", 7), ("a preempted context", 35)]);
+    assert_eq!((wide.needs(), wide.size, wide.is_too_small()), (46, 45, true));
+    assert_eq!(steps(narrow), [("its first context", 6), ("a preempted context", 35)]);
+    assert_eq!((narrow.needs(), narrow.size, narrow.is_too_small()), (41, 41, false));
     assert_eq!(steps(kernel), [("kernel_switch", 11), ("odd", 3)]);
 }
 
@@ -76,12 +76,12 @@ fn the_program_fails_when_a_stack_is_too_small() {
         .expect("the program runs");
     assert_eq!(output.status.code(), Some(1));
     let [errors, table] = [output.stderr, output.stdout].map(|text| String::from_utf8(text).expect("text"));
-    let wide = "wide: 21 bytes, needs 22, -1 to spare\n     4  captured\n     7  wide\n     2  an interrupt\n     9  kernel_switch\n";
+    let wide = "wide: 45 bytes, needs 46, -1 to spare\n     4  captured\n     7  wide\n    35  a preempted context\n";
     assert!(
         errors.contains("tasks.S") && errors.ends_with(&format!("a stack is too small: {wide}")),
         "{errors}"
     );
-    assert!(table.contains(wide) && table.contains("narrow: 17 bytes, needs 17, 0 to spare\n"), "{table}");
+    assert!(table.contains(wide) && table.contains("narrow: 41 bytes, needs 41, 0 to spare\n"), "{table}");
 }
 
 #[test]

@@ -88,8 +88,10 @@ impl<Line: Transmit> Sender<Line> {
         let (to, payload) = (beyond(&message), message.payload());
         self.transmit(task, Frame::Data { label, to, payload });
         let patience = ACK_TIMEOUT + Ticks::from(self.backoff.next_ms());
+        // In this order: a tick between the two makes the alarm late, not early. Nobody would set another one.
+        let deadline = now(task).wrapping_add(patience);
         self.port.mailbox().wake_in(task, patience);
-        Outstanding { message, label, deadline: now(task).wrapping_add(patience) }
+        Outstanding { message, label, deadline }
     }
 
     fn transmit(&mut self, task: &mut Task, frame: Frame) {
