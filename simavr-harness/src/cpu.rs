@@ -136,6 +136,12 @@ impl Cpu {
         unsafe { (*self.as_ptr()).cycle = cycle }
     }
 
+    /// Lets the core wait during the instruction in progress, which is inside [`Cpu::run`].
+    pub fn halt(self, cycles: u64) {
+        self.set_cycle(self.cycle() + cycles);
+        self.keep_deadline();
+    }
+
     /// Address of the next instruction, in bytes.
     pub fn pc(self) -> u32 {
         // SAFETY: the instance is alive by the type's invariant.

@@ -11,6 +11,7 @@ use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::Part;
 use crate::random::Random;
+use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::interrupt::{self, RESPONSE_CYCLES, WAKE_UP_CYCLES};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
@@ -33,6 +34,7 @@ pub struct Mcu {
     markers: Attached<Markers>,
     usarts: Vec<Attached<Usart>>,
     twi: Attached<Twi>,
+    eeprom: Attached<Eeprom>,
     // Held for simavr, which calls into it.
     _wrapped: WrappedWrites,
     /// Pins that the outside drives, by port: which, and their levels.
@@ -117,6 +119,7 @@ impl Mcu {
             markers: marker::attach(cpu, part.ocdr),
             usarts: Option::ok_or_else(usarts, missing)?,
             twi: twi::attach(cpu, &part.twi).ok_or_else(missing)?,
+            eeprom: eeprom::attach(cpu, &part.eeprom).ok_or_else(missing)?,
             cpu,
             image,
             _wrapped: wrapped,
@@ -230,6 +233,11 @@ impl Mcu {
                 self.cpu.with_data(|data| data.get(range).map(<[u8]>::to_vec))
             })
             .ok_or_else(|| NoSuchData(name.to_owned()))
+    }
+
+    /// The EEPROM, as written so far; new, it is erased.
+    pub fn eeprom(&self) -> &[u8] {
+        self.eeprom.get().contents()
     }
 
     /// A hash of all that decides what the program does next: data space, SREG, program counter
@@ -357,6 +365,7 @@ impl Mcu {
         self.cpu.set_cycle(self.cycle() + response_cycles);
         self.awake_cycles += response_cycles;
         interrupt::refresh(self.cpu, vector);
+        self.eeprom.get().refresh(self.cpu);
         Some(Accepted { vector: vector.number(), response_cycles })
     }
 
@@ -427,6 +436,8 @@ impl Mcu {
             usart.with(cpu, |usart| usart.reset(cpu));
         }
         self.twi.with(cpu, |twi| twi.reset(cpu));
+        self.eeprom.forget_timer();
+        self.eeprom.with(cpu, |eeprom| eeprom.reset(cpu));
         for (&port, &external) in &self.driven {
             for bit in (0..8).filter(|bit| external.1 & 1 << bit != 0) {
                 cpu.drive_pin(port, bit, true, external);

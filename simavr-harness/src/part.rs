@@ -13,6 +13,7 @@ pub struct Part {
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
     pub(crate) twi: TwiRegisters,
+    pub(crate) eeprom: EepromRegisters,
 }
 
 #[derive(Debug)]
@@ -36,6 +37,17 @@ pub(crate) struct TwiRegisters {
     pub twdr: u16,
     pub twcr: u16,
     pub vector: u8,
+}
+
+#[derive(Debug)]
+pub(crate) struct EepromRegisters {
+    pub eecr: u16,
+    pub eedr: u16,
+    pub eearl: u16,
+    pub eearh: u16,
+    pub ready: u8,
+    /// In bytes, a power of two.
+    pub size: u16,
 }
 
 /// There is no such part here.
@@ -76,6 +88,7 @@ impl Part {
             },
         ],
         twi: TwiRegisters { twbr: 0x70, twsr: 0x71, twar: 0x72, twdr: 0x73, twcr: 0x74, vector: 33 },
+        eeprom: EepromRegisters { eecr: 0x3c, eedr: 0x3d, eearl: 0x3e, eearh: 0x3f, ready: 22, size: 4096 },
     };
 
     const ALL: [&'static Part; 1] = [Self::ATMEGA128];

@@ -40,7 +40,11 @@ pub(crate) fn refresh(cpu: Cpu, vector: Vector) {
         return;
     }
     let is_set = |bits: RegisterBits| cpu.data(bits.address) & bits.mask != 0;
-    let wanted = is_set(flag) && is_set(enable);
+    set_pending(cpu, vector, is_set(flag) && is_set(enable));
+}
+
+/// Makes `vector` pending, or no longer so.
+pub(crate) fn set_pending(cpu: Cpu, vector: Vector, wanted: bool) {
     if wanted && !vector.is_pending() {
         cpu.raise(vector);
     } else if !wanted && vector.is_pending() {

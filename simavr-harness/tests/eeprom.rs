@@ -1,0 +1,59 @@
+//! The EEPROM takes its time to write, and says when it is ready.
+
+mod common;
+
+use common::{build_with, marked, mcu};
+use simavr_harness::{Mcu, Reset, State};
+
+const EEWE: u8 = 0x02;
+
+/// 8448 us.
+const WRITE: u64 = 135_168;
+
+fn cycle(mcu: &Mcu, value: u8) -> u64 {
+    mcu.markers().iter().find(|marker| marker.value == value).expect("it is marked").cycle
+}
+
+#[test]
+fn a_write_takes_8448_us_and_then_ee_ready_fires() {
+    let mut mcu = mcu(&build_with("eeprom.c", &[]));
+    assert_eq!(mcu.run_to_end(2 * WRITE), State::Done);
+    assert_eq!(marked(&mcu), [1, 2, EEWE, 0xaa, 0, 3, 4, 0x5a]);
+    let (begun, ready) = (cycle(&mcu, 2), cycle(&mcu, 0xaa));
+    // Response from sleep, jmp, and what the handler saves before its marker.
+    assert!((WRITE..WRITE + 40).contains(&(ready - begun)), "{}", ready - begun);
+    assert!(mcu.awake_cycles() < 1000, "it slept meanwhile");
+    assert_eq!((mcu.eeprom()[0xabc], mcu.eeprom()[0x123]), (0x5a, 0xff));
+}
+
+#[test]
+fn the_core_waits_2_cycles_for_a_write_and_4_for_a_read() {
+    let mut mcu = mcu(&build_with("eeprom.c", &[]));
+    mcu.run_to_end(2 * WRITE);
+    let between = |from, to| cycle(&mcu, to) - cycle(&mcu, from);
+    // `sbi` twice, the new mark's `ldi`, and `out`.
+    assert_eq!(between(1, 2), 2 + 2 + 1 + 1 + 2);
+    assert_eq!(between(3, 4), 2 + 1 + 1 + 4);
+}
+
+#[test]
+fn eewe_counts_only_within_four_cycles_of_eemwe() {
+    let mut mcu = mcu(&build_with("eeprom.c", &["LATE"]));
+    assert_eq!(mcu.run_to_end(WRITE), State::Done);
+    assert_eq!(marked(&mcu), [0, 0xaa, 0, 3, 4, 0xff]);
+    assert!(mcu.eeprom().iter().all(|byte| *byte == 0xff));
+}
+
+#[test]
+fn a_reset_does_not_end_a_write() {
+    let mut mcu = mcu(&build_with("eeprom.c", &[]));
+    let begun = mcu.run_to_marker(2, 1000).expect("it writes").cycle;
+    mcu.run_until(begun + WRITE / 2);
+    mcu.take_markers();
+    mcu.reset(Reset::External);
+    assert_eq!(mcu.run_to_end(2 * WRITE), State::Done);
+    // The second write falls into the first, and is none.
+    assert_eq!(marked(&mcu), [1, 2, EEWE, 0xaa, 0, 3, 4, 0x5a]);
+    let ready = cycle(&mcu, 0xaa);
+    assert!((WRITE..WRITE + 40).contains(&(ready - begun)), "{}", ready - begun);
+}
