@@ -4,6 +4,7 @@ use avr_device::atmega128a::{AC, CPU};
 use kernel::{Boot, Context, MaskedCell};
 
 use crate::adc::Adc;
+use crate::eeprom::Eeprom;
 use crate::external::External4;
 use crate::gpio::Pin;
 use crate::nonce;
@@ -24,6 +25,7 @@ pub struct Board {
     pub twi: Twi,
     pub i2c: I2c,
     pub adc: Adc,
+    pub eeprom: Eeprom,
     pub external4: External4,
     pub joint_pwm: JointPwm,
     pub joint_direction: JointDirection,
@@ -60,6 +62,7 @@ impl Board {
             twi: Twi::new(),
             i2c: I2c::new(),
             adc: Adc::new(),
+            eeprom: Eeprom::new(),
             external4: External4::new(),
             joint_pwm: Output::new(),
             joint_direction: Pin::new(),

@@ -63,6 +63,13 @@ macro_rules! vectors {
         // SAFETY: ADC, above.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
     };
+    (Eeprom for $name:ident) => {
+        $crate::kernel::interrupt! {
+            fn __vector_22(interrupt) { $crate::eeprom::ready(interrupt) }
+        }
+        // SAFETY: EE READY, above.
+        unsafe impl $crate::interrupts::Serves<$crate::eeprom::Eeprom> for $name {}
+    };
     (External4 for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_5(interrupt) { $crate::external::edge(interrupt) }

@@ -35,6 +35,8 @@ pub mod debug;
 #[cfg(target_arch = "avr")]
 pub mod delay;
 #[cfg(target_arch = "avr")]
+pub mod eeprom;
+#[cfg(target_arch = "avr")]
 pub mod external;
 #[cfg(target_arch = "avr")]
 pub mod gpio;

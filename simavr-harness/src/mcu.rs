@@ -240,6 +240,12 @@ impl Mcu {
         self.eeprom.get().contents()
     }
 
+    /// Writes the EEPROM as a programmer does; what goes beyond its end is dropped.
+    pub fn program_eeprom(&mut self, address: u16, bytes: &[u8]) {
+        let cpu = self.cpu;
+        self.eeprom.with(cpu, |eeprom| eeprom.program(address, bytes));
+    }
+
     /// A hash of all that decides what the program does next: data space, SREG, program counter
     /// and clock (FNV-1a, 64 bits).
     pub fn state_hash(&self) -> u64 {

@@ -64,6 +64,11 @@ impl Eeprom {
         &self.contents
     }
 
+    pub fn program(&mut self, address: u16, bytes: &[u8]) {
+        let places = self.contents.iter_mut().skip(address.into());
+        places.zip(bytes).for_each(|(place, byte)| *place = *byte);
+    }
+
     /// Makes EE_READY pending, or no longer so: it lasts as long as it is enabled and no write is under way.
     pub fn refresh(&self, cpu: Cpu) {
         let control = cpu.data(self.registers.eecr);

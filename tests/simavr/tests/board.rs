@@ -54,6 +54,37 @@ fn the_bus_carries_packets_both_ways() {
     assert!(counts.arbitrations_lost > 0, "{counts:?}");
 }
 
+#[test]
+fn tasks_share_the_eeprom_and_sleep_while_it_writes() {
+    const WRITE: u64 = 135_168;
+    let mut mcu = mcu("board_eeprom");
+    assert_eq!(mcu.run_to_end(10 * WRITE), State::Done);
+    let marks = [&[1, 3, 2][..], b"spine", &[4, 5, 6, 7]].concat();
+    assert_eq!(values(mcu.markers()), marks);
+    let cycle = |index: usize| mcu.markers()[index].cycle;
+    // Of 3 and 5 bytes; written again, of none.
+    for (begin, end, bytes) in [(0, 2, 3), (2, 8, 5), (8, 9, 0)] {
+        let cycles = cycle(end) - cycle(begin);
+        assert!((bytes * WRITE..bytes * WRITE + 3_000).contains(&cycles), "{bytes} bytes in {cycles} cycles");
+    }
+    let since_start = mcu.cycle() - cycle(0);
+    assert!(since_start - (mcu.cycle() - mcu.awake_cycles()) < 10_000, "it did not sleep");
+    assert_eq!(mcu.eeprom()[0xff..0x104], *b"spine");
+    assert_eq!(mcu.eeprom()[0xffd..], [10, 11, 12]);
+    assert_eq!(mcu.eeprom().iter().filter(|byte| **byte != 0xff).count(), 8);
+}
+
+/// A write is under way when the MCU starts over: the next one waits for it.
+#[test]
+fn the_eeprom_is_awaited_after_a_reset() {
+    let mut mcu = mcu("board_eeprom");
+    mcu.run_to_marker(3, 20 * MILLISECOND).expect("it writes");
+    mcu.reset(Reset::External);
+    mcu.program_eeprom(0xffd, &[0xff; 3]);
+    assert_eq!(mcu.run_to_end(100 * MILLISECOND), State::Done);
+    assert_eq!(mcu.eeprom()[0xffd..], [10, 11, 12]);
+}
+
 /// The direction of the joint.
 const JOINT_DIRECTION: Pin = Pin { port: 'C', bit: 0 };
 

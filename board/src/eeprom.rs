@@ -1,0 +1,145 @@
+//! The EEPROM: 4 KB that keep without power.
+//!
+//! A byte takes 8.5 ms to write. Meanwhile the task is blocked and the CPU is free; no call waits in a loop.
+
+use core::arch::asm;
+
+use avr_device::atmega128a::EEPROM;
+use kernel::{Context, Interrupt, Semaphore, Task};
+
+use crate::interrupts::Serves;
+
+/// Bytes that the EEPROM holds.
+pub const SIZE: u16 = 4096;
+
+/// Some of the bytes asked for lie beyond [`SIZE`]. None was read or written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct OutOfRange;
+
+/// Holds one signal while no task uses the EEPROM.
+static FREE: Semaphore = Semaphore::new(1);
+static IS_READY: Semaphore = Semaphore::new(0);
+
+fn registers() -> EEPROM {
+    // SAFETY: tasks use the registers while they hold `FREE`'s signal; the interrupt uses only the bit that enables
+    // it, which a task sets when it goes to wait.
+    unsafe { EEPROM::steal() }
+}
+
+/// The EEPROM.
+pub struct Eeprom(());
+
+impl Eeprom {
+    pub(crate) const fn new() -> Self {
+        Eeprom(())
+    }
+
+    /// Opens the EEPROM to tasks.
+    pub fn start(self, _: impl Serves<Eeprom>) -> Storage {
+        Storage(())
+    }
+}
+
+/// The EEPROM, for any number of tasks. One at a time uses it: each call takes it for as long as it lasts, and blocks
+/// until it has it.
+///
+/// A task that writes blocks while it has the EEPROM, which is why this is no `kernel::Mutex`: who waits for it waits up to
+/// 8.5 ms for each byte, whatever its priority.
+#[derive(Clone, Copy)]
+pub struct Storage(());
+
+impl Storage {
+    /// Reads as many bytes as `buffer` holds, from `address` on. About 2 us a byte.
+    ///
+    /// # Errors
+    /// [`OutOfRange`], with `buffer` as it was.
+    pub fn read(self, task: &mut Task, address: u16, buffer: &mut [u8]) -> Result<(), OutOfRange> {
+        let addresses = addresses(address, buffer.len())?;
+        take(task);
+        for (address, byte) in addresses.zip(buffer) {
+            *byte = read(address);
+        }
+        FREE.post(task);
+        Ok(())
+    }
+
+    /// Writes `bytes` from `address` on, and returns when they are written: 8.5 ms for each. A byte that is there already is
+    /// left alone, which takes no time and wears nothing; any other wears its place, good for 100,000 writes.
+    ///
+    /// Others see all of `bytes` or none. A reset in between leaves the first ones written.
+    ///
+    /// # Errors
+    /// [`OutOfRange`], with nothing written.
+    pub fn write(self, task: &mut Task, address: u16, bytes: &[u8]) -> Result<(), OutOfRange> {
+        let addresses = addresses(address, bytes.len())?;
+        take(task);
+        for (address, byte) in addresses.zip(bytes) {
+            if read(address) != *byte {
+                write(task, address, *byte);
+                wait_until_ready(task);
+            }
+        }
+        FREE.post(task);
+        Ok(())
+    }
+}
+
+/// The addresses of `length` bytes from `address` on.
+fn addresses(address: u16, length: usize) -> Result<core::ops::Range<u16>, OutOfRange> {
+    let length = u16::try_from(length).map_err(|_| OutOfRange)?;
+    match address.checked_add(length) {
+        Some(end) if end <= SIZE => Ok(address..end),
+        _ => Err(OutOfRange),
+    }
+}
+
+/// Takes the EEPROM. A write from before a reset may still be under way.
+fn take(task: &mut Task) {
+    FREE.wait(task);
+    wait_until_ready(task);
+}
+
+/// Blocks until no write is under way.
+fn wait_until_ready(task: &mut Task) {
+    if registers().eecr().read().eewe().bit_is_set() {
+        task.mask(|_| registers().eecr().modify(|_, w| w.eerie().set_bit()));
+        IS_READY.wait(task);
+    }
+}
+
+/// Reads a byte. No write may be under way.
+fn read(address: u16) -> u8 {
+    set_address(address);
+    registers().eecr().write(|w| w.eere().set_bit()); // the CPU halts for 4 cycles
+    registers().eedr().read().bits()
+}
+
+/// Begins to write a byte. No write may be under way.
+fn write(task: &mut Task, address: u16, byte: u8) {
+    set_address(address);
+    // SAFETY: the EEPROM touches no memory, whatever its registers hold.
+    registers().eedr().write(|w| unsafe { w.bits(byte) });
+    task.mask(|_| {
+        // SAFETY: as above. EEWE counts only within four cycles of EEMWE.
+        unsafe {
+            asm!(
+                "sbi 0x1c, 2", // 2 cycles: EEMWE
+                "sbi 0x1c, 1", // 2 cycles: EEWE; the CPU halts for 2 more
+                options(nomem, nostack, preserves_flags)
+            );
+        }
+    });
+}
+
+fn set_address(address: u16) {
+    // SAFETY: as in `write`.
+    registers().eear().write(|w| unsafe { w.bits(address) });
+}
+
+/// The interrupt "EEPROM Ready". It lasts until it is disabled.
+#[doc(hidden)]
+#[inline(always)]
+pub fn ready(interrupt: &mut Interrupt) {
+    registers().eecr().reset();
+    IS_READY.post(interrupt);
+}
