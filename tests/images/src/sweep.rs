@@ -8,7 +8,7 @@
 use board::debug::mark;
 use core::array;
 use kernel::{
-    Boot, Context, EventFlags, Fifo, Interrupt, MaskedCell, Message, Mutex, Never, Priority, Queue,
+    Boot, Context, EventFlags, Fifo, Interrupt, MaskedCell, Message, Mutex, Never, Pipe, Priority, Queue,
     Semaphore, Task, ThreadContext, Ticks, Timer,
 };
 
@@ -63,6 +63,8 @@ pub static SIGNS: EventFlags = EventFlags::new();
 pub static FLAGS: EventFlags = EventFlags::new();
 /// Nobody takes them but the audit.
 pub static BYTES: Fifo<8> = Fifo::new();
+/// Likewise.
+pub static PIPED: Pipe<8> = Pipe::new();
 /// All who lock it are at its ceiling or below.
 pub static TOTAL: Mutex<u16> = Mutex::new(Priority::P1, 0);
 /// A task above its ceiling locks it too.
@@ -118,6 +120,7 @@ fn read(task: &mut Task, count: &Count) -> u16 {
 pub fn external(interrupt: &mut Interrupt) {
     count(interrupt, &EXTERNAL);
     BYTES.put(interrupt, 1);
+    PIPED.try_put(interrupt, 1);
     RACE.post(interrupt);
     send(interrupt);
     note(interrupt);
@@ -269,6 +272,8 @@ pub struct Did {
     pub below: u16,
     /// Bytes it left in [`BYTES`].
     pub bytes: i16,
+    /// Bytes it left in [`PIPED`].
+    pub piped: i16,
     /// Flags it set in [`FLAGS`].
     pub flags: u16,
     /// Notes it took.
@@ -276,7 +281,8 @@ pub struct Did {
 }
 
 /// Nothing that interrupts do too.
-pub const NOTHING: Did = Did { stored: 0, raced: 0, total: 0, below: 0, bytes: 0, flags: 0, notes: 0 };
+pub const NOTHING: Did =
+    Did { stored: 0, raced: 0, total: 0, below: 0, bytes: 0, piped: 0, flags: 0, notes: 0 };
 
 /// Runs path `number`, and audits what has become of everything.
 #[inline(always)]
@@ -358,8 +364,13 @@ fn audit(task: &mut Task, did: Did) {
         bytes += 1;
     }
     check(14, bytes == external as i16 + did.bytes);
+    let mut piped = 0;
+    while PIPED.try_take(task).is_some() {
+        piped += 1;
+    }
+    check(15, piped == external as i16 + did.piped);
     let all: [_; PARCELS_IN_ALL] = array::from_fn(|_| Message::new(task, Parcel(0)).ok());
-    check(15, all.iter().all(Option::is_some) && Message::new(task, Parcel(0)).is_err());
+    check(16, all.iter().all(Option::is_some) && Message::new(task, Parcel(0)).is_err());
 }
 
 fn expect(task: &mut Task, number: u8, count: &Count, expected: u16) {

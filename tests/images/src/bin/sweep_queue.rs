@@ -1,11 +1,13 @@
-//! Swept: pools, messages, queues and byte FIFOs.
+//! Swept: pools, messages, queues, byte FIFOs and pipes.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
 
 use board::debug::mark;
-use kernel::{Message, Queue, Task};
-use tests_images::sweep::{self, BYTES, Did, GO_LOW, GO_MIDDLE, NOTES, NOTHING, Parcel, note, path, send};
+use kernel::{Message, Pipe, Queue, Task};
+use tests_images::sweep::{
+    self, BYTES, Did, GO_LOW, GO_MIDDLE, NOTES, NOTHING, PIPED, Parcel, note, path, send,
+};
 
 kernel::tick_interrupt!(__vector_15);
 kernel::interrupt! {
@@ -16,6 +18,7 @@ struct Letter(u8);
 kernel::pool!(Letter, 3);
 
 static LETTERS: Queue<Letter> = Queue::new(2);
+static PIPE: Pipe<2> = Pipe::new();
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
@@ -100,6 +103,36 @@ fn director(task: &mut Task) {
         ];
         Did { notes: taken.iter().flatten().count() as u16, ..NOTHING }
     });
+    path(task, 10, |task| {
+        PIPE.put(task, 1);
+        mark(PIPE.take(task));
+        PIPE.put(task, 2);
+        PIPE.flush(task);
+        mark(PIPE.try_take(task).unwrap_or(0x10));
+        NOTHING
+    });
+    // To a higher task that waits for bytes.
+    path(task, 11, |task| {
+        GO_MIDDLE.post(task);
+        PIPE.put(task, 1);
+        PIPE.try_put(task, 2);
+        mark(3);
+        NOTHING
+    });
+    // From a higher task that waits for space.
+    path(task, 12, |task| {
+        GO_MIDDLE.post(task);
+        for _ in 0..4 {
+            mark(PIPE.take(task));
+        }
+        NOTHING
+    });
+    path(task, 13, |task| {
+        PIPED.put(task, 1);
+        PIPED.take(task);
+        let taken = PIPED.take_timeout(task, 1).is_ok();
+        Did { piped: -i16::from(taken), ..NOTHING }
+    });
 }
 
 fn middle(task: &mut Task, path: u8) {
@@ -113,6 +146,16 @@ fn middle(task: &mut Task, path: u8) {
             send(task);
             send(task);
             send(task);
+        }
+        11 => {
+            mark(0x10 + PIPE.take(task));
+            mark(0x10 + PIPE.take(task));
+        }
+        12 => {
+            for byte in 1..=4 {
+                PIPE.put(task, byte);
+                mark(0x10 + byte);
+            }
         }
         _ => {}
     }

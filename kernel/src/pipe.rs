@@ -1,0 +1,132 @@
+//! Byte FIFOs that tasks wait on.
+
+use crate::context::{Context, Task};
+use crate::fifo::Fifo;
+use crate::semaphore::Semaphore;
+use crate::timeout::Elapsed;
+use crate::timer::Ticks;
+
+/// A FIFO of up to `BYTES` bytes, at most 255, on which tasks wait: for a byte, or for space. 8 bytes besides its own.
+///
+/// ```
+/// use kernel::{Pipe, Task};
+/// static TYPED: Pipe<16> = Pipe::new();
+/// fn echo(task: &mut Task, screen: &Pipe<80>) {
+///     let byte = TYPED.take(task);
+///     screen.put(task, byte);
+/// }
+/// ```
+///
+/// Waiting tasks are served by priority, and in the order in which they came among equals. An interrupt that wakes its task only
+/// now and then, at the end of a line say, does better with a [`Fifo`].
+pub struct Pipe<const BYTES: usize> {
+    fifo: Fifo<BYTES>,
+    /// A signal for each byte, or the tasks that wait for one.
+    filled: Semaphore,
+    /// A signal for each free place, or the tasks that wait for one.
+    free: Semaphore,
+}
+
+impl<const BYTES: usize> Default for Pipe<BYTES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const BYTES: usize> Pipe<BYTES> {
+    /// An empty pipe.
+    pub const fn new() -> Self {
+        Pipe { fifo: Fifo::new(), filled: Semaphore::new(0), free: Semaphore::new(BYTES as u8) }
+    }
+
+    /// Appends `byte`, and blocks until there is space.
+    pub fn put(&self, task: &mut Task, byte: u8) {
+        self.free.wait(task);
+        self.fill(task, byte);
+    }
+
+    /// Appends `byte`, and blocks until there is space, for `ticks` ticks at most; see [`Semaphore::wait_timeout`].
+    ///
+    /// # Errors
+    /// [`Elapsed`] when the time is up. The byte is not in the pipe then.
+    pub fn put_timeout(&self, task: &mut Task, byte: u8, ticks: Ticks) -> Result<(), Elapsed> {
+        self.free.wait_timeout(task, ticks)?;
+        self.fill(task, byte);
+        Ok(())
+    }
+
+    /// Appends `byte` if there is space, and says whether there was. If not, the byte is lost, and counted.
+    pub fn try_put(&self, context: &mut impl Context, byte: u8) -> bool {
+        let has_space = self.free.try_wait(context);
+        if has_space {
+            self.fill(context, byte);
+        } else {
+            context.mask(|masked| self.fifo.count_overrun(masked));
+        }
+        has_space
+    }
+
+    /// Removes the first byte, and blocks until there is one.
+    pub fn take(&self, task: &mut Task) -> u8 {
+        loop {
+            self.filled.wait(task);
+            // The signal stood for a byte, so there is one.
+            if let Some(byte) = self.drain(task) {
+                return byte;
+            }
+        }
+    }
+
+    /// Removes the first byte, and blocks until there is one, for `ticks` ticks at most; see [`Semaphore::wait_timeout`].
+    ///
+    /// # Errors
+    /// [`Elapsed`] when the time is up.
+    pub fn take_timeout(&self, task: &mut Task, ticks: Ticks) -> Result<u8, Elapsed> {
+        self.filled.wait_timeout(task, ticks)?;
+        self.drain(task).ok_or(Elapsed)
+    }
+
+    /// Removes the first byte, if there is one.
+    pub fn try_take(&self, context: &mut impl Context) -> Option<u8> {
+        if self.filled.try_wait(context) { self.drain(context) } else { None }
+    }
+
+    /// The first byte, if there is one. It stays.
+    pub fn peek(&self, context: &mut impl Context) -> Option<u8> {
+        self.fifo.peek(context)
+    }
+
+    /// How many bytes there are.
+    pub fn length(&self, context: &mut impl Context) -> u8 {
+        self.fifo.length(context)
+    }
+
+    /// How many bytes find space.
+    pub fn space(&self, context: &mut impl Context) -> u8 {
+        self.fifo.space(context)
+    }
+
+    /// Drops all bytes, those too that waiting tasks put in meanwhile.
+    pub fn flush(&self, context: &mut impl Context) {
+        while self.try_take(context).is_some() {}
+    }
+
+    /// How many bytes of [`try_put`](Self::try_put) found no space.
+    pub fn overruns(&self, context: &mut impl Context) -> u16 {
+        self.fifo.overruns(context)
+    }
+
+    /// Fills a place, for which a signal was taken before.
+    fn fill(&self, context: &mut impl Context, byte: u8) {
+        context.mask(|masked| self.fifo.append(masked, byte));
+        // In a section of its own, to be short. Whose byte the woken task takes does not matter.
+        self.filled.post(context);
+    }
+
+    /// Removes a byte, for which a signal was taken before.
+    fn drain(&self, context: &mut impl Context) -> Option<u8> {
+        let byte = context.mask(|masked| self.fifo.remove(masked));
+        self.free.post(context);
+        byte
+    }
+}
