@@ -45,6 +45,8 @@ pub mod interrupts;
 #[cfg(target_arch = "avr")]
 pub mod nonce;
 #[cfg(target_arch = "avr")]
+pub mod panic;
+#[cfg(target_arch = "avr")]
 pub mod pwm;
 #[cfg(target_arch = "avr")]
 pub mod reset;

@@ -40,7 +40,7 @@ pub use queue::{Full, Queue};
 pub use semaphore::Semaphore;
 #[cfg(target_arch = "avr")]
 pub use task::run;
-pub use task::{Boot, Never, Priority, Stack, StartError};
+pub use task::{Boot, Never, Priority, Stack, StartError, running};
 pub use timeout::Elapsed;
 #[doc(hidden)]
 pub use timer::TICKS_LEFT;

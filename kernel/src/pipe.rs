@@ -17,8 +17,8 @@ use crate::timer::Ticks;
 /// }
 /// ```
 ///
-/// Waiting tasks are served by priority, and in the order in which they came among equals. An interrupt that wakes its task only
-/// now and then, at the end of a line say, does better with a [`Fifo`].
+/// Waiting tasks are served by priority, and in the order in which they came among equals. An interrupt that wakes
+/// its task only now and then, at the end of a line say, does better with a [`Fifo`].
 pub struct Pipe<const BYTES: usize> {
     fifo: Fifo<BYTES>,
     /// A signal for each byte, or the tasks that wait for one.

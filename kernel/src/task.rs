@@ -199,6 +199,12 @@ impl<const BYTES: usize> Stack<BYTES> {
     }
 }
 
+/// The address of the running task's [`Stack`], which names it to whoever has the program's symbols. In a handler,
+/// that of the task which it interrupted; before any task ran, that of the kernel's idle task.
+pub fn running(masked: &Masked) -> usize {
+    ptr::from_ref(ready::running(masked)).addr()
+}
+
 /// What a task's body returns: nothing, ever.
 pub type Never = core::convert::Infallible;
 

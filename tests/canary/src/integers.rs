@@ -57,8 +57,8 @@ macro_rules! integers {
     )+};
 }
 
-/// Checks of products with the carry out of them. Not of `i32`: the function that the compiler calls for it, `__mulosi4`, writes
-/// four bytes where the caller keeps two (docs/toolchain.md).
+/// Checks of products with the carry out of them. Not of `i32`: the function that the compiler calls for it,
+/// `__mulosi4`, writes four bytes where the caller keeps two (docs/toolchain.md).
 macro_rules! products {
     ($checks:ident, $($Type:ident)+) => {$(
         $checks.check(concat!("multiply with overflow ", stringify!($Type)), |random| {

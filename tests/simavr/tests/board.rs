@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use simavr_harness::{Controller, Engine, Images, Mcu, Pin, Reset, RobotBuilder, State};
+use simavr_harness::{Controller, Engine, Images, Mcu, Pin, Place, Reset, RobotBuilder, State};
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, image, mcu, mcu_with_seed};
 
@@ -83,6 +83,35 @@ fn the_eeprom_is_awaited_after_a_reset() {
     mcu.program_eeprom(0xffd, &[0xff; 3]);
     assert_eq!(mcu.run_to_end(100 * MILLISECOND), State::Done);
     assert_eq!(mcu.eeprom()[0xffd..], [10, 11, 12]);
+}
+
+#[test]
+fn a_panic_leaves_its_place_to_the_next_start() {
+    const BUTTON: Pin = Pin { port: 'E', bit: 4 };
+    const SOURCE: &str = include_str!("../../images/src/bin/board_panic.rs");
+    let (line, text) =
+        SOURCE.lines().enumerate().find(|(_, line)| line.contains("// panics")).expect("one does");
+    let column = text.find("values").expect("it is the expression");
+    let task = match image("board_panic").symbol("PANICKER").expect("there is the task").place {
+        Place::Data(address) => address,
+        place => panic!("a stack in {place:?}"),
+    };
+    let place = [line as u16 + 1, column as u16 + 1, task];
+
+    for seed in 0..4 {
+        let mut mcu = mcu_with_seed("board_panic", seed);
+        mcu.drive_pin(BUTTON, false);
+        mcu.run_until(10 * MILLISECOND);
+        assert_eq!(values(&mcu.take_markers()), [1], "chance values are no record");
+        mcu.drive_pin(BUTTON, true);
+        mcu.run_until(mcu.cycle() + 40 * MILLISECOND);
+        let marks = values(&mcu.take_markers());
+        assert_eq!(marks, [vec![2], place.map(u16::to_le_bytes).concat()].concat());
+        mcu.reset(Reset::External);
+        mcu.run_until(mcu.cycle() + 40 * MILLISECOND);
+        assert_eq!(values(&mcu.take_markers()), [4], "it is told once");
+        assert_eq!(mcu.state(), State::Sleeping);
+    }
 }
 
 /// The direction of the joint.

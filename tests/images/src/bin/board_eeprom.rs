@@ -1,7 +1,7 @@
 //! Two tasks use the EEPROM at once.
 //!
-//! Marks: 1 the first task begins to write, 2 it has written, then what it reads of the other's; 3 the other begins to write, 4 it
-//! has written, 5 it has written the same again, 6 and 7 it may neither read nor write beyond the end.
+//! Marks: 1 the first task begins to write, 2 it has written, then what it reads of the other's; 3 the other begins
+//! to write, 4 it has written, 5 it has written the same again, 6 and 7 it may neither read nor write beyond the end.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
