@@ -11,6 +11,7 @@ use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::Part;
 use crate::random::Random;
+use crate::repair::adc::{self, Adc};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::interrupt::{self, RESPONSE_CYCLES, WAKE_UP_CYCLES};
 use crate::repair::twi::{self, Twi};
@@ -35,6 +36,7 @@ pub struct Mcu {
     usarts: Vec<Attached<Usart>>,
     twi: Attached<Twi>,
     eeprom: Attached<Eeprom>,
+    adc: Attached<Adc>,
     // Held for simavr, which calls into it.
     _wrapped: WrappedWrites,
     /// Pins that the outside drives, by port: which, and their levels.
@@ -120,6 +122,7 @@ impl Mcu {
             usarts: Option::ok_or_else(usarts, missing)?,
             twi: twi::attach(cpu, &part.twi).ok_or_else(missing)?,
             eeprom: eeprom::attach(cpu, &part.eeprom).ok_or_else(missing)?,
+            adc: adc::attach(cpu, &part.adc).ok_or_else(missing)?,
             cpu,
             image,
             _wrapped: wrapped,
@@ -404,6 +407,12 @@ impl Mcu {
         self.cpu.pins(pin.port) & 1 << pin.bit != 0
     }
 
+    /// Sets the voltage at an input of the converter, 0 to 7; 0 mV before. AVCC and AREF are 5 V.
+    pub fn set_voltage(&mut self, channel: u8, millivolts: u16) {
+        let cpu = self.cpu;
+        self.adc.with(cpu, |adc| adc.set_voltage(channel, millivolts));
+    }
+
     /// Raises an interrupt by its vector number, as its source would; `false` if there is no such.
     pub fn raise_interrupt(&mut self, vector: u8) -> bool {
         let vector = self.cpu.vector(vector);
@@ -444,6 +453,8 @@ impl Mcu {
         self.twi.with(cpu, |twi| twi.reset(cpu));
         self.eeprom.forget_timer();
         self.eeprom.with(cpu, |eeprom| eeprom.reset(cpu));
+        self.adc.forget_timer();
+        self.adc.with(cpu, |adc| adc.reset(cpu));
         for (&port, &external) in &self.driven {
             for bit in (0..8).filter(|bit| external.1 & 1 << bit != 0) {
                 cpu.drive_pin(port, bit, true, external);

@@ -14,6 +14,7 @@ pub struct Part {
     pub(crate) usarts: &'static [UsartRegisters],
     pub(crate) twi: TwiRegisters,
     pub(crate) eeprom: EepromRegisters,
+    pub(crate) adc: AdcRegisters,
 }
 
 #[derive(Debug)]
@@ -48,6 +49,15 @@ pub(crate) struct EepromRegisters {
     pub ready: u8,
     /// In bytes, a power of two.
     pub size: u16,
+}
+
+#[derive(Debug)]
+pub(crate) struct AdcRegisters {
+    pub adcl: u16,
+    pub adch: u16,
+    pub adcsra: u16,
+    pub admux: u16,
+    pub complete: u8,
 }
 
 /// There is no such part here.
@@ -89,6 +99,7 @@ impl Part {
         ],
         twi: TwiRegisters { twbr: 0x70, twsr: 0x71, twar: 0x72, twdr: 0x73, twcr: 0x74, vector: 33 },
         eeprom: EepromRegisters { eecr: 0x3c, eedr: 0x3d, eearl: 0x3e, eearh: 0x3f, ready: 22, size: 4096 },
+        adc: AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 },
     };
 
     const ALL: [&'static Part; 1] = [Self::ATMEGA128];

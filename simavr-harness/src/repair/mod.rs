@@ -1,5 +1,6 @@
 //! What simavr does otherwise than the ATmega128, put right.
 
+pub(crate) mod adc;
 pub(crate) mod eeprom;
 pub(crate) mod interrupt;
 pub(crate) mod twi;

@@ -1,7 +1,4 @@
 //! The board's drivers on the MCU: what a test image tells by marks, against what its pins and wires show.
-//!
-//! Not here is the converter: simavr's takes too short for all conversions but the first (see the harness's README), and
-//! the harness has no voltages to convert.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -112,6 +109,21 @@ fn a_panic_leaves_its_place_to_the_next_start() {
         assert_eq!(values(&mcu.take_markers()), [4], "it is told once");
         assert_eq!(mcu.state(), State::Sleeping);
     }
+}
+
+#[test]
+fn voltages_are_converted_while_the_cpu_sleeps() {
+    let mut mcu = mcu("board_adc");
+    mcu.set_voltage(0, 1250);
+    mcu.set_voltage(1, 4990);
+    let joint = mcu.run_to_marker(0x01, 20 * MILLISECOND).expect("the joint's voltage is converted").cycle;
+    assert_eq!(mcu.run_to_end(20 * MILLISECOND), State::Done);
+    assert_eq!(values(mcu.markers()), [256u16.to_le_bytes(), 1021u16.to_le_bytes()].concat());
+    // 13 clocks of 128 cycles, the one in which it begins, and the way to the mark.
+    let roll = mcu.markers()[2].cycle - joint;
+    assert!((13 * 128..14 * 128 + 400).contains(&roll), "{roll} cycles");
+    let asleep = mcu.cycle() - mcu.awake_cycles();
+    assert!(asleep > (25 + 13) * 128 - 800, "asleep for {asleep} cycles");
 }
 
 /// The direction of the joint.

@@ -1,0 +1,171 @@
+//! The converter (chapter "Analog-to-Digital Converter"), in the place of simavr's: a conversion takes its time, the
+//! first one longer, and begins with the converter's own clock.
+//!
+//! Simplified: the voltage is taken as the conversion begins, not 1.5 clocks later; differential inputs read 0.
+
+use crate::cpu::{Cpu, Vector};
+use crate::device::{Attached, Device, make_plain};
+use crate::part::AdcRegisters;
+use crate::repair::interrupt;
+
+/// Clocks of a conversion (table "ADC Conversion Time").
+const CLOCKS: u64 = 13;
+
+/// Clocks of the first one after the converter was switched on.
+const FIRST_CLOCKS: u64 = 25;
+
+/// AVCC and AREF.
+const SUPPLY_MILLIVOLTS: u32 = 5000;
+const INTERNAL_MILLIVOLTS: u32 = 2560;
+const BANDGAP_MILLIVOLTS: u32 = 1230;
+
+/// Single-ended inputs.
+const CHANNELS: usize = 8;
+
+// ADCSRA
+const ADEN: u8 = 0x80;
+const ADSC: u8 = 0x40;
+const ADFR: u8 = 0x20;
+const ADIF: u8 = 0x10;
+const ADPS: u8 = 0x07;
+// ADMUX
+const REFS: u8 = 0xc0;
+const REFS_INTERNAL: u8 = 0xc0;
+const ADLAR: u8 = 0x20;
+const MUX: u8 = 0x1f;
+const MUX_BANDGAP: u8 = 0x1e;
+
+pub(crate) struct Adc {
+    registers: &'static AdcRegisters,
+    complete: Vector,
+    /// By channel.
+    millivolts: [u16; CHANNELS],
+    /// The cycle at which the converter was switched on, from which its clock runs.
+    on_since: Option<u64>,
+    has_converted: bool,
+    conversion: Option<Conversion>,
+    /// ADCL was read, and ADCH not yet: the result stays.
+    is_locked: bool,
+}
+
+struct Conversion {
+    result: u16,
+    ends: u64,
+}
+
+/// Puts the harness's converter in the place of simavr's. `None`: the part has no such vector.
+pub(crate) fn attach(cpu: Cpu, registers: &'static AdcRegisters) -> Option<Attached<Adc>> {
+    let &AdcRegisters { adcl, adch, adcsra, admux, .. } = registers;
+    let adc = Adc {
+        registers,
+        complete: cpu.vector(registers.complete)?,
+        millivolts: [0; CHANNELS],
+        on_since: None,
+        has_converted: false,
+        conversion: None,
+        is_locked: false,
+    };
+    make_plain(cpu, &[adcl, adch, adcsra, admux]);
+    Some(Attached::new(cpu, adc, &[adcsra], &[adcl, adch]))
+}
+
+impl Adc {
+    /// Sets the registers to their values after a reset. The inputs keep their voltages.
+    pub fn reset(&mut self, cpu: Cpu) {
+        self.switch_off();
+        self.is_locked = false;
+        let &AdcRegisters { adcl, adch, adcsra, admux, .. } = self.registers;
+        for address in [adcl, adch, adcsra, admux] {
+            cpu.set_data(address, 0);
+        }
+        interrupt::refresh(cpu, self.complete);
+    }
+
+    /// Sets the voltage at an input; there are eight.
+    pub fn set_voltage(&mut self, channel: u8, millivolts: u16) {
+        if let Some(voltage) = self.millivolts.get_mut(usize::from(channel)) {
+            *voltage = millivolts;
+        }
+    }
+
+    fn switch_off(&mut self) {
+        self.on_since = None;
+        self.has_converted = false;
+        self.conversion = None;
+    }
+
+    /// Begins a conversion at the next edge of the converter's clock.
+    fn begin(&mut self, cpu: Cpu, now: u64) {
+        let Some(on_since) = self.on_since else { return };
+        let clock = match cpu.data(self.registers.adcsra) & ADPS {
+            0 => 2,
+            shift => 1 << shift,
+        };
+        let clocks = if self.has_converted { CLOCKS } else { FIRST_CLOCKS };
+        self.has_converted = true;
+        let begins = on_since + (now - on_since).next_multiple_of(clock);
+        self.conversion = Some(Conversion { result: self.convert(cpu), ends: begins + clocks * clock });
+    }
+
+    /// The voltage at the chosen input, in 1/1024 of the reference.
+    fn convert(&self, cpu: Cpu) -> u16 {
+        let admux = cpu.data(self.registers.admux);
+        let input = match admux & MUX {
+            MUX_BANDGAP => BANDGAP_MILLIVOLTS,
+            mux => self.millivolts.get(usize::from(mux)).copied().unwrap_or(0).into(),
+        };
+        let reference = if admux & REFS == REFS_INTERNAL { INTERNAL_MILLIVOLTS } else { SUPPLY_MILLIVOLTS };
+        u16::try_from(input * 1024 / reference).unwrap_or(u16::MAX).min(1023)
+    }
+
+    fn write_control(&mut self, cpu: Cpu, value: u8) {
+        let now = cpu.cycle();
+        if value & ADEN == 0 {
+            self.switch_off();
+        } else {
+            self.on_since = self.on_since.or(Some(now));
+        }
+        let flag = cpu.data(self.registers.adcsra) & ADIF & !value;
+        cpu.set_data(self.registers.adcsra, value & !(ADIF | ADSC) | flag);
+        if value & ADSC != 0 && self.conversion.is_none() {
+            self.begin(cpu, now);
+        }
+        self.show_whether_converting(cpu);
+    }
+
+    fn show_whether_converting(&self, cpu: Cpu) {
+        cpu.set_bits(self.registers.adcsra, ADSC, self.conversion.is_some());
+    }
+}
+
+impl Device for Adc {
+    fn write(&mut self, cpu: Cpu, _adcsra: u16, value: u8) {
+        self.write_control(cpu, value);
+        interrupt::refresh(cpu, self.complete);
+    }
+
+    fn read(&mut self, cpu: Cpu, address: u16) -> u8 {
+        self.is_locked = address == self.registers.adcl;
+        cpu.data(address)
+    }
+
+    fn due(&self) -> Option<u64> {
+        self.conversion.as_ref().map(|conversion| conversion.ends)
+    }
+
+    fn expire(&mut self, cpu: Cpu, now: u64) {
+        let Some(conversion) = self.conversion.take() else { return };
+        if !self.is_locked {
+            let is_left_adjusted = cpu.data(self.registers.admux) & ADLAR != 0;
+            let [low, high] = (conversion.result << if is_left_adjusted { 6 } else { 0 }).to_le_bytes();
+            cpu.set_data(self.registers.adcl, low);
+            cpu.set_data(self.registers.adch, high);
+        }
+        cpu.set_bits(self.registers.adcsra, ADIF, true);
+        if cpu.data(self.registers.adcsra) & ADFR != 0 {
+            self.begin(cpu, now);
+        }
+        self.show_whether_converting(cpu);
+        interrupt::refresh(cpu, self.complete);
+    }
+}

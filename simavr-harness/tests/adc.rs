@@ -1,0 +1,53 @@
+//! The converter takes its time, and converts the voltage that is there.
+
+mod common;
+
+use common::{build_with, mcu};
+use simavr_harness::{Mcu, State};
+
+const AVCC: u8 = 0x40;
+const INTERNAL: u8 = 0xc0;
+const LEFT: u8 = 0x20;
+
+/// Cycles by which a poll may see the flag late, and those of a mark.
+const POLL: u64 = 12;
+
+fn run(millivolts: u16, reference: u8, prescaler: u8) -> Mcu {
+    let defines = [format!("REFERENCE={reference}"), format!("PRESCALER={prescaler}")];
+    let mut mcu = mcu(&build_with("adc.c", &defines.each_ref().map(String::as_str)));
+    mcu.set_voltage(2, millivolts);
+    assert_eq!(mcu.run_to_end(100_000), State::Done);
+    mcu
+}
+
+#[test]
+fn the_first_conversion_takes_25_clocks_and_the_others_13() {
+    for (prescaler, clock) in [(7, 128), (6, 64), (5, 32)] {
+        let mcu = run(1000, AVCC, prescaler);
+        let cycles: Vec<u64> = mcu.markers().iter().map(|marker| marker.cycle).collect();
+        let [first, second] = [cycles[1] - cycles[0], cycles[6] - cycles[5]];
+        // It begins with the next clock.
+        assert!((25 * clock..26 * clock + POLL).contains(&first), "{first} cycles at {clock}");
+        assert!((13 * clock..14 * clock + POLL).contains(&second), "{second} cycles at {clock}");
+        // Free running, one follows the other.
+        let [.., one, next] = cycles[..] else { panic!("{cycles:?}") };
+        assert!((next - one).abs_diff(13 * clock) < POLL, "{} cycles at {clock}", next - one);
+    }
+}
+
+#[test]
+fn results_are_parts_of_the_reference() {
+    let result = |millivolts, reference| {
+        let mcu = run(millivolts, reference, 5);
+        let values: Vec<u8> = mcu.markers().iter().map(|marker| marker.value).collect();
+        // The flag was cleared by a one, and no conversion is under way.
+        assert_eq!((values[2], &values[5..10]), (0, &values[..5]));
+        u16::from_le_bytes([values[3], values[4]])
+    };
+    assert_eq!(result(0, AVCC), 0);
+    assert_eq!(result(2500, AVCC), 512);
+    assert_eq!(result(4999, AVCC), 1023);
+    assert_eq!(result(6000, AVCC), 1023);
+    assert_eq!(result(1280, INTERNAL), 512);
+    assert_eq!(result(2500, AVCC | LEFT), 512 << 6);
+}
