@@ -5,8 +5,10 @@
 use core::arch::asm;
 
 use avr_device::atmega128a::EEPROM;
+use embedded_storage::ReadStorage;
 use kernel::{Context, Interrupt, Semaphore, Task};
 
+use crate::WithTask;
 use crate::interrupts::Serves;
 
 /// Bytes that the EEPROM holds.
@@ -81,6 +83,33 @@ impl Storage {
         }
         FREE.post(task);
         Ok(())
+    }
+}
+
+impl Storage {
+    /// This EEPROM as embedded-storage's [`ReadStorage`] and [`Storage`](embedded_storage::Storage).
+    pub fn with<'a>(&'a mut self, task: &'a mut Task) -> WithTask<'a, Self> {
+        WithTask::new(self, task)
+    }
+}
+
+impl ReadStorage for WithTask<'_, Storage> {
+    type Error = OutOfRange;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), OutOfRange> {
+        let address = u16::try_from(offset).map_err(|_| OutOfRange)?;
+        self.device.read(self.task, address, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        SIZE.into()
+    }
+}
+
+impl embedded_storage::Storage for WithTask<'_, Storage> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), OutOfRange> {
+        let address = u16::try_from(offset).map_err(|_| OutOfRange)?;
+        self.device.write(self.task, address, bytes)
     }
 }
 

@@ -56,7 +56,7 @@ fn tasks_share_the_eeprom_and_sleep_while_it_writes() {
     const WRITE: u64 = 135_168;
     let mut mcu = mcu("board_eeprom");
     assert_eq!(mcu.run_to_end(10 * WRITE), State::Done);
-    let marks = [&[1, 3, 2][..], b"spine", &[4, 5, 6, 7]].concat();
+    let marks = [&[1, 3, 2][..], b"spine", &[4, 5, 6, 7, 8, 12]].concat();
     assert_eq!(values(mcu.markers()), marks);
     let cycle = |index: usize| mcu.markers()[index].cycle;
     // Of 3 and 5 bytes; written again, of none.

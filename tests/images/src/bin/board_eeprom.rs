@@ -1,7 +1,8 @@
 //! Two tasks use the EEPROM at once.
 //!
 //! Marks: 1 the first task begins to write, 2 it has written, then what it reads of the other's; 3 the other begins
-//! to write, 4 it has written, 5 it has written the same again, 6 and 7 it may neither read nor write beyond the end.
+//! to write, 4 it has written, 5 it has written the same again, 6, 7 and 8 it may neither read nor write beyond the end;
+//! then the EEPROM's last byte.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -9,6 +10,7 @@
 use board::Board;
 use board::debug::mark;
 use board::eeprom::{OutOfRange, SIZE};
+use embedded_storage::{ReadStorage, Storage};
 use kernel::{Priority, Semaphore, Stack};
 use tests_images::{finish, start};
 
@@ -25,7 +27,7 @@ static OTHER: Stack<128> = Stack::new();
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        let storage = board.eeprom.start(Interrupts);
+        let mut storage = board.eeprom.start(Interrupts);
         start(FIRST.start(boot, Priority::P2, move |task| {
             mark(1);
             let written = storage.write(task, SIZE - 3, &[10, 11, 12]);
@@ -47,6 +49,13 @@ extern "C" fn main() -> ! {
             mark(if read == Err(OutOfRange) { 6 } else { 0xff });
             let written = storage.write(task, SIZE - 2, &[0; 3]);
             mark(if written == Err(OutOfRange) { 7 } else { 0xff });
+            // By embedded-storage's traits.
+            let mut storage = storage.with(task);
+            let written = storage.write(0x10000, &[0]);
+            mark(if written == Err(OutOfRange) { 8 } else { 0xff });
+            let mut last = [0];
+            let read = storage.read(u32::from(SIZE) - 1, &mut last);
+            mark(if read.is_ok() { last[0] } else { 0xff });
             finish()
         }));
     })
