@@ -59,7 +59,7 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     let mut stacks = Vec::new();
     for task in &image.tasks {
         let function = program.function(task.entry);
-        stacks.push(Stack::of_task(task, image.name(task.entry), &function.own, &context));
+        stacks.push(Stack::of_task(image, task, &function.own, &context));
         kernel.raise_to(&function.kernel.then(&interrupt));
     }
     stacks.sort_by(|one, other| one.name.cmp(&other.name));

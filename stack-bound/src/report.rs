@@ -6,8 +6,8 @@ use crate::Image;
 use crate::image::{ENTRY, Task};
 use crate::program::Use;
 
-/// What the kernel lays on a stack for its task to start from, gone when that runs, in bytes.
-const FIRST_CONTEXT: u32 = 6;
+/// What the kernel lays on a stack for its task to start from besides a return address, gone when that runs, in bytes.
+const FIRST_CONTEXT: u16 = 4;
 
 /// A stack, and what needs most of it. Printed, it is a line and one for each step.
 #[derive(Clone, Debug)]
@@ -31,10 +31,11 @@ pub struct Step {
 }
 
 impl Stack {
-    pub(crate) fn of_task(task: &Task, entry: &str, own: &Use, interrupt: &Use) -> Self {
-        let mut deepest = Use::of("its first context", FIRST_CONTEXT);
+    pub(crate) fn of_task(image: &Image, task: &Task, own: &Use, interrupt: &Use) -> Self {
+        let mut deepest = Use::of("its first context", (FIRST_CONTEXT + image.return_address).into());
         deepest.raise_to(own);
         let steps = Use::of("captured", task.captured.into()).then(&deepest).then(interrupt).0;
+        let entry = image.name(task.entry);
         let body = entry.strip_prefix(ENTRY).and_then(|body| body.strip_suffix('>'));
         Stack {
             name: body.unwrap_or(entry).to_owned(),

@@ -68,6 +68,16 @@ fn tasks() {
     assert_eq!(steps(kernel), [("kernel_switch", 11), ("odd", 3)]);
 }
 
+/// A byte more for each return address, in the first context, and in the preempted one.
+#[test]
+fn tasks_with_a_program_counter_of_three_bytes() {
+    let bounds = bounds(&build("tasks.S", "atmega2560"), "");
+    let [narrow, wide, kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
+    assert_eq!(steps(wide), [("captured", 4), ("wide", 8), ("a preempted context", 36)]);
+    assert_eq!(steps(narrow), [("its first context", 7), ("a preempted context", 36)]);
+    assert_eq!(steps(kernel), [("kernel_switch", 12), ("odd", 3)]);
+}
+
 #[test]
 fn the_program_fails_when_a_stack_is_too_small() {
     let output = Command::new(env!("CARGO_BIN_EXE_superbot-stack-bound"))

@@ -1,4 +1,4 @@
-//! The classic AVR with a 16-bit program counter (ATmega128 datasheet, "AVR CPU Core").
+//! The classic AVR (ATmega128 datasheet, "AVR CPU Core").
 //!
 //! # Two kinds of context
 //! A task that blocks does so at a place the compiler knows: [`switch`] tells it that every register is
@@ -6,6 +6,10 @@
 //! and Y, which can't be declared lost: 4 bytes. An interrupt strikes anywhere: its *preempted* context is
 //! all 32 registers, SREG and the program counter, 35 bytes. Bit 15 of the saved stack pointer, which no
 //! SRAM address needs, tells which it is.
+//!
+//! The program counter takes 2 bytes, and 3 on an MCU with more than 128 KB of flash (ATmega2560): there each context
+//! takes one more. Figures here are for 2. Addresses of functions are words in 16 bits everywhere: to those beyond
+//! 128 KB the linker leads by a stub.
 //!
 //! ```text
 //!   voluntary: r28 r29 PC
@@ -27,7 +31,8 @@
 //! serves where the kernel has interrupts enabled: to save and load contexts, and for the expiry of timers.
 //!
 //! RAMPZ, on an MCU that has it, is part of a preempted context: its bit 0 lies in bit 7 of SREG, which every interrupt finds
-//! clear. A voluntary context does not keep it: set it anew after a call that may block.
+//! clear. Where it has two bits (ATmega2560), that one tells whether any is set, and they lie in the upper half of the
+//! program counter's third byte. A voluntary context does not keep it: set it anew after a call that may block.
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
@@ -40,9 +45,15 @@ use crate::masked::Masked;
 use crate::task::{ControlBlock, Never};
 use crate::{IDLE, KERNEL, Kernel};
 
+/// Bytes of a return address. An MCU has `eijmp` if it needs 3.
+const PROGRAM_COUNTER: usize = if cfg!(target_feature = "eijmpcall") { 3 } else { 2 };
+
+/// Bytes that an interrupt pushes before it moves to the kernel's stack.
+const FRAME: usize = 17 + PROGRAM_COUNTER;
+
 /// Bytes at the top of the kernel's stack that are the idle task's: what an interrupt pushes, the expiry of timers, and what
 /// another interrupt pushes that strikes that.
-const IDLE_STACK: usize = 64;
+const IDLE_STACK: usize = 52 + 6 * PROGRAM_COUNTER;
 
 /// The stack pointer of the idle task's control block: marked as preempted, which leads to where it begins anew.
 pub(crate) const IDLE_CONTEXT: usize = 0x8000;
@@ -250,8 +261,20 @@ unsafe extern "C" fn kernel_switch() {
             "andi r25, 0x7f",                     // 1: SREG as `reti` wants it
             #[cfg(target_feature = "elpm")]
             "std Z+29, r25",                      // 2
-            #[cfg(target_feature = "elpm")]
+            #[cfg(all(target_feature = "elpm", not(target_feature = "eijmpcall")))]
             "ldi r25, 1",                         // 1
+            #[cfg(target_feature = "eijmpcall")]
+            "ldd r24, Z+33",                      // 2: above the highest bits of PC
+            #[cfg(target_feature = "eijmpcall")]
+            "mov r25, r24",                       // 1
+            #[cfg(target_feature = "eijmpcall")]
+            "swap r25",                           // 1
+            #[cfg(target_feature = "eijmpcall")]
+            "andi r25, 0x0f",                     // 1
+            #[cfg(target_feature = "eijmpcall")]
+            "andi r24, 0x0f",                     // 1: PC as `reti` wants it
+            #[cfg(target_feature = "eijmpcall")]
+            "std Z+33, r24",                      // 2
             #[cfg(target_feature = "elpm")]
             "out 0x3b, r25",                      // 1: RAMPZ
             #[cfg(target_feature = "elpm")]
@@ -376,6 +399,14 @@ unsafe extern "C" fn kernel_switch() {
             "reti",                               // 4: and I set
             #[cfg(target_feature = "elpm")]
             "save_rampz:",
+            #[cfg(target_feature = "eijmpcall")]
+            "swap r24",                           // 1: its two bits above the highest of PC
+            #[cfg(target_feature = "eijmpcall")]
+            "ldd r25, Y+33",                      // 2
+            #[cfg(target_feature = "eijmpcall")]
+            "or r25, r24",                        // 1
+            #[cfg(target_feature = "eijmpcall")]
+            "std Y+33, r25",                      // 2
             #[cfg(target_feature = "elpm")]
             "ldd r24, Y+29",                      // 2: SREG
             #[cfg(target_feature = "elpm")]
@@ -390,7 +421,7 @@ unsafe extern "C" fn kernel_switch() {
             "brsh 5f",                            // 2
             "rjmp save",                          // 2
             "5:",
-            "cpi r28, lo8(__stack - 19)",         // 1: the expiry of timers?
+            "cpi r28, lo8(__stack - {frame})",    // 1: the expiry of timers?
             "brne go_on",                         // 1: that goes on, and the switch comes at its end
             "ldi r24, hi8({idle_task})",          // 1
             "cpi r30, lo8({idle_task})",          // 1: the idle task?
@@ -436,6 +467,7 @@ unsafe extern "C" fn kernel_switch() {
             idle_task = sym IDLE,
             head = const HEAD,
             running = const RUNNING,
+            frame = const FRAME,
             idle = const IDLE_STACK,
         )
     }
@@ -498,7 +530,7 @@ where
 {
     record::<F, BYTES>();
     /// The program counter, and what `kernel_start_task` pops.
-    const CONTEXT: usize = 6;
+    const CONTEXT: usize = PROGRAM_COUNTER + 4;
     let (rest, place) = memory.split_at_mut_checked(BYTES.checked_sub(size_of::<F>())?)?;
     let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(CONTEXT)?)?;
     let place = place.as_mut_ptr().cast::<F>();
@@ -507,7 +539,16 @@ where
     let [start_low, start_high] = (kernel_start_task as *const () as usize).to_le_bytes();
     let [place_low, place_high] = (place as usize).to_le_bytes();
     let [entry_low, entry_high] = (enter::<F> as *const () as usize).to_le_bytes();
-    let first = [start_high, start_low, place_low, place_high, entry_low, entry_high];
+    let first = [
+        #[cfg(target_feature = "eijmpcall")]
+        0, // bits 16 to 21 of the program counter
+        start_high,
+        start_low,
+        place_low,
+        place_high,
+        entry_low,
+        entry_high,
+    ];
     for (slot, value) in context.iter_mut().zip(first) {
         slot.write(value);
     }
