@@ -218,8 +218,15 @@ unsafe extern "C" fn wrapped_write(
     }
 }
 
+/// The data address after the last register that simavr can hand to a handler. Some parts have a few more, which are
+/// memory to it.
+pub(crate) fn io_end(cpu: Cpu) -> u16 {
+    // SAFETY: the instance is alive by the invariant of `Cpu`, and the table is an array in it.
+    IO_START + unsafe { (*cpu.as_ptr()).io.len() } as u16
+}
+
 /// First data address of the I/O registers.
-const IO_START: u16 = 0x20;
+pub(crate) const IO_START: u16 = 0x20;
 
 /// Whether simavr has a write handler at `address`.
 pub(crate) fn has_write_handler(cpu: Cpu, address: u16) -> bool {

@@ -1,9 +1,9 @@
-//! Markers: what a program tells the harness by writing to its on-chip debug register, one `out`.
+//! Markers: what a program tells the harness by writing to a register that does nothing, one `out`.
 
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
 
-/// One write to OCDR (I/O 0x22 on the ATmega128).
+/// One write to the part's register for markers: OCDR on the ATmega128 (I/O 0x22), GPIOR0 on the others (I/O 0x1e).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Marker {
     /// Cycle at which the `out` began; it takes one.
@@ -19,8 +19,8 @@ pub(crate) struct Markers {
     pub stop: bool,
 }
 
-pub(crate) fn attach(cpu: Cpu, ocdr: u16) -> Attached<Markers> {
-    Attached::new(cpu, Markers::default(), &[ocdr], &[])
+pub(crate) fn attach(cpu: Cpu, register: u16) -> Attached<Markers> {
+    Attached::new(cpu, Markers::default(), &[register], &[])
 }
 
 impl Device for Markers {

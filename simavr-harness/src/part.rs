@@ -8,13 +8,19 @@ use thiserror::Error;
 pub struct Part {
     /// simavr's name, which is avr-gcc's `-mmcu`.
     pub name: &'static str,
-    /// The on-chip debug register, which no program needs: writes to it are markers.
-    pub(crate) ocdr: u16,
+    /// The last address of SRAM, where the first stack begins.
+    pub ram_end: u16,
+    /// Bytes of a return address: 3 on a part with more than 128 KB of flash.
+    pub return_address: u16,
+    /// A register without any effect: writes to it are markers. The on-chip debug register OCDR, or the general purpose
+    /// register GPIOR0 on parts that have one.
+    pub(crate) marker: u16,
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
     pub(crate) twi: TwiRegisters,
     pub(crate) eeprom: EepromRegisters,
-    pub(crate) adc: AdcRegisters,
+    /// `None`: simavr's own stays.
+    pub(crate) adc: Option<AdcRegisters>,
 }
 
 #[derive(Debug)]
@@ -49,6 +55,8 @@ pub(crate) struct EepromRegisters {
     pub ready: u8,
     /// In bytes, a power of two.
     pub size: u16,
+    /// How long a write takes (table "EEPROM Programming Time"), in microseconds.
+    pub write_micros: u64,
 }
 
 #[derive(Debug)]
@@ -72,7 +80,9 @@ impl Part {
     /// The ATmega128, with fuse M103C unprogrammed.
     pub const ATMEGA128: &'static Part = &Part {
         name: "atmega128",
-        ocdr: 0x42,
+        ram_end: 0x10ff,
+        return_address: 2,
+        marker: 0x42,
         usarts: &[
             UsartRegisters {
                 udr: 0x2c,
@@ -98,11 +108,59 @@ impl Part {
             },
         ],
         twi: TwiRegisters { twbr: 0x70, twsr: 0x71, twar: 0x72, twdr: 0x73, twcr: 0x74, vector: 33 },
-        eeprom: EepromRegisters { eecr: 0x3c, eedr: 0x3d, eearl: 0x3e, eearh: 0x3f, ready: 22, size: 4096 },
-        adc: AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 },
+        eeprom: EepromRegisters {
+            eecr: 0x3c,
+            eedr: 0x3d,
+            eearl: 0x3e,
+            eearh: 0x3f,
+            ready: 22,
+            size: 4096,
+            write_micros: 8448,
+        },
+        adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
     };
 
-    const ALL: [&'static Part; 1] = [Self::ATMEGA128];
+    pub const ATMEGA328P: &'static Part = &Part {
+        name: "atmega328p",
+        ram_end: 0x08ff,
+        return_address: 2,
+        marker: GPIOR0,
+        usarts: &[later_usart(0xc0, 18)],
+        twi: later_twi(24),
+        eeprom: later_eeprom(22, 1024),
+        adc: None,
+    };
+
+    pub const ATMEGA1284P: &'static Part = &Part {
+        name: "atmega1284p",
+        ram_end: 0x40ff,
+        return_address: 2,
+        marker: GPIOR0,
+        usarts: &[later_usart(0xc0, 20), later_usart(0xc8, 28)],
+        twi: later_twi(26),
+        eeprom: later_eeprom(25, 4096),
+        adc: None,
+    };
+
+    pub const ATMEGA2560: &'static Part = &Part {
+        name: "atmega2560",
+        ram_end: 0x21ff,
+        return_address: 3,
+        marker: GPIOR0,
+        usarts: &[
+            later_usart(0xc0, 25),
+            later_usart(0xc8, 36),
+            later_usart(0xd0, 51),
+            later_usart(0x130, 54),
+        ],
+        twi: later_twi(39),
+        eeprom: later_eeprom(30, 4096),
+        adc: None,
+    };
+
+    /// All parts that the harness knows.
+    pub const ALL: [&'static Part; 4] =
+        [Self::ATMEGA128, Self::ATMEGA328P, Self::ATMEGA1284P, Self::ATMEGA2560];
 
     /// The part of this name.
     ///
@@ -114,4 +172,43 @@ impl Part {
             known: Self::ALL.map(|part| part.name).join(", "),
         })
     }
+
+    /// Cycles from the end of an instruction to the first one at the vector of an interrupt (chapter "Reset and Interrupt
+    /// Handling"): 2, and one for each byte of the program counter that is pushed.
+    pub(crate) fn response_cycles(&self) -> u64 {
+        2 + u64::from(self.return_address)
+    }
+
+    /// Cycles more when the interrupt ends a sleep: as many again.
+    pub(crate) fn wake_up_cycles(&self) -> u64 {
+        self.response_cycles()
+    }
+}
+
+/// GPIOR0 of the parts that came after the ATmega128.
+const GPIOR0: u16 = 0x3e;
+
+/// Their USARTs are laid out alike; the vectors stand in a row.
+const fn later_usart(first: u16, receive_complete: u8) -> UsartRegisters {
+    UsartRegisters {
+        ucsra: first,
+        ucsrb: first + 1,
+        ucsrc: first + 2,
+        ubrrl: first + 4,
+        ubrrh: first + 5,
+        udr: first + 6,
+        receive_complete,
+        data_register_empty: receive_complete + 1,
+        transmit_complete: receive_complete + 2,
+    }
+}
+
+/// Their two-wire interface has one place.
+const fn later_twi(vector: u8) -> TwiRegisters {
+    TwiRegisters { twbr: 0xb8, twsr: 0xb9, twar: 0xba, twdr: 0xbb, twcr: 0xbc, vector }
+}
+
+/// Their EEPROM has one place, and takes 26368 cycles of an 8 MHz oscillator.
+const fn later_eeprom(ready: u8, size: u16) -> EepromRegisters {
+    EepromRegisters { eecr: 0x3f, eedr: 0x40, eearl: 0x41, eearh: 0x42, ready, size, write_micros: 26368 / 8 }
 }

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{build_with, marked, mcu};
-use simavr_harness::{Mcu, Reset, State};
+use common::{build_with, marked, mcu, mcu_of};
+use simavr_harness::{Mcu, Part, Reset, State};
 
 const EEWE: u8 = 0x02;
 
@@ -14,16 +14,28 @@ fn cycle(mcu: &Mcu, value: u8) -> u64 {
     mcu.markers().iter().find(|marker| marker.value == value).expect("it is marked").cycle
 }
 
-#[test]
-fn a_write_takes_8448_us_and_then_ee_ready_fires() {
-    let mut mcu = mcu(&build_with("eeprom.c", &[]));
-    assert_eq!(mcu.run_to_end(2 * WRITE), State::Done);
+fn a_write_takes(part: &'static Part, write: u64) {
+    let mut mcu = mcu_of(part, "eeprom.c", &[]);
+    assert_eq!(mcu.run_to_end(2 * write), State::Done);
     assert_eq!(marked(&mcu), [1, 2, EEWE, 0xaa, 0, 3, 4, 0x5a]);
     let (begun, ready) = (cycle(&mcu, 2), cycle(&mcu, 0xaa));
     // Response from sleep, jmp, and what the handler saves before its marker.
-    assert!((WRITE..WRITE + 40).contains(&(ready - begun)), "{}", ready - begun);
+    assert!((write..write + 40).contains(&(ready - begun)), "{}", ready - begun);
     assert!(mcu.awake_cycles() < 1000, "it slept meanwhile");
-    assert_eq!((mcu.eeprom()[0xabc], mcu.eeprom()[0x123]), (0x5a, 0xff));
+    let end = mcu.eeprom().len(); // addresses begin anew there
+    assert_eq!((mcu.eeprom()[0xabc % end], mcu.eeprom()[0x123]), (0x5a, 0xff));
+}
+
+#[test]
+fn a_write_takes_8448_us_and_then_ee_ready_fires() {
+    a_write_takes(Part::ATMEGA128, WRITE);
+}
+
+#[test]
+fn a_write_takes_3296_us_on_later_parts() {
+    for part in [Part::ATMEGA328P, Part::ATMEGA1284P, Part::ATMEGA2560] {
+        a_write_takes(part, 3296 * 16);
+    }
 }
 
 #[test]

@@ -2,42 +2,46 @@
 
 mod common;
 
-use common::{build_with, marked, mcu};
-use simavr_harness::{Character, State};
+use common::{build_with, marked, mcu, mcu_of};
+use simavr_harness::{Character, Part, State};
 
 /// 8N1 at 38400 baud: ten bits of 416 cycles.
 const FRAME: u64 = 4160;
 
 #[test]
 fn sixty_four_bytes_take_sixty_four_frames_and_one_txc() {
-    let mut mcu = mcu(&build_with("usart.c", &["SEND"]));
-    mcu.run_until(70 * FRAME);
-    let sent = mcu.take_sent(0);
-    assert_eq!(sent.len(), 64);
-    assert_eq!(sent[63].end - sent[0].start, 64 * FRAME);
-    assert!(sent.windows(2).all(|pair| pair[0].end == pair[1].start));
-    let values: Vec<u8> = sent.iter().map(|character| character.value).collect();
-    assert_eq!(values, (1..=64).rev().collect::<Vec<u8>>());
-    assert_eq!(marked(&mcu), [0x77]);
-    assert!(mcu.markers()[0].cycle >= sent[63].end);
-    assert!(mcu.take_sent(0).is_empty());
+    for part in Part::ALL {
+        let mut mcu = mcu_of(part, "usart.c", &["SEND"]);
+        mcu.run_until(70 * FRAME);
+        let sent = mcu.take_sent(0);
+        assert_eq!(sent.len(), 64);
+        assert_eq!(sent[63].end - sent[0].start, 64 * FRAME);
+        assert!(sent.windows(2).all(|pair| pair[0].end == pair[1].start));
+        let values: Vec<u8> = sent.iter().map(|character| character.value).collect();
+        assert_eq!(values, (1..=64).rev().collect::<Vec<u8>>());
+        assert_eq!(marked(&mcu), [0x77]);
+        assert!(mcu.markers()[0].cycle >= sent[63].end);
+        assert!(mcu.take_sent(0).is_empty());
+    }
 }
 
 #[test]
 fn a_byte_is_received_at_the_end_of_its_frame() {
-    let mut mcu = mcu(&build_with("usart.c", &["ECHO"]));
-    let end = 3 * FRAME;
-    mcu.run_until(FRAME);
-    mcu.receive(0, Character { value: 0x42, start: end - FRAME, end });
-    mcu.run_until(5 * FRAME);
-    let handled = mcu.markers()[0].cycle;
-    // Response from sleep, jmp, and what the handler saves before its marker.
-    assert!((end + 8 + 3..end + 40).contains(&handled), "{}", handled - end);
-    let [echo] = mcu.take_sent(0)[..] else { panic!("one byte is sent back") };
-    assert_eq!(echo.value, 0x42);
-    assert!((handled..handled + 10).contains(&echo.start));
-    assert_eq!(mcu.usart_frame_cycles(0), Some(FRAME));
-    assert_eq!(mcu.usart_frame_cycles(1), None, "USART1 is off");
+    for part in Part::ALL {
+        let mut mcu = mcu_of(part, "usart.c", &["ECHO"]);
+        let end = 3 * FRAME;
+        mcu.run_until(FRAME);
+        mcu.receive(0, Character { value: 0x42, start: end - FRAME, end });
+        mcu.run_until(5 * FRAME);
+        let handled = mcu.markers()[0].cycle;
+        // Response from sleep, jmp, and what the handler saves before its marker.
+        assert!((end + 8 + 3..end + 40).contains(&handled), "{}", handled - end);
+        let [echo] = mcu.take_sent(0)[..] else { panic!("one byte is sent back") };
+        assert_eq!(echo.value, 0x42);
+        assert!((handled..handled + 10).contains(&echo.start));
+        assert_eq!(mcu.usart_frame_cycles(0), Some(FRAME));
+        assert_eq!(mcu.usart_frame_cycles(1), None, "USART1 is off");
+    }
 }
 
 /// Two bytes wait in the buffer and one in the shift register; the next ones take its place.

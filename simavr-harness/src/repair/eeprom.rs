@@ -1,13 +1,16 @@
 //! The EEPROM (chapter "EEPROM Data Memory"), in the place of simavr's: a write takes its time, in which the EEPROM can't be
 //! read nor the address changed, EE_READY lasts as long as none is under way, and the core waits as the chip's does.
+//!
+//! Simplified: later parts than the ATmega128 can also erase or write alone; here they always do both.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
+use crate::mcu::CLOCK_HZ;
 use crate::part::EepromRegisters;
 use crate::repair::interrupt;
 
-/// Cycles of a write: 8448 of the calibrated oscillator's, at 1 MHz (table "EEPROM Programming Time").
-const WRITE_CYCLES: u64 = 8448 * 16;
+/// Cycles in a microsecond.
+const MICRO: u64 = CLOCK_HZ as u64 / 1_000_000;
 
 /// How long EEMWE stays set.
 const MASTER_WRITE_CYCLES: u64 = 4;
@@ -92,7 +95,7 @@ impl Eeprom {
         let is_writable = self.writable_until.is_some_and(|until| now <= until);
         if self.writing_until.is_none() && is_writable && value & EEWE != 0 {
             self.writable_until = None;
-            self.writing_until = Some(now + WRITE_CYCLES);
+            self.writing_until = Some(now + self.registers.write_micros * MICRO);
             let address = self.address(cpu);
             self.contents[address] = cpu.data(self.registers.eedr);
             cpu.halt(WRITE_HALT);

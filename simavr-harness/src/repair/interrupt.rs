@@ -8,19 +8,13 @@
 //! too for a kernel that leaves a handler by other ways than RETI.
 
 use crate::cpu::{Cpu, RegisterBits, Vector};
-use crate::device::{WrappedWrites, has_write_handler};
-
-/// Cycles from the end of an instruction to the first one at the vector.
-pub(crate) const RESPONSE_CYCLES: u64 = 4;
-
-/// Cycles more when the interrupt ends a sleep.
-pub(crate) const WAKE_UP_CYCLES: u64 = 4;
+use crate::device::{IO_START, WrappedWrites, has_write_handler, io_end};
 
 /// Wraps every register whose write may change what is pending, and every other one for which simavr
 /// has a handler, so that none of them makes a run miss its deadline.
 pub(crate) fn install(cpu: Cpu) -> WrappedWrites {
     let mut wrapped = WrappedWrites::default();
-    for address in 0x20..cpu.ram_start() {
+    for address in IO_START..cpu.ram_start().min(io_end(cpu)) {
         let holds = |bits: RegisterBits| bits.mask != 0 && bits.address == address;
         let handled = has_write_handler(cpu, address);
         if cpu.vectors().any(|vector| holds(vector.flag_bit()) || holds(vector.enable_bit())) {

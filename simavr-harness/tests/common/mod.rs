@@ -10,15 +10,20 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use simavr_harness::{Image, Mcu, Part};
 
-/// Builds `fixtures/<source>`, with each of `defines` ("NAME=VALUE") defined.
+/// Builds `fixtures/<source>` for the ATmega128, with each of `defines` ("NAME=VALUE") defined.
 pub fn build_with(source: &str, defines: &[&str]) -> Arc<Image> {
+    build_for(Part::ATMEGA128, source, defines)
+}
+
+/// The same for any part.
+pub fn build_for(part: &Part, source: &str, defines: &[&str]) -> Arc<Image> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
     let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(source);
     let elf =
         Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{source}-{}-{number}.elf", std::process::id()));
     let status = Command::new("avr-gcc")
-        .args(["-mmcu=atmega128", "-Os", "-std=gnu99", "-Wall", "-Werror", "-o"])
+        .args([&format!("-mmcu={}", part.name), "-Os", "-std=gnu99", "-Wall", "-Werror", "-o"])
         .arg(&elf)
         .args(defines.iter().map(|define| format!("-D{define}")))
         .arg(&fixture)
@@ -30,7 +35,7 @@ pub fn build_with(source: &str, defines: &[&str]) -> Arc<Image> {
     Arc::new(image)
 }
 
-/// Builds `fixtures/<source>`.
+/// Builds `fixtures/<source>` for the ATmega128.
 pub fn build(source: &str) -> Arc<Image> {
     build_with(source, &[])
 }
@@ -38,6 +43,11 @@ pub fn build(source: &str) -> Arc<Image> {
 /// An ATmega128 that runs `image`.
 pub fn mcu(image: &Arc<Image>) -> Mcu {
     Mcu::new(Part::ATMEGA128, image.clone(), 1).expect("the image fits the ATmega128")
+}
+
+/// A part that runs `fixtures/<source>`.
+pub fn mcu_of(part: &'static Part, source: &str, defines: &[&str]) -> Mcu {
+    Mcu::new(part, build_for(part, source, defines), 1).expect("the image fits the part")
 }
 
 /// The values of all markers so far.
