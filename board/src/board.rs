@@ -1,21 +1,19 @@
 //! The devices of one MCU, handed out once.
 
-use avr_device::atmega128a::{AC, CPU};
-use kernel::{Boot, Context, MaskedCell};
+use avr_device::atmega128a::CPU;
+use kernel::Boot;
 
 use crate::adc::Adc;
 use crate::eeprom::Eeprom;
-use crate::external::External4;
+use crate::external::External;
 use crate::gpio::Pin;
-use crate::nonce;
 use crate::pwm::Output;
 use crate::reset::ResetCause;
 use crate::superbot::{JointDirection, JointPwm, RollDirection, RollPwm};
 use crate::tick::Tick;
 use crate::twi::{I2c, Twi};
 use crate::usart::{Usart0, Usart1};
-
-static IS_TAKEN: MaskedCell<bool> = MaskedCell::new(false);
+use crate::{mcu, nonce};
 
 /// The devices of this MCU, none of them started. They take no memory.
 pub struct Board {
@@ -26,7 +24,7 @@ pub struct Board {
     pub i2c: I2c,
     pub adc: Adc,
     pub eeprom: Eeprom,
-    pub external4: External4,
+    pub external: External,
     pub joint_pwm: JointPwm,
     pub joint_direction: JointDirection,
     pub roll_pwm: RollPwm,
@@ -40,21 +38,11 @@ pub struct Board {
 impl Board {
     /// The devices, or `None` if they were taken before.
     ///
-    /// Readies what has no driver: idle is what `sleep` means from here on, and the analog comparator, the
-    /// one device that runs out of reset without being needed, is switched off. The watchdog stays as it is.
+    /// Idle is what `sleep` means from here on. The watchdog stays as it is.
     pub fn take(boot: &mut Boot) -> Option<Board> {
-        let was_taken = boot.interrupt().mask(|masked| {
-            let was_taken = IS_TAKEN.get(masked);
-            IS_TAKEN.set(masked, true);
-            was_taken
-        });
-        if was_taken {
-            return None;
-        }
+        mcu::take(boot)?;
         // SAFETY: the board is taken once, so nothing else uses these registers.
-        let (cpu, comparator) = unsafe { (CPU::steal(), AC::steal()) };
-        cpu.mcucr().write(|w| w.se().set_bit()); // the mode bits stay 0: idle
-        comparator.acsr().write(|w| w.acd().set_bit());
+        let cpu = unsafe { CPU::steal() };
         Some(Board {
             tick: Tick::new(),
             usart0: Usart0::new(),
@@ -63,7 +51,7 @@ impl Board {
             i2c: I2c::new(),
             adc: Adc::new(),
             eeprom: Eeprom::new(),
-            external4: External4::new(),
+            external: External::new(),
             joint_pwm: Output::new(),
             joint_direction: Pin::new(),
             roll_pwm: Output::new(),

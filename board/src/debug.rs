@@ -2,14 +2,22 @@
 
 use core::arch::asm;
 
-/// Writes `value` to OCDR, the register through which a program speaks to the on-chip debugger
-/// (ATmega128 datasheet, "On-chip Debug Related Register in I/O Memory"). Without one it does nothing.
+use crate::mcu::MARK;
+
+/// Writes `value` to the MCU's register for marks: OCDR on the ATmega128, GPIOR0 on the others.
 ///
 /// 2 cycles. Written as one `out`, so that a simulator times it exactly.
 #[inline(always)]
 pub fn mark(value: u8) {
-    // SAFETY: OCDR has no effect on the MCU.
-    unsafe { asm!("out 0x22, {value}", value = in(reg) value, options(nomem, nostack, preserves_flags)) } // 1
+    // SAFETY: the register has no effect on the MCU.
+    unsafe {
+        asm!(
+            "out {MARK}, {value}", // 1
+            MARK = const MARK,
+            value = in(reg) value,
+            options(nomem, nostack, preserves_flags),
+        )
+    }
 }
 
 /// Stops the MCU for good: sleeps with interrupts masked.

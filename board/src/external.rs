@@ -1,37 +1,31 @@
 //! An external interrupt: an edge at a pin wakes a task.
 
-use avr_device::atmega128a::EXINT;
 use kernel::{Context, Interrupt, MaskedCell, Semaphore};
 
 use crate::interrupts::Serves;
+use crate::mcu;
 
 static SIGNAL: MaskedCell<Option<&'static Semaphore>> = MaskedCell::new(None);
 
-/// EIMSK: INT4.
-const INT4: u8 = 1 << 4;
+/// One external interrupt: on the ATmega128 INT4 at pin PE4, on the ATmega328P and the ATmega1284P INT0 at PD2, on the
+/// ATmega2560 INT0 at PD0.
+pub struct External(());
 
-/// External interrupt INT4, at pin PE4.
-pub struct External4(());
-
-impl External4 {
+impl External {
     pub(crate) const fn new() -> Self {
-        External4(())
+        External(())
     }
 
     /// Posts `signal` at each rising edge.
-    pub fn start(self, _: impl Serves<External4>, context: &mut impl Context, signal: &'static Semaphore) {
-        // SAFETY: there is one `External4`, and it ends here; the bits of other interrupts stay as they are.
-        let external = unsafe { EXINT::steal() };
+    pub fn start(self, _: impl Serves<External>, context: &mut impl Context, signal: &'static Semaphore) {
         context.mask(|masked| {
             SIGNAL.set(masked, Some(signal));
-            external.eicrb().modify(|_, w| w.isc4().val_0x03());
-            external.eifr().write(|w| w.intf().set(INT4)); // an edge from before, or from the change of sense
-            external.eimsk().modify(|r, w| w.int().set(r.int().bits() | INT4));
+            mcu::start_external();
         });
     }
 }
 
-/// The interrupt "External Interrupt Request 4".
+/// The interrupt at an edge.
 #[doc(hidden)]
 #[inline(always)]
 pub fn edge(interrupt: &mut Interrupt) {

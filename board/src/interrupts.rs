@@ -31,13 +31,14 @@ macro_rules! interrupts {
     };
 }
 
-/// The vectors of one device (ATmega128 datasheet, "Interrupt Vectors", counted from 0).
+/// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0); those by which
+/// MCUs differ stand in [`mcu`](crate::mcu).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! vectors {
     (Tick for $name:ident) => {
-        $crate::kernel::tick_interrupt!(__vector_15);
-        // SAFETY: TIMER0_COMP, above.
+        $crate::tick_interrupt!();
+        // SAFETY: above.
         unsafe impl $crate::interrupts::Serves<$crate::tick::Tick> for $name {}
     };
     (Usart0 for $name:ident) => {
@@ -70,12 +71,10 @@ macro_rules! vectors {
         // SAFETY: EE READY, above.
         unsafe impl $crate::interrupts::Serves<$crate::eeprom::Eeprom> for $name {}
     };
-    (External4 for $name:ident) => {
-        $crate::kernel::interrupt! {
-            fn __vector_5(interrupt) { $crate::external::edge(interrupt) }
-        }
-        // SAFETY: INT4, above.
-        unsafe impl $crate::interrupts::Serves<$crate::external::External4> for $name {}
+    (External for $name:ident) => {
+        $crate::external_interrupt!(interrupt => $crate::external::edge(interrupt));
+        // SAFETY: above.
+        unsafe impl $crate::interrupts::Serves<$crate::external::External> for $name {}
     };
     (Twi for $name:ident) => {
         $crate::kernel::interrupt! {

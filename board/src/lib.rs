@@ -20,50 +20,70 @@
 //! })
 //! ```
 //!
+//! Which MCU it is, a Cargo feature of its name says: `atmega128`, the default, or `atmega328p`, `atmega1284p` or
+//! `atmega2560`. Those three have what the kernel's tests need and no more.
+//!
 //! Devices exist on the AVR only. What decides without touching one, [`twi::engine`] and
 //! [`twi::transaction`], is tested on the host.
 
 #![no_std]
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
 
-#[cfg(target_arch = "avr")]
-pub mod adc;
-#[cfg(target_arch = "avr")]
-mod board;
+// On every MCU.
 #[cfg(target_arch = "avr")]
 pub mod debug;
 #[cfg(target_arch = "avr")]
-pub mod delay;
-#[cfg(target_arch = "avr")]
-pub mod eeprom;
-#[cfg(target_arch = "avr")]
 pub mod external;
-#[cfg(target_arch = "avr")]
-pub mod gpio;
 #[cfg(target_arch = "avr")]
 pub mod interrupts;
 #[cfg(target_arch = "avr")]
-pub mod nonce;
-#[cfg(target_arch = "avr")]
-pub mod panic;
-#[cfg(target_arch = "avr")]
-pub mod pwm;
-#[cfg(target_arch = "avr")]
-pub mod reset;
-#[cfg(target_arch = "avr")]
-pub mod superbot;
+mod mcu;
 #[cfg(target_arch = "avr")]
 pub mod tick;
+
+// On SuperBot's.
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod adc;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+mod board;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod delay;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod eeprom;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod gpio;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod nonce;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod panic;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod pwm;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod reset;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod superbot;
+#[cfg(any(not(target_arch = "avr"), feature = "atmega128"))]
 pub mod twi;
-#[cfg(target_arch = "avr")]
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod usart;
-#[cfg(target_arch = "avr")]
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 mod with_task;
 
-#[cfg(target_arch = "avr")]
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub use board::Board;
-#[cfg(target_arch = "avr")]
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+use superbot as description;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub use with_task::WithTask;
+
+// On the others.
+#[cfg(all(target_arch = "avr", not(feature = "atmega128")))]
+pub mod bare;
+
+#[cfg(all(target_arch = "avr", not(feature = "atmega128")))]
+use bare as description;
+#[cfg(all(target_arch = "avr", not(feature = "atmega128")))]
+pub use bare::Board;
 
 /// For the expansion of [`interrupts!`].
 #[cfg(target_arch = "avr")]

@@ -1,9 +1,8 @@
 //! The kernel's tick, from Timer0.
 
-use avr_device::atmega128a::TC0;
-
+use crate::description::{CLOCK_HZ, TICK_HZ};
 use crate::interrupts::Serves;
-use crate::superbot::{CLOCK_HZ, TICK_HZ};
+use crate::mcu;
 
 /// The prescaler of 64 is the least with which a period of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
@@ -26,11 +25,6 @@ impl Tick {
 
     /// Starts the tick. [`kernel::tick_interrupt!`] tells what one costs.
     pub fn start(self, _: impl Serves<Tick>) {
-        // SAFETY: there is one `Tick`, and it ends here. Other timers share TIMSK; none uses an interrupt.
-        let timer = unsafe { TC0::steal() };
-        timer.ocr0().write(|w| w.set(TOP));
-        timer.timsk().modify(|_, w| w.ocie0().set_bit());
-        // WGM01 alone: clear timer on compare match.
-        timer.tccr0().write(|w| w.wgm01().set_bit().cs0().prescale_64());
+        mcu::start_timer0(TOP);
     }
 }

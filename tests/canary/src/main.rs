@@ -19,13 +19,13 @@ static WOKEN: MaskedCell<u16> = MaskedCell::new(0);
 static INTRUDER: Stack<128> = Stack::new();
 static COMPUTER: Stack<1536> = Stack::new();
 
-board::interrupts!(Interrupts: External4);
+board::interrupts!(Interrupts: External);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        board.external4.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
         start(INTRUDER.start(boot, Priority::P1, |task| {
             loop {
                 PRESSED.wait(task);

@@ -1,8 +1,9 @@
 //! What every test image has: a mark that the simulator sees, an end, and a panic handler that shows.
 #![no_std]
 #![cfg(target_arch = "avr")]
-#![feature(asm_experimental_arch)]
+#![cfg_attr(feature = "atmega128", feature(asm_experimental_arch))] // of the marks around what is measured
 
+#[cfg(feature = "atmega128")]
 pub mod bench;
 pub mod sweep;
 

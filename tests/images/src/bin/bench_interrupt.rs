@@ -6,7 +6,7 @@
 #![feature(asm_experimental_arch)]
 
 use board::Board;
-use board::external::External4;
+use board::external::External;
 use board::interrupts::Serves;
 use kernel::{Priority, Semaphore, Stack};
 use tests_images::bench::{begin, busy, end};
@@ -30,13 +30,13 @@ kernel::interrupt! {
 #[derive(Clone, Copy)]
 struct Interrupts;
 // SAFETY: INT4 is vector 5, above.
-unsafe impl Serves<External4> for Interrupts {}
+unsafe impl Serves<External> for Interrupts {}
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        board.external4.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
         let [first, second] = &HIGH;
         start(first.start(boot, Priority::P1, |task| {
             loop {

@@ -16,7 +16,7 @@ static PRESSED: Semaphore = Semaphore::new(0);
 #[unsafe(no_mangle)]
 static PANICKER: Stack<128> = Stack::new();
 
-board::interrupts!(Interrupts: External4);
+board::interrupts!(Interrupts: External);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
@@ -34,7 +34,7 @@ extern "C" fn main() -> ! {
                 .flatten()
                 .for_each(mark);
         }
-        board.external4.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
         let started = PANICKER.start(boot, Priority::P4, |task| {
             let mut values = [1, 2, 3];
             loop {

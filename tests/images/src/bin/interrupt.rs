@@ -12,13 +12,18 @@ static PRESSED: Semaphore = Semaphore::new(0);
 static HIGH: Stack<96> = Stack::new();
 static BUSY: Stack<96> = Stack::new();
 
-board::interrupts!(Interrupts: External4);
+board::interrupts!(Interrupts: External);
+
+// The ATmega2560 has flash beyond the 128 KB to which 16 bits point, in words. The linker puts all code there if this
+// stands before it, and leads to functions whose addresses are taken by stubs.
+#[cfg(feature = "atmega2560")]
+core::arch::global_asm!(".pushsection .ctors, \"a\", @progbits", ".skip 0x20000", ".popsection");
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        board.external4.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
         start(HIGH.start(boot, Priority::P1, |task| {
             for _ in 0..3 {
                 PRESSED.wait(task);

@@ -9,10 +9,8 @@ use tests_images::sweep::{
     self, BYTES, Did, GO_LOW, GO_MIDDLE, NOTES, NOTHING, PIPED, Parcel, note, path, send,
 };
 
-kernel::tick_interrupt!(__vector_15);
-kernel::interrupt! {
-    fn __vector_5(interrupt) { sweep::external(interrupt) }
-}
+board::tick_interrupt!();
+board::external_interrupt!(interrupt => sweep::external(interrupt));
 
 struct Letter(u8);
 kernel::pool!(Letter, 3);

@@ -7,10 +7,8 @@ use board::debug::mark;
 use kernel::{EventFlags, Semaphore, Task};
 use tests_images::sweep::{self, Did, FLAGS, GO_LOW, GO_MIDDLE, GO_TWIN, NOTHING, RACE, SIGNS, STORE, path};
 
-kernel::tick_interrupt!(__vector_15);
-kernel::interrupt! {
-    fn __vector_5(interrupt) { sweep::external(interrupt) }
-}
+board::tick_interrupt!();
+board::external_interrupt!(interrupt => sweep::external(interrupt));
 
 static GATE: Semaphore = Semaphore::new(0);
 static LAMPS: EventFlags = EventFlags::new();

@@ -11,10 +11,8 @@ use tests_images::sweep::{
     self, ASK_EXTERNAL, ASK_TICK, BELOW, Did, GO_LOW, GO_MIDDLE, GO_TWIN, NOTHING, TOTAL, close, path,
 };
 
-kernel::tick_interrupt!(__vector_15);
-kernel::interrupt! {
-    fn __vector_5(interrupt) { sweep::external(interrupt) }
-}
+board::tick_interrupt!();
+board::external_interrupt!(interrupt => sweep::external(interrupt));
 
 static TIMER: Timer = Timer::new();
 static DONE: Semaphore = Semaphore::new(0);

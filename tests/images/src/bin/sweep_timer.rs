@@ -7,10 +7,8 @@ use board::debug::mark;
 use kernel::{Period, Semaphore, Task, Timer, now};
 use tests_images::sweep::{self, ASK_TICK, FAR, GO_LOW, GO_MIDDLE, GO_TWIN, NOTHING, path};
 
-kernel::tick_interrupt!(__vector_15);
-kernel::interrupt! {
-    fn __vector_5(interrupt) { sweep::external(interrupt) }
-}
+board::tick_interrupt!();
+board::external_interrupt!(interrupt => sweep::external(interrupt));
 
 static FIRST: Timer = Timer::new();
 static SECOND: Timer = Timer::new();

@@ -1,0 +1,52 @@
+//! The MCU: registers, vectors and pins by which those differ that the kernel is tested on.
+//!
+//! Each has a file that gives the same names:
+//! - `MARK`: the I/O address of the register that takes the program's marks;
+//! - `set_up`: readies what has no driver;
+//! - `start_timer0`: starts the timer behind the tick;
+//! - `start_external`: starts the one external interrupt that is in use;
+//! - the macros `tick_interrupt!` and `external_interrupt!`: the vectors of these two.
+
+use kernel::{Boot, Context, MaskedCell};
+
+#[cfg(feature = "atmega128")]
+mod atmega128;
+#[cfg(feature = "atmega1284p")]
+mod atmega1284p;
+#[cfg(feature = "atmega2560")]
+mod atmega2560;
+#[cfg(feature = "atmega328p")]
+mod atmega328p;
+#[cfg(not(feature = "atmega128"))]
+mod later;
+
+#[cfg(feature = "atmega128")]
+pub(crate) use atmega128::{MARK, set_up, start_external, start_timer0};
+#[cfg(feature = "atmega328p")]
+use atmega328p as registers;
+#[cfg(feature = "atmega1284p")]
+use atmega1284p as registers;
+#[cfg(feature = "atmega2560")]
+use atmega2560 as registers;
+#[cfg(not(feature = "atmega128"))]
+pub(crate) use later::{MARK, set_up, start_external, start_timer0};
+
+#[cfg(not(any(
+    feature = "atmega128",
+    feature = "atmega328p",
+    feature = "atmega1284p",
+    feature = "atmega2560"
+)))]
+compile_error!("no MCU: enable one of the features atmega128, atmega328p, atmega1284p, atmega2560");
+
+static IS_TAKEN: MaskedCell<bool> = MaskedCell::new(false);
+
+/// Readies the MCU for whoever takes it: idle is what `sleep` means from here on, and the analog comparator, the
+/// one device that runs out of reset without being needed, is switched off. `None` if it was taken before.
+pub(crate) fn take(boot: &mut Boot) -> Option<()> {
+    boot.mask(|masked| {
+        let was_taken = IS_TAKEN.get(masked);
+        IS_TAKEN.set(masked, true);
+        (!was_taken).then(set_up)
+    })
+}

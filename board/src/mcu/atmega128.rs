@@ -1,0 +1,54 @@
+//! The ATmega128.
+
+use avr_device::atmega128a::{AC, CPU, EXINT, TC0};
+
+/// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register in I/O
+/// Memory"). Without one it does nothing.
+pub(crate) const MARK: u8 = 0x22;
+
+/// EIMSK: INT4.
+const INT4: u8 = 1 << 4;
+
+pub(crate) fn set_up() {
+    // SAFETY: the MCU is set up once, before its devices are handed out.
+    let (cpu, comparator) = unsafe { (CPU::steal(), AC::steal()) };
+    cpu.mcucr().write(|w| w.se().set_bit()); // the mode bits stay 0: idle
+    comparator.acsr().write(|w| w.acd().set_bit());
+}
+
+/// Interrupts each time that Timer0 has counted 64 clocks `top` + 1 times.
+pub(crate) fn start_timer0(top: u8) {
+    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; none uses an interrupt.
+    let timer = unsafe { TC0::steal() };
+    timer.ocr0().write(|w| w.set(top));
+    timer.timsk().modify(|_, w| w.ocie0().set_bit());
+    // WGM01 alone: clear timer on compare match.
+    timer.tccr0().write(|w| w.wgm01().set_bit().cs0().prescale_64());
+}
+
+/// Interrupts at each rising edge of INT4, at pin PE4. To be called with interrupts masked.
+pub(crate) fn start_external() {
+    // SAFETY: one driver uses INT4, and starts it once; the bits of other interrupts stay as they are.
+    let external = unsafe { EXINT::steal() };
+    external.eicrb().modify(|_, w| w.isc4().val_0x03());
+    external.eifr().write(|w| w.intf().set(INT4)); // an edge from before, or from the change of sense
+    external.eimsk().modify(|r, w| w.int().set(r.int().bits() | INT4));
+}
+
+/// The tick's vector: TIMER0_COMP.
+#[macro_export]
+macro_rules! tick_interrupt {
+    () => {
+        $crate::kernel::tick_interrupt!(__vector_15);
+    };
+}
+
+/// Defines what the external interrupt does, INT4.
+#[macro_export]
+macro_rules! external_interrupt {
+    ($interrupt:ident => $body:expr) => {
+        $crate::kernel::interrupt! {
+            fn __vector_5($interrupt) { $body }
+        }
+    };
+}

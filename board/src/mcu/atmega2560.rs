@@ -1,0 +1,21 @@
+//! The ATmega2560.
+
+pub use avr_device::atmega2560::{AC, CPU, EXINT, TC0};
+
+/// The tick's vector: TIMER0_COMPA.
+#[macro_export]
+macro_rules! tick_interrupt {
+    () => {
+        $crate::kernel::tick_interrupt!(__vector_21);
+    };
+}
+
+/// Defines what the external interrupt does, INT0 at pin PD0.
+#[macro_export]
+macro_rules! external_interrupt {
+    ($interrupt:ident => $body:expr) => {
+        $crate::kernel::interrupt! {
+            fn __vector_1($interrupt) { $body }
+        }
+    };
+}

@@ -1,0 +1,21 @@
+//! The ATmega328P.
+
+pub use avr_device::atmega328p::{AC, CPU, EXINT, TC0};
+
+/// The tick's vector: TIMER0_COMPA.
+#[macro_export]
+macro_rules! tick_interrupt {
+    () => {
+        $crate::kernel::tick_interrupt!(__vector_14);
+    };
+}
+
+/// Defines what the external interrupt does, INT0 at pin PD2.
+#[macro_export]
+macro_rules! external_interrupt {
+    ($interrupt:ident => $body:expr) => {
+        $crate::kernel::interrupt! {
+            fn __vector_1($interrupt) { $body }
+        }
+    };
+}
