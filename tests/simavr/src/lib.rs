@@ -5,6 +5,7 @@ pub mod hormones;
 pub mod marks;
 pub mod stacks;
 pub mod sweep;
+pub mod target;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,7 +20,7 @@ pub const MILLISECOND: u64 = simavr_harness::CLOCK_HZ as u64 / 1000;
 /// # Panics
 /// When it is not there.
 pub fn image(name: &str) -> Arc<Image> {
-    load(&format!("tests/{name}"))
+    load(&test_images().join(name))
 }
 
 /// An ATmega128 that runs the test image of this name.
@@ -37,7 +38,7 @@ pub fn mcu_with_seed(name: &str, seed: u64) -> Mcu {
 /// # Panics
 /// When they are not there.
 pub fn firmware() -> Images {
-    Images { master: load("firmware-master"), slave: load("firmware-slave") }
+    Images { master: load(&images().join("firmware-master")), slave: load(&images().join("firmware-slave")) }
 }
 
 /// The directory of the test images.
@@ -51,8 +52,8 @@ pub fn images() -> PathBuf {
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from)
 }
 
-fn load(name: &str) -> Arc<Image> {
-    match Image::load(images().join(name).with_extension("elf")) {
+fn load(path: &Path) -> Arc<Image> {
+    match Image::load(path.with_extension("elf")) {
         Ok(image) => Arc::new(image),
         Err(error) => panic!("{error}\n`./x test` builds all images and runs these tests"),
     }

@@ -1,4 +1,4 @@
-//! Marks: what a test image tells by writes to OCDR.
+//! Marks: what a test image tells by writes to a register.
 //!
 //! The expectation of an image is a file: one line a mark, the mark in hexadecimal and the cycles since the one before.
 //! Marks must be equal; cycles must not be more, for simavr's repeat exactly.
@@ -12,11 +12,11 @@ pub fn values(markers: &[Marker]) -> Vec<u8> {
     markers.iter().map(|marker| marker.value).collect()
 }
 
-/// Holds `markers` against the file `expected/NAME.txt`.
+/// Holds `markers` against the file `expected/NAME.txt`. A name may begin with a folder.
 ///
 /// # Panics
 /// When a mark differs or came later than expected. With `UPDATE_EXPECTED` set, the file is written instead.
-pub fn expect(name: &str, markers: &[Marker]) {
+pub fn expect(name: &Path, markers: &[Marker]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/expected").join(name).with_extension("txt");
     let mut seen = String::new();
     let mut before = 0;
@@ -25,6 +25,7 @@ pub fn expect(name: &str, markers: &[Marker]) {
         before = marker.cycle;
     }
     if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        path.parent().map(std::fs::create_dir_all).transpose().expect("its folder can be made");
         std::fs::write(&path, seen).expect("the expectation can be written");
         return;
     }
@@ -32,12 +33,13 @@ pub fn expect(name: &str, markers: &[Marker]) {
         .unwrap_or_else(|error| panic!("{}: {error}; UPDATE_EXPECTED=1 writes it", path.display()));
     let (expected, seen) = (lines(&expected), lines(&seen));
     let marks = |lines: &[(String, u64)]| lines.iter().map(|(mark, _)| mark.clone()).collect::<Vec<_>>();
-    assert_eq!(marks(&seen), marks(&expected), "{name}: marks");
+    assert_eq!(marks(&seen), marks(&expected), "{}: marks", name.display());
     for (index, ((mark, cycles), (_, limit))) in seen.iter().zip(&expected).enumerate() {
         assert!(
             cycles <= limit,
-            "{name}: mark {mark} (number {index}) took {cycles} cycles, {limit} before; \
-             if that is meant, UPDATE_EXPECTED=1 writes the new figure"
+            "{}: mark {mark} (number {index}) took {cycles} cycles, {limit} before; \
+             if that is meant, UPDATE_EXPECTED=1 writes the new figure",
+            name.display()
         );
     }
 }

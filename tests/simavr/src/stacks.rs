@@ -16,11 +16,11 @@ const CONTROL_BLOCK: u16 = 6;
 /// Where in it the stack pointer lies.
 const STACK_POINTER: u16 = 1;
 
-/// In a first context, how far above the stack pointer the address of the task's code lies, in words.
-const ENTRY: u16 = 5;
-
-/// Where SRAM ends: the kernel's stack grows down from here to the end of the variables.
-const SRAM_END: u16 = 0x1100;
+/// In a first context, how far above the stack pointer the address of the task's code lies, in words: above the program
+/// counter and the address of what the task captured.
+fn entry_offset(part: &Part) -> u16 {
+    1 + part.return_address + 2
+}
 
 /// The most cycles from power-up to where the first task runs.
 const START_UP: u64 = 1_000_000;
@@ -45,7 +45,7 @@ impl Stack {
 ///
 /// # Panics
 /// When a bound cannot be computed, or a stack cannot be found.
-pub fn stacks(image: &Path, notes: Option<&Path>) -> Vec<Stack> {
+pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<Stack> {
     let program = stack_bound::Image::load(image).expect("the image can be read");
     let annotations = notes.map_or_else(Annotations::default, |notes| {
         Annotations::load(notes, &program).expect("the notes fit the image")
@@ -54,7 +54,7 @@ pub fn stacks(image: &Path, notes: Option<&Path>) -> Vec<Stack> {
         .unwrap_or_else(|problems| panic!("{}: {problems:?}", image.display()));
 
     let image = Arc::new(Image::load(image).expect("the image can be read"));
-    let mut mcu = Mcu::new(Part::ATMEGA128, image.clone(), 1).expect("the image fits the ATmega128");
+    let mut mcu = Mcu::new(part, image.clone(), 1).expect("the image fits the MCU");
     if bounds.len() > 1 {
         run_to(&mut mcu, "kernel_run");
     }
@@ -63,7 +63,7 @@ pub fn stacks(image: &Path, notes: Option<&Path>) -> Vec<Stack> {
             let Some(Place::Data(end)) = image.symbol("_end").map(|symbol| symbol.place) else {
                 panic!("the image does not say where its variables end");
             };
-            ("kernel", end..SRAM_END)
+            ("kernel", end..part.ram_end + 1)
         } else {
             task_stack(&mcu, &image, &bound).unwrap_or_else(|| panic!("no static is the stack of {bound}"))
         };
@@ -77,13 +77,14 @@ pub fn stacks(image: &Path, notes: Option<&Path>) -> Vec<Stack> {
 /// The static on which a task has been laid to start.
 fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Option<(&'a str, Range<u16>)> {
     let word = |low: u16, high: u16| Some(u16::from_le_bytes([mcu.read(low)?, mcu.read(high)?]));
+    let offset = entry_offset(mcu.part());
     let is_it = |addresses: &Range<u16>| {
         let block = addresses.start - CONTROL_BLOCK;
         let saved = block + STACK_POINTER;
         let entry = word(saved, saved + 1)
             .filter(|stack_pointer| addresses.contains(stack_pointer))
-            .and_then(|stack_pointer| word(stack_pointer + ENTRY, stack_pointer + ENTRY + 1));
-        entry.is_some_and(|entry| u32::from(entry) * 2 == bound.entry)
+            .and_then(|stack_pointer| word(stack_pointer + offset, stack_pointer + offset + 1));
+        entry.is_some_and(|entry| is_function(image, u32::from(entry) * 2, bound.entry))
     };
     image.symbols().find_map(|(name, symbol)| {
         let Place::Data(start) = symbol.place else { return None };
@@ -94,6 +95,20 @@ fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Op
     })
 }
 
+/// Whether the function at `entry` is what is called at `address`, in bytes of flash: if it lies beyond 128 KB, the linker
+/// leads there by a `jmp`.
+fn is_function(image: &Image, address: u32, entry: u32) -> bool {
+    let word = |at: u32| {
+        let bytes = image.flash().get(at as usize..)?.first_chunk()?;
+        Some(u32::from(u16::from_le_bytes(*bytes)))
+    };
+    let target = || {
+        let [first, second] = [word(address)?, word(address + 2)?];
+        (first & 0xfe0e == 0x940c).then_some(((first >> 3 & 0x3e | first & 1) << 16 | second) * 2)
+    };
+    address == entry || target() == Some(entry)
+}
+
 /// Runs an MCU that has just powered up to its `main`, where variables are cleared and no task has started, and paints
 /// its stacks.
 ///
@@ -101,7 +116,7 @@ fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Op
 /// When the image has no `main`.
 pub fn paint(mcu: &mut Mcu, stacks: &[Stack]) {
     run_to(mcu, "main");
-    let in_use = mcu.stack_pointer() + 1..SRAM_END;
+    let in_use = mcu.stack_pointer() + 1..mcu.part().ram_end + 1;
     for address in stacks.iter().flat_map(|stack| stack.addresses.clone()) {
         if !in_use.contains(&address) {
             mcu.write(address, PAINT);

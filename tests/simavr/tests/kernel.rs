@@ -1,16 +1,22 @@
-//! The kernel's primitives on the MCU: what happens in which order, and in how many cycles.
+//! The kernel's primitives on each MCU: what happens in which order, and in how many cycles.
 
-use simavr_harness::{Pin, State};
-use superbot_tests_simavr::marks::expect;
-use superbot_tests_simavr::mcu;
+use std::path::Path;
+
+use simavr_harness::State;
+use superbot_tests_simavr::marks::{expect, values};
+use superbot_tests_simavr::target::{TARGETS, Target};
 
 /// More cycles than any of these images needs.
 const LIMIT: u64 = 4_000_000;
 
 fn runs_as_expected(name: &str) {
-    let mut mcu = mcu(name);
-    assert_eq!(mcu.run_to_end(LIMIT), State::Done, "{name}");
-    expect(name, mcu.markers());
+    let all = TARGETS.map(|target| {
+        let mut mcu = target.mcu(target.image(name));
+        assert_eq!(mcu.run_to_end(LIMIT), State::Done, "{name} on {}", target.part.name);
+        expect(&Path::new(target.folder()).join(name), mcu.markers());
+        values(mcu.markers())
+    });
+    assert!(all.iter().all(|marks| *marks == all[0]), "{name} does the same on all: {all:02x?}");
 }
 
 #[test]
@@ -33,32 +39,52 @@ fn delays_and_timers_end_on_their_tick() {
     runs_as_expected("timer");
 }
 
-/// The pin of external interrupt 4, which the image waits for.
-const BUTTON: Pin = Pin { port: 'E', bit: 4 };
-
 /// The most cycles from the edge to the woken task's mark.
 const LATENCY: u64 = 220;
 
+/// Cycles that this may take more where a return address takes 3 bytes.
+const LONGER: u64 = 8;
+
 #[test]
 fn an_interrupt_wakes_a_task_wherever_it_strikes() {
-    for strike in 0..300 {
-        let mut mcu = mcu("interrupt");
-        mcu.drive_pin(BUTTON, false);
-        // The busy task marks 1 first, and 3 after each sum that came out right.
-        let busy = mcu.run_to_marker(1, LIMIT).expect("the busy task runs").cycle;
-        for press in 1..=3 {
-            mcu.run_until(busy + 3_000 * press + strike);
+    for target in TARGETS {
+        let image = target.image("interrupt");
+        // A program counter of 3 bytes makes each call and return a cycle longer.
+        let latency_limit = LATENCY + if target.part.return_address == 3 { LONGER } else { 0 };
+        for strike in 0..300 {
+            let mut mcu = target.mcu(image.clone());
+            mcu.drive_pin(target.button, false);
+            // The busy task marks 1 first, and 3 after each sum that came out right.
+            let busy = mcu.run_to_marker(1, LIMIT).expect("the busy task runs").cycle;
+            for press in 1..=3 {
+                mcu.run_until(busy + 3_000 * press + strike);
+                mcu.take_markers();
+                let pressed = mcu.cycle();
+                let place = format!("{}, struck at {pressed}", target.part.name);
+                mcu.drive_pin(target.button, true);
+                let woken = mcu.run_to_marker(2, LATENCY + 50).expect("the woken task runs at once");
+                let latency = woken.cycle - pressed;
+                assert!(latency <= latency_limit, "{place}: {latency} cycles to the woken task");
+                mcu.drive_pin(target.button, false);
+                assert!(mcu.markers().iter().all(|marker| marker.value != 0xff), "{place}: a wrong sum");
+            }
+            assert_eq!(mcu.run_to_end(LIMIT), State::Done);
+        }
+    }
+}
+
+#[test]
+fn a_preempted_task_keeps_its_rampz() {
+    for (mcu, pages) in [("atmega128", 2), ("atmega1284p", 2), ("atmega2560", 4)] {
+        let target = Target::named(mcu).expect("it is one of them");
+        let mut mcu = target.mcu(target.image("rampz"));
+        for page in 0..pages {
+            mcu.drive_pin(target.button, false);
+            mcu.run_to_marker(1, LIMIT).expect("the busy task runs");
             mcu.take_markers();
-            let pressed = mcu.cycle();
-            mcu.drive_pin(BUTTON, true);
-            let woken = mcu.run_to_marker(2, LATENCY + 50).expect("the woken task runs at once");
-            let latency = woken.cycle - pressed;
-            assert!(latency <= LATENCY, "struck at {pressed}: {latency} cycles to the woken task");
-            mcu.drive_pin(BUTTON, false);
-            assert!(
-                mcu.markers().iter().all(|marker| marker.value != 0xff),
-                "struck at {pressed}: a wrong sum"
-            );
+            mcu.drive_pin(target.button, true);
+            mcu.run_to_marker(0x10 + page, LIMIT).expect("RAMPZ is kept");
+            assert_eq!(values(mcu.markers()), [2, 0x10 + page], "{}", target.part.name);
         }
         assert_eq!(mcu.run_to_end(LIMIT), State::Done);
     }
@@ -68,14 +94,16 @@ fn an_interrupt_wakes_a_task_wherever_it_strikes() {
 /// Interrupt Handling"), also when the outside acts right then: the kernel sets the stack pointer's two halves around it.
 #[test]
 fn the_instruction_after_sei_runs_before_an_interrupt_from_outside() {
-    let mut mcu = mcu("interrupt");
-    mcu.drive_pin(BUTTON, false);
-    // The kernel enables interrupts when it starts the first task.
-    while !mcu.interrupts_enabled() {
-        mcu.step();
+    for target in TARGETS {
+        let mut mcu = target.mcu(target.image("interrupt"));
+        mcu.drive_pin(target.button, false);
+        // The kernel enables interrupts when it starts the first task.
+        while !mcu.interrupts_enabled() {
+            mcu.step();
+        }
+        let next = mcu.pc();
+        mcu.drive_pin(target.button, true);
+        assert_eq!(mcu.pc(), next, "accepted before the instruction behind SEI");
+        assert!(mcu.step().is_some(), "accepted after it");
     }
-    let next = mcu.pc();
-    mcu.drive_pin(BUTTON, true);
-    assert_eq!(mcu.pc(), next, "accepted before the instruction behind SEI");
-    assert!(mcu.step().is_some(), "accepted after it");
 }

@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use simavr_harness::{CLOCK_HZ, Controller, Face, Image, Mcu, Part, RobotBuilder};
+use simavr_harness::{CLOCK_HZ, Controller, Face, Image, Part, RobotBuilder};
 use superbot_tests_simavr::chain::Chain;
 use superbot_tests_simavr::stacks::{paint, stacks};
-use superbot_tests_simavr::{firmware, images, test_images};
+use superbot_tests_simavr::target::{TARGETS, Target};
+use superbot_tests_simavr::{firmware, images};
 use tasks::dock::Dock;
 
 /// A chain of five, and at the one in the middle another two: so that all four links of a module are in use.
@@ -33,8 +34,8 @@ fn of_the_robot() {
     let mut robot = builder.build().expect("the robot can be built");
     let notes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware-master/stacks.txt");
     let stacks = [
-        (Controller::Master, stacks(&images().join("firmware-master.elf"), Some(&notes))),
-        (Controller::Slave, stacks(&images().join("firmware-slave.elf"), None)),
+        (Controller::Master, stacks(Part::ATMEGA128, &images().join("firmware-master.elf"), Some(&notes))),
+        (Controller::Slave, stacks(Part::ATMEGA128, &images().join("firmware-slave.elf"), None)),
     ];
     for module in 0..MODULES {
         for (controller, stacks) in &stacks {
@@ -73,24 +74,31 @@ fn of_the_robot() {
 /// The stacks of test images are generous: use beyond a bound would show.
 #[test]
 fn of_the_test_images() {
+    for target in TARGETS {
+        assert!(exact_bounds(target) > 0, "no bound is reached: they are far too large");
+    }
+}
+
+/// Runs the images of an MCU, and returns how many stacks were used to their last byte.
+fn exact_bounds(target: &Target) -> usize {
     let mut exact = 0;
-    for entry in std::fs::read_dir(test_images()).expect("there are test images: ./x test builds them") {
+    for entry in std::fs::read_dir(target.images()).expect("there are test images: ./x test builds them") {
         let path = entry.expect("the directory can be read").path();
         if path.extension().is_none_or(|extension| extension != "elf") {
-            continue; // a folder of images with faults
+            continue; // a folder of other images
         }
         let image = Arc::new(Image::load(&path).expect("the image can be read"));
-        let stacks = stacks(&path, None);
-        let mut mcu = Mcu::new(Part::ATMEGA128, image, 1).expect("the image fits the ATmega128");
+        let stacks = stacks(target.part, &path, None);
+        let mut mcu = target.mcu(image);
         paint(&mut mcu, &stacks);
         mcu.run_to_end(2 * SECOND);
         for stack in &stacks {
             let (used, bound) = (stack.used(&mcu), stack.bound.needs());
             let image = path.file_stem().unwrap_or_default().display();
-            println!("{image:20} {:15} {bound:6} {used:5}", stack.name);
+            println!("{:11} {image:20} {:15} {bound:6} {used:5}", target.part.name, stack.name);
             assert!(used <= bound, "{}: {used} bytes used of {}", path.display(), stack.bound);
             exact += usize::from(used == bound);
         }
     }
-    assert!(exact > 0, "no bound is reached: they are far too large");
+    exact
 }

@@ -4,18 +4,34 @@ use superbot_tests_simavr::image;
 use superbot_tests_simavr::sweep::{
     Extent, Findings, Order, PROGRAMS, Share, Subject, sweep_all, sweep_path,
 };
+use superbot_tests_simavr::target::{ATMEGA128, TARGETS};
 
 #[test]
 fn no_interrupt_breaks_the_kernel() {
-    let total = sweep_all(Extent::Sample(7), |line| println!("{line}"));
+    let total = sweep_all(ATMEGA128, Extent::Sample(7), |line| println!("{line}"));
     assert_eq!(total.single.failed, 0, "{:#?}", total.single.failures);
     assert!(total.single.boundaries > 10_000, "{total:?}");
+}
+
+/// Another MCU runs the same code but for a program counter of 3 bytes on the largest: a smaller part of the boundaries.
+#[test]
+fn no_interrupt_breaks_the_kernel_on_other_mcus() {
+    for target in TARGETS.into_iter().skip(1) {
+        let total = sweep_all(target, Extent::Sample(61), |line| println!("{line}"));
+        assert_eq!(total.single.failed, 0, "{}: {:#?}", target.part.name, total.single.failures);
+        assert!(total.single.boundaries > 1_000, "{}: {total:?}", target.part.name);
+    }
 }
 
 #[test]
 fn every_path_is_swept() {
     for program in PROGRAMS {
-        assert_eq!(Subject::new(image(program.image)).paths(), program.paths.len(), "{}", program.image);
+        assert_eq!(
+            Subject::new(ATMEGA128, ATMEGA128.image(program.image)).paths(),
+            program.paths.len(),
+            "{}",
+            program.image
+        );
     }
 }
 
@@ -28,7 +44,7 @@ fn sweep(subject: &Subject, program: &str, path: &str, step: usize) -> Findings 
 
 #[test]
 fn a_critical_section_taken_out_is_found() {
-    let subject = Subject::new(image("fault-unmasked-post/sweep_semaphore"));
+    let subject = Subject::new(ATMEGA128, image("fault-unmasked-post/sweep_semaphore"));
     // The signal that an interrupt stores is lost; the lists of ready tasks break.
     for path in
         ["post to nobody", "post to a higher task, which then blocks", "post to a lower task, then block"]
@@ -40,7 +56,7 @@ fn a_critical_section_taken_out_is_found() {
 
 #[test]
 fn contexts_that_pile_up_are_found() {
-    let subject = Subject::new(image("fault-early-enable/sweep_switch"));
+    let subject = Subject::new(ATMEGA128, image("fault-early-enable/sweep_switch"));
     let findings = sweep(&subject, "sweep_switch", "preemption with all registers in use", 7);
     assert!(findings.failures.iter().any(|told| told.contains("more than one context")), "{findings:?}");
 }
@@ -48,7 +64,7 @@ fn contexts_that_pile_up_are_found() {
 #[test]
 fn a_stack_that_is_too_small_is_found() {
     const PATH: &str = "preemption with all registers in use";
-    let mut subject = Subject::new(image("sweep_switch"));
+    let mut subject = Subject::new(ATMEGA128, image("sweep_switch"));
     let used = sweep(&subject, "sweep_switch", PATH, 7).depths;
     let stacks = subject.stacks().map(|(name, _)| name.to_owned());
     let place = stacks.into_iter().position(|name| name == "HIGH").expect("there is such a task");

@@ -1,22 +1,26 @@
-//! Sweeps the kernel with interrupts and tells what that finds; `--quick` tries a seventh of it.
+//! `sweep [--quick] [MCU]`: sweeps the kernel with interrupts and tells what that finds; `--quick` tries a seventh of it.
 
 use std::process::ExitCode;
 use std::time::Instant;
 
 use superbot_tests_simavr::sweep::{Extent, Findings, sweep_all};
+use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
-    let arguments: Vec<_> = std::env::args().skip(1).collect();
-    let extent = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => Extent::Whole,
-        ["--quick"] => Extent::Sample(7),
-        _ => {
-            eprintln!("sweep takes no argument but --quick");
+    let (mut extent, mut target) = (Extent::Whole, ATMEGA128);
+    for argument in std::env::args().skip(1) {
+        if argument == "--quick" {
+            extent = Extent::Sample(7);
+        } else if let Some(named) = Target::named(&argument) {
+            target = named;
+        } else {
+            let known = TARGETS.map(|target| target.part.name).join(", ");
+            eprintln!("sweep takes --quick and the name of an MCU ({known}), not {argument}");
             return ExitCode::from(2);
         }
-    };
+    }
     let start = Instant::now();
-    let total = sweep_all(extent, |line| println!("{line}"));
+    let total = sweep_all(target, extent, |line| println!("{line}"));
     for (strikes, Findings { boundaries, runs, failed, .. }) in
         [("one strike", &total.single), ("two strikes", &total.pairs)]
     {

@@ -5,7 +5,7 @@ use std::thread;
 
 use super::paths::{PROGRAMS, Program};
 use super::strike::{Findings, Order, Share, Subject, sweep_path};
-use crate::image;
+use crate::target::Target;
 
 /// How much is swept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,10 +30,10 @@ const SHARES: usize = 8;
 ///
 /// # Panics
 /// When the images are not there, or are wrong without any strike.
-pub fn sweep_all(extent: Extent, mut tell: impl FnMut(String)) -> Total {
+pub fn sweep_all(target: &'static Target, extent: Extent, mut tell: impl FnMut(String)) -> Total {
     let mut total = Total::default();
     for program in PROGRAMS {
-        let subject = Subject::new(image(program.image));
+        let subject = Subject::new(target, target.image(program.image));
         let mut all_of_program = Findings::default();
         for (path, order) in sweeps(program, extent) {
             let findings = sweep(&subject, path, order, extent);

@@ -2,7 +2,9 @@
 //!
 //! Read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, all in bytes and without padding on the AVR.
 
-use simavr_harness::{Image, Mcu, Place};
+use simavr_harness::{Image, Mcu, Part, Place};
+
+use crate::target::Target;
 
 /// How the mangled names of statics end.
 const KERNEL: &str = "6kernel6KERNEL";
@@ -28,18 +30,17 @@ const CONTROL_BLOCK: u16 = 6;
 /// Offset in `Timer`.
 const DEADLINE: u16 = 2;
 
-/// What a task's context takes on its stack, in bytes.
-const VOLUNTARY: u16 = 4;
-pub const PREEMPTED: u16 = 35;
+/// What a task's context takes on its stack besides the program counter, in bytes.
+const VOLUNTARY: u16 = 2;
+const PREEMPTED: u16 = 33;
 
 /// What a saved stack pointer has set besides when it is a preempted task's.
 const PREEMPTED_MARK: u16 = 0x8000;
 
-/// The last byte of SRAM (ATmega128 datasheet, "SRAM Data Memory"), where the kernel's stack begins.
-pub const RAM_END: u16 = 0x10ff;
-
-/// Bytes at the top of the kernel's stack where it has interrupts enabled, as the kernel's `IDLE_STACK`.
-const IDLE_STACK: u16 = 64;
+/// Bytes at the top of the kernel's stack where it has interrupts enabled, as the kernel's `IDLE_STACK`: without return
+/// addresses, and how many of those.
+const IDLE_STACK: u16 = 52;
+const IDLE_RETURN_ADDRESSES: u16 = 6;
 
 /// More timers than any image has.
 const MOST_TIMERS: usize = 100;
@@ -67,6 +68,7 @@ impl Stack {
 
 /// Where an image keeps the kernel's data and its stacks.
 pub struct Kernel {
+    pub target: &'static Target,
     kernel: u16,
     pub idle: u16,
     ticks_left: u16,
@@ -77,7 +79,7 @@ pub struct Kernel {
 impl Kernel {
     /// # Panics
     /// When the image is not one of the sweep's.
-    pub fn of(image: &Image) -> Self {
+    pub fn of(target: &'static Target, image: &Image) -> Self {
         let data: Vec<_> = image
             .symbols()
             .filter_map(|(name, symbol)| match symbol.place {
@@ -90,8 +92,12 @@ impl Kernel {
             symbol.unwrap_or_else(|| panic!("the image has no {name}")).1
         };
         let idle = find(IDLE);
-        let kernel_stack =
-            Stack { name: "(kernel)".to_owned(), control: idle, lowest: find("__bss_end"), highest: RAM_END };
+        let kernel_stack = Stack {
+            name: "(kernel)".to_owned(),
+            control: idle,
+            lowest: find("__bss_end"),
+            highest: target.part.ram_end,
+        };
         let mut tasks: Vec<_> = data
             .iter()
             .filter_map(|&(mangled, control, size)| {
@@ -103,12 +109,23 @@ impl Kernel {
         assert!(!tasks.is_empty(), "the image has no stacks");
         tasks.sort_by(|one, other| one.name.cmp(&other.name));
         let stacks = std::iter::once(kernel_stack).chain(tasks).collect();
-        Kernel { kernel: find(KERNEL), idle, ticks_left: find(TICKS_LEFT), stacks }
+        Kernel { target, kernel: find(KERNEL), idle, ticks_left: find(TICKS_LEFT), stacks }
+    }
+
+    /// What a preempted context takes, in bytes.
+    pub fn preempted_context(&self) -> u16 {
+        PREEMPTED + self.target.part.return_address
+    }
+
+    fn voluntary_context(&self) -> u16 {
+        VOLUNTARY + self.target.part.return_address
     }
 
     /// Whether SP lies where the kernel itself, or the idle task, has interrupts enabled.
     pub fn is_idle_stack(&self, stack_pointer: u16) -> bool {
-        (RAM_END - IDLE_STACK..=RAM_END).contains(&stack_pointer)
+        let Part { ram_end, return_address, .. } = *self.target.part;
+        let size = IDLE_STACK + IDLE_RETURN_ADDRESSES * return_address;
+        (ram_end - size..=ram_end).contains(&stack_pointer)
     }
 
     pub fn head(&self, mcu: &Mcu) -> u16 {
@@ -222,8 +239,8 @@ impl Kernel {
         let running = self.running(mcu);
         for stack in self.stacks[1..].iter().filter(|stack| stack.control != running) {
             let (context, stack_pointer) = match self.preempted_at(mcu, stack.control) {
-                Some(stack_pointer) => (PREEMPTED, stack_pointer),
-                None => (VOLUNTARY, word(mcu, stack.control + STACK_POINTER)),
+                Some(stack_pointer) => (self.preempted_context(), stack_pointer),
+                None => (self.voluntary_context(), word(mcu, stack.control + STACK_POINTER)),
             };
             if !stack.holds(stack_pointer) || stack_pointer + context > stack.highest {
                 return Err(format!("{}'s context is said to lie at {stack_pointer:#x}", stack.name));

@@ -2,32 +2,33 @@
 
 use std::sync::Arc;
 
-use simavr_harness::{Image, Mcu, Part};
+use simavr_harness::{Image, Mcu};
 
 use super::kernel::Kernel;
-use super::watch::{AUDITED, CLOSED, EXTERNAL, OPEN, TICK, Watch, enable_interrupts};
+use super::watch::{AUDITED, CLOSED, OPEN, Source, Watch, enable_interrupts};
+use crate::target::Target;
 
 /// What is raised at a boundary: one interrupt after the other, without an instruction between.
 #[derive(Clone, Copy)]
 struct Strike {
-    vectors: &'static [u8],
+    sources: &'static [Source],
     /// Whether the path's timers are due at its first tick; else at its second.
     is_due: bool,
     /// What is raised once more until the first is dealt with.
-    second: Option<u8>,
+    second: Option<Source>,
 }
 
 const STRIKES: &[Strike] = &[
-    Strike { vectors: &[EXTERNAL], is_due: false, second: None },
-    Strike { vectors: &[TICK], is_due: false, second: None },
-    Strike { vectors: &[TICK], is_due: true, second: None },
-    Strike { vectors: &[EXTERNAL, TICK], is_due: true, second: None },
-    Strike { vectors: &[TICK, EXTERNAL], is_due: true, second: None },
+    Strike { sources: &[Source::External], is_due: false, second: None },
+    Strike { sources: &[Source::Tick], is_due: false, second: None },
+    Strike { sources: &[Source::Tick], is_due: true, second: None },
+    Strike { sources: &[Source::External, Source::Tick], is_due: true, second: None },
+    Strike { sources: &[Source::Tick, Source::External], is_due: true, second: None },
 ];
 
 const PAIRS: &[Strike] = &[
-    Strike { vectors: &[EXTERNAL], is_due: true, second: Some(TICK) },
-    Strike { vectors: &[TICK], is_due: true, second: Some(EXTERNAL) },
+    Strike { sources: &[Source::External], is_due: true, second: Some(Source::Tick) },
+    Strike { sources: &[Source::Tick], is_due: true, second: Some(Source::External) },
 ];
 
 /// How many strikes there are to a run.
@@ -97,8 +98,8 @@ pub struct Subject {
 impl Subject {
     /// # Panics
     /// When the image is none of the sweep's.
-    pub fn new(image: Arc<Image>) -> Self {
-        Subject { kernel: Kernel::of(&image), image }
+    pub fn new(target: &'static Target, image: Arc<Image>) -> Self {
+        Subject { kernel: Kernel::of(target, &image), image }
     }
 
     /// The names and sizes of the stacks.
@@ -129,8 +130,8 @@ impl Subject {
     }
 
     fn mcu(&self) -> Mcu {
-        let mut mcu = Mcu::new(Part::ATMEGA128, self.image.clone(), 1).expect("the image fits the ATmega128");
-        enable_interrupts(&mut mcu);
+        let mut mcu = self.kernel.target.mcu(self.image.clone());
+        enable_interrupts(&mut mcu, self.kernel.target);
         mcu
     }
 
@@ -168,7 +169,7 @@ pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Fi
             if !mcu.interrupts_enabled() {
                 continue; // the start: its timers are due at its first tick, for there can be none before
             }
-            watch.raise(&mut mcu, TICK);
+            watch.raise(&mut mcu, Source::Tick);
             while !watch.is_settled() {
                 step_unstruck(&mut mcu, &mut watch);
             }
@@ -195,7 +196,7 @@ struct Sweep<'f> {
 }
 
 /// An interrupt and the address that it struck.
-type Struck = (u8, u32);
+type Struck = (Source, u32);
 
 impl Sweep<'_> {
     fn run(&mut self, mcu: &mut Mcu, mut watch: Watch) {
@@ -219,10 +220,10 @@ impl Sweep<'_> {
             let at = mcu.pc();
             mcu.explore(|mcu| {
                 let mut struck = watch.clone();
-                for &vector in strike.vectors {
-                    struck.raise(mcu, vector);
+                for &source in strike.sources {
+                    struck.raise(mcu, source);
                 }
-                let log = strike.vectors.iter().map(|&vector| (vector, at)).collect();
+                let log = strike.sources.iter().map(|&source| (source, at)).collect();
                 match strike.second {
                     None => self.try_out(mcu, struck, log),
                     Some(second) => self.strike_again(mcu, struck, watch.accepted, log, second),
@@ -238,7 +239,7 @@ impl Sweep<'_> {
         mut watch: Watch,
         accepted: usize,
         log: Vec<Struck>,
-        second: u8,
+        second: Source,
     ) {
         while watch.marked != Some(CLOSED) && !(watch.accepted > accepted && watch.is_settled()) {
             if watch.is_boundary {
@@ -275,7 +276,7 @@ impl Sweep<'_> {
         self.findings.failed += 1;
         if self.findings.failures.len() < TOLD {
             let struck: Vec<_> =
-                log.iter().map(|&(vector, at)| format!("{vector} before {}", place(mcu, at))).collect();
+                log.iter().map(|&(source, at)| format!("{source:?} before {}", place(mcu, at))).collect();
             let told = format!("{}: at {}: {wrong}", struck.join(", "), place(mcu, mcu.pc()));
             self.findings.failures.push(told);
         }

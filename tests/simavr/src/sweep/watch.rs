@@ -2,11 +2,15 @@
 
 use simavr_harness::{Mcu, State};
 
-use super::kernel::{Kernel, PREEMPTED, RAM_END};
+use super::kernel::Kernel;
+use crate::target::Target;
 
-/// Vector numbers.
-pub const EXTERNAL: u8 = 5;
-pub const TICK: u8 = 15;
+/// What raises an interrupt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    External,
+    Tick,
+}
 
 /// Marks of the images; see their module `sweep`.
 pub const OPEN: u8 = 0x40;
@@ -15,18 +19,15 @@ pub const AUDITED: u8 = 0x61;
 const ASK_EXTERNAL: u8 = 0x62;
 const ASK_TICK: u8 = 0x63;
 
-/// Data addresses of the registers that enable both interrupts, and their bits (ATmega128 datasheet, "Register Summary").
-const ENABLED: [(u16, u8); 2] = [(0x57, 1 << 1), (0x59, 1 << 4)]; // TIMSK: OCIE0; EIMSK: INT4
-
 /// `out SPH, r` and `out SPL, r`, without the register.
 const OUT_SPH: u16 = 0xbe0e;
 const OUT_SPL: u16 = 0xbe0d;
 const OUT_REGISTER: u16 = 0xfe0f;
 
 /// Enables both interrupts. Their devices stay off: the sweep stands for them.
-pub fn enable_interrupts(mcu: &mut Mcu) {
-    for (register, bit) in ENABLED {
-        mcu.write(register, bit);
+pub fn enable_interrupts(mcu: &mut Mcu, target: &Target) {
+    for interrupt in [&target.tick, &target.external] {
+        mcu.write(interrupt.register, interrupt.mask);
     }
 }
 
@@ -97,8 +98,9 @@ impl<'k> Watch<'k> {
     /// Which task is lost.
     pub fn check_end(&self, mcu: &Mcu) -> Result<(), String> {
         let is_lost = |found: &&Interrupted| {
+            let context = self.kernel.preempted_context();
             found.is_kernel
-                || self.kernel.preempted_at(mcu, found.task) != Some(found.stack_pointer - PREEMPTED)
+                || self.kernel.preempted_at(mcu, found.task) != Some(found.stack_pointer - context)
         };
         let lost = self.interrupted.iter().find(is_lost);
         lost.map_or(Ok(()), |found| {
@@ -107,7 +109,11 @@ impl<'k> Watch<'k> {
     }
 
     /// Raises an interrupt between two instructions.
-    pub fn raise(&mut self, mcu: &mut Mcu, vector: u8) {
+    pub fn raise(&mut self, mcu: &mut Mcu, source: Source) {
+        let vector = match source {
+            Source::External => self.kernel.target.external.vector,
+            Source::Tick => self.kernel.target.tick.vector,
+        };
         let before = mcu.interrupts_enabled();
         if self.raised.iter().all(|&(waiting, _)| waiting != vector) {
             self.raised.push((vector, mcu.cycle()));
@@ -124,7 +130,7 @@ impl<'k> Watch<'k> {
     /// What is wrong behind the instruction.
     pub fn step(&mut self, mcu: &mut Mcu) -> Result<(), String> {
         if mcu.state() == State::Sleeping {
-            self.raise(mcu, TICK);
+            self.raise(mcu, Source::Tick);
         }
         let instruction = instruction(mcu);
         let (marks, enabled) = (mcu.markers().len(), mcu.interrupts_enabled());
@@ -150,8 +156,8 @@ impl<'k> Watch<'k> {
             self.kernel.check(mcu).map_err(|wrong| format!("at mark {mark:#x}: {wrong}"))?;
         }
         match mark {
-            ASK_EXTERNAL => self.raise(mcu, EXTERNAL),
-            ASK_TICK => self.raise(mcu, TICK),
+            ASK_EXTERNAL => self.raise(mcu, Source::External),
+            ASK_TICK => self.raise(mcu, Source::Tick),
             _ => self.marks.push(mark),
         }
         Ok(())
@@ -166,17 +172,19 @@ impl<'k> Watch<'k> {
         }
         let task = self.kernel.running(mcu);
         // Wherever a broken kernel has led it.
-        let stack_pointer = mcu.stack_pointer().wrapping_add(2);
-        if task == self.kernel.idle && stack_pointer == RAM_END {
+        let below = mcu.stack_pointer();
+        let stack_pointer = below.wrapping_add(mcu.part().return_address);
+        if task == self.kernel.idle && stack_pointer == mcu.part().ram_end {
             return; // has nothing to go on with: it is begun anew
         }
         let byte = |address| mcu.read(address).unwrap_or(0);
-        let pc = u16::from_be_bytes([byte(stack_pointer.wrapping_sub(1)), byte(stack_pointer)]);
-        let only_counts = vector == TICK && self.kernel.ticks_left(mcu) != 1;
+        let pc = (1..=mcu.part().return_address)
+            .fold(0, |pc, offset| pc << 8 | u32::from(byte(below.wrapping_add(offset))));
+        let only_counts = vector == self.kernel.target.tick.vector && self.kernel.ticks_left(mcu) != 1;
         self.interrupted.push(Interrupted {
             task,
             is_kernel: self.kernel.is_idle_stack(stack_pointer),
-            pc: u32::from(pc) * 2,
+            pc: pc * 2,
             stack_pointer,
             registers: std::array::from_fn(|register| byte(register as u16)),
             status: byte(SREG) | INTERRUPTS_ENABLED,
@@ -216,7 +224,9 @@ impl<'k> Watch<'k> {
             return Err(format!("the running task uses the stack of {}", stack.name));
         }
         let is_beyond = |found: &Interrupted| {
-            found.task == stack.control && !found.is_kernel && stack_pointer + PREEMPTED < found.stack_pointer
+            found.task == stack.control
+                && !found.is_kernel
+                && stack_pointer + self.kernel.preempted_context() < found.stack_pointer
         };
         if self.interrupted.iter().any(is_beyond) {
             return Err(format!("on the stack of {} lies more than one context of an interrupt", stack.name));
