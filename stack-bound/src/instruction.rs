@@ -9,6 +9,8 @@ pub enum Instruction {
     ReadStackPointer(Half, u8),
     /// `out` or `sts` to SPL or SPH.
     WriteStackPointer(Half, u8),
+    /// `ldd`, from so many bytes above Y: to, bytes.
+    LoadAboveY(u8, u8),
     /// `ldi`: to, value.
     Load(u8, u8),
     /// `mov`: to, from.
@@ -120,13 +122,9 @@ fn one_word(word: u16, next: u32) -> Option<Instruction> {
         (0x2, 0xc..) => Copy(register(word), (word >> 5 & 0x10 | word & 0xf) as u8),
         (0x0..=0x2, _) => changes(word),
         (0x4..=0x7, _) => Other(1 << upper_register(word)),
-        (0x8 | 0xa, _) => {
-            if word & 0x200 == 0 {
-                changes(word)
-            } else {
-                NOTHING
-            }
-        } // ldd, std
+        (0x8 | 0xa, _) if word & 0x200 != 0 => NOTHING, // std
+        (0x8 | 0xa, _) if word & 8 != 0 => LoadAboveY(register(word), displacement(word)),
+        (0x8 | 0xa, _) => changes(word), // ldd from Z
         (0x9, 0x0..=0x3) => return transfer(word),
         (0x9, 0x4..=0x5) => return operation(word),
         (0x9, kind @ 0x6..=0x7) => {
@@ -203,6 +201,11 @@ fn upper_register(word: u16) -> u8 {
 
 fn immediate(word: u16) -> u8 {
     (word >> 4 & 0xf0 | word & 0xf) as u8
+}
+
+/// Of `ldd`.
+fn displacement(word: u16) -> u8 {
+    (word >> 8 & 0x20 | word >> 7 & 0x18 | word & 7) as u8
 }
 
 /// A distance in words, in the lowest so many bits.

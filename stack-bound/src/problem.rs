@@ -23,6 +23,11 @@ pub enum Problem {
         "{function} pushes without end, or pops more than it pushed, at {address:#x}; note \"{function} = bytes\""
     )]
     Depth { function: String, address: u32 },
+    #[error(
+        "{function} reads its return address at {address:#x}: rustc takes it for an argument where it has 3 bytes; \
+         pass no more than 18 bytes of arguments"
+    )]
+    ReturnAddress { function: String, address: u32 },
     #[error("{function} runs into something at {address:#x} that is no instruction")]
     NoCode { function: String, address: u32 },
 }

@@ -170,6 +170,9 @@ impl<'a> Program<'a> {
                 let after = next + instruction::skipped(&image.flash, next);
                 vec![((next, stack_pointer), state.clone()), ((after, stack_pointer), state)]
             }
+            Instruction::LoadAboveY(_, bytes) if self.is_return_address(&state, bytes) => {
+                return Err(Problem::ReturnAddress { function: name.to_owned(), address });
+            }
             // A call to the next instruction makes room on the stack.
             Instruction::Call(target) if target == next => {
                 let stack_pointer = state.push_unknown(stack_pointer, image.return_address);
@@ -188,6 +191,14 @@ impl<'a> Program<'a> {
                 }
                 vec![((next, after), state)]
             }
+        })
+    }
+
+    /// Whether so many bytes above Y lies the return address.
+    fn is_return_address(&self, state: &State, bytes: u8) -> bool {
+        let first = state.depth_at_y().map(|depth| depth + 1);
+        first.is_some_and(|first| {
+            (first..first + i32::from(self.image.return_address)).contains(&i32::from(bytes))
         })
     }
 

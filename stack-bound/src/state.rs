@@ -27,6 +27,14 @@ impl State {
         Some(words.into_iter().map(|word| u32::from(word) * 2).collect())
     }
 
+    /// How many bytes were on the stack when Y took the stack pointer, if it still holds that.
+    pub fn depth_at_y(&self) -> Option<i32> {
+        match self.registers.pair(28).stack_pointer() {
+            StackPointer::Own(depth) => Some(depth),
+            StackPointer::Fixed(_) | StackPointer::Elsewhere => None,
+        }
+    }
+
     /// After a call has come back.
     pub fn after_call(mut self) -> Self {
         self.registers.call();
@@ -55,6 +63,7 @@ impl State {
                 self.is_saved |= byte != Byte::Unknown;
             }
             Instruction::WriteStackPointer(half, from) => return self.write(half, from, stack_pointer),
+            Instruction::LoadAboveY(to, _) => self.registers.set(to, Byte::Unknown),
             Instruction::Load(to, value) => self.registers.set(to, Byte::Is(value)),
             Instruction::Copy(to, from) => self.registers.set(to, self.registers.byte(from)),
             Instruction::CopyPair(to, from) => self.registers.copy_pair(to, from),

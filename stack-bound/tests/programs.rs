@@ -135,6 +135,17 @@ fn what_no_compiler_makes_is_named() {
     }
 }
 
+/// An argument on the stack lies above two bytes of return address, and inside of three.
+#[test]
+fn an_argument_that_is_the_return_address_is_named() {
+    let is_named = |mcu| {
+        let problems = problems(&build("broken.S", mcu)).join("\n");
+        problems.contains("reads_its_return_address reads its return address at ")
+    };
+    assert!(is_named("atmega2560"));
+    assert!(!is_named("atmega128"));
+}
+
 #[test]
 fn notes_that_do_not_fit_are_refused() {
     let image = build("indirect.c", "atmega128");

@@ -98,7 +98,11 @@ fn expected(text: &str, next: u32) -> Option<Instruction> {
         "cpse" | "sbrc" | "sbrs" | "sbic" | "sbis" => Some(Skip),
         "mul" | "muls" | "mulsu" | "fmul" | "fmuls" | "fmulsu" => Some(Other(PRODUCT)),
         "add" | "adc" | "sub" | "subi" | "sbc" | "sbci" | "and" | "andi" | "or" | "ori" | "eor" | "com"
-        | "neg" | "swap" | "inc" | "dec" | "asr" | "lsr" | "ror" | "bld" | "in" | "lds" | "ldd" => change(),
+        | "neg" | "swap" | "inc" | "dec" | "asr" | "lsr" | "ror" | "bld" | "in" | "lds" => change(),
+        "ldd" | "ld" if from.starts_with('Y') && from != "Y+" => {
+            Some(LoadAboveY(register(to)?, from.strip_prefix("Y+").map_or(0, number) as u8))
+        }
+        "ldd" => change(),
         "lpm" | "elpm" if operands.is_empty() => Some(Other(1)),
         "ld" | "lpm" | "elpm" => Some(Other(1 << register(to)? | pointer(from))),
         "st" => Some(Other(pointer(to))),
