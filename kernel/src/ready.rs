@@ -53,6 +53,8 @@ impl Ready {
         self.running.set(masked, idle);
         self.arrived.set(masked, 0);
         self.last.iter().for_each(|last| last.set(masked, None));
+        // A mutex given back by a task that was dropped has changed it.
+        idle.above.set(masked, 0xff);
     }
 }
 

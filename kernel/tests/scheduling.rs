@@ -229,8 +229,7 @@ fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
             .unwrap();
             low.start(boot, Priority::P4, |task| {
                 VALUE.with(task, |value| {
-                    // SAFETY: the interrupt that would strike here, on the host.
-                    WAKE.post(&mut unsafe { kernel::Interrupt::assume() });
+                    host::interrupt(|interrupt| WAKE.post(interrupt));
                     LOG.note("low works on");
                     value.push("low");
                 });
@@ -276,12 +275,9 @@ fn a_ceiling_holds_up_those_below_it_only_and_a_task_above_it_waits_its_turn() {
                 .unwrap();
             low.start(boot, Priority::P5, |task| {
                 let mut value = VALUE.lock(task);
-                // SAFETY: the interrupts that would strike here, on the host.
-                let mut interrupt = unsafe { kernel::Interrupt::assume() };
-                WAKE[1].post(&mut interrupt);
+                host::interrupt(|interrupt| WAKE[1].post(interrupt));
                 LOG.note("low works on");
-                WAKE[0].post(&mut interrupt);
-                kernel::host::end_of_interrupt();
+                host::interrupt(|interrupt| WAKE[0].post(interrupt));
                 *value += 1;
                 LOG.note("low gives it");
                 drop(value);

@@ -2,12 +2,15 @@
 //!
 //! Blocking code runs under `cargo test` as it does on the MCU, and the same each time: a task runs until
 //! a kernel call switches, and when all are blocked, time moves on to the next tick. Interrupts are what
-//! the test makes of them: [`run_for`] calls its `on_tick` at every tick, which may post, send and put.
+//! the test makes of them: [`run_for`] calls its `on_tick` at every tick, which may post, send and put, and a
+//! task may be struck by an [`interrupt`] anywhere between two of its calls.
 
 use std::boxed::Box;
 use std::cell::{Cell, RefCell};
 use std::mem::MaybeUninit;
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::vec::Vec;
 
 use corosensei::{Coroutine, Yielder};
@@ -15,7 +18,7 @@ use corosensei::{Coroutine, Yielder};
 use crate::context::{Interrupt, Task};
 use crate::masked::Masked;
 use crate::task::{Boot, ControlBlock, Never};
-use crate::{IDLE, KERNEL, timer};
+use crate::{IDLE, KERNEL, ready, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
 
@@ -36,27 +39,53 @@ static ONE_KERNEL: Mutex<()> = Mutex::new(());
 ///
 /// The tasks are dropped at the end; the statics they used keep their state, so each run wants its own.
 pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut(&mut Interrupt, u32)) {
-    // A test that failed in here left nothing behind that the reset below does not mend.
-    let _one_kernel = ONE_KERNEL.lock().unwrap_or_else(PoisonError::into_inner);
-    reset();
-    // SAFETY: no task runs.
-    init(&mut unsafe { Boot::assume() });
-    for tick in 1..=ticks {
-        run_ready();
-        // SAFETY: no task runs, as in an interrupt.
-        let mut interrupt = unsafe { Interrupt::assume() };
-        timer::tick(&mut interrupt);
-        on_tick(&mut interrupt, tick);
-    }
-    run_ready();
-    reset();
+    let mut passed = 0;
+    run(init, |interrupt| {
+        if passed == ticks {
+            return false;
+        }
+        passed += 1;
+        tick(interrupt);
+        on_tick(interrupt, passed);
+        true
+    });
 }
 
-/// In the midst of a task, after calls that stand for an interrupt: switches if that is due, as its end would.
-pub fn end_of_interrupt() {
-    // SAFETY: what stands for interrupts runs only where a test calls it.
-    let masked = unsafe { Masked::assume() };
-    if !KERNEL.ready.head.get(&masked).is(KERNEL.ready.running.get(&masked)) {
+/// Runs the kernel: `init` starts the tasks, and whenever all of them are blocked, `on_idle` stands for the interrupt that
+/// comes then, until it returns `false`. Time stands still unless it calls [`tick`].
+///
+/// A task that panics ends the run, and the caller gets the panic.
+pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
+    let _one_kernel = ONE_KERNEL.lock().unwrap_or_else(PoisonError::into_inner);
+    reset();
+    let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
+        // SAFETY: no task runs.
+        init(&mut unsafe { Boot::assume() });
+        loop {
+            run_ready();
+            // SAFETY: no task runs, as in an interrupt.
+            if !on_idle(&mut unsafe { Interrupt::assume() }) {
+                return;
+            }
+        }
+    }));
+    // Now, while no other kernel can run: the tasks are dropped, and what they hold goes back.
+    reset();
+    if let Err(panic) = outcome {
+        panic::resume_unwind(panic);
+    }
+}
+
+/// One tick of the clock, for an interrupt to call.
+pub fn tick(interrupt: &mut Interrupt) {
+    timer::tick(interrupt);
+}
+
+/// An interrupt in the midst of a task: runs `handler`, then a task that became ready by it and outranks this one.
+pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
+    // SAFETY: the calling task does nothing else meanwhile, as on the MCU.
+    handler(&mut unsafe { Interrupt::assume() });
+    if mask_anywhere(ready::is_due) {
         switch_from_call();
     }
 }
@@ -116,6 +145,10 @@ pub(crate) fn switch(_: &ControlBlock) {
 }
 
 pub(crate) fn switch_from_call() {
+    // A task that is dropped, or that failed, gives back what it holds and runs no other.
+    if thread::panicking() {
+        return;
+    }
     let yielder = YIELDER.get();
     assert!(!yielder.is_null(), "a kernel call that may switch was made outside `run_for`");
     // SAFETY: the pointer is the running coroutine's own yielder, which lives as long as it does.
