@@ -1,0 +1,112 @@
+//! What tasks and interrupts do, as values: the kernel and the reference both act on them.
+
+use kernel::{Priority, Ticks};
+
+/// The objects of a run.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// A task for each.
+    pub priorities: Vec<Priority>,
+    /// A semaphore for each, with so many signals in store.
+    pub semaphores: Vec<u8>,
+    /// A mutex for each, with this ceiling.
+    pub ceilings: Vec<Priority>,
+    /// A queue for each, with so much room.
+    pub rooms: Vec<u8>,
+    pub timers: usize,
+}
+
+/// Messages in the pool, for all queues together.
+pub const BUFFERS: usize = 5;
+
+/// Space in the FIFO, in bytes.
+pub const FIFO_BYTES: usize = 3;
+
+/// A kernel call; the objects by their index in the setup.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Call {
+    Post {
+        semaphore: usize,
+    },
+    TryWait {
+        semaphore: usize,
+    },
+    Wait {
+        semaphore: usize,
+    },
+    WaitTimeout {
+        semaphore: usize,
+        ticks: Ticks,
+    },
+    Lock {
+        mutex: usize,
+    },
+    Unlock,
+    SetFlags(u8),
+    TakeFlags(u8),
+    WaitAny(u8),
+    WaitAll(u8),
+    Send {
+        queue: usize,
+        value: u8,
+    },
+    TryReceive {
+        queue: usize,
+    },
+    Receive {
+        queue: usize,
+    },
+    ReceiveTimeout {
+        queue: usize,
+        ticks: Ticks,
+    },
+    /// Drops the messages that the task has received.
+    DropMessages,
+    Refused {
+        queue: usize,
+    },
+    PoolExhausted,
+    PoolMostUsed,
+    Put(u8),
+    Take,
+    Overruns,
+    Now,
+    StartTimer {
+        timer: usize,
+        ticks: Ticks,
+        semaphore: usize,
+    },
+    CancelTimer {
+        timer: usize,
+    },
+    Yield,
+    Delay(Ticks),
+    /// To so many ticks from now, modulo 65,536.
+    DelayUntil(Ticks),
+    StartPeriod(Ticks),
+    /// Returns how many deadlines were missed so far.
+    WaitForPeriod,
+}
+
+/// What a call returns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    Nothing,
+    Truth(bool),
+    Number(u16),
+    Byte(Option<u8>),
+    Elapsed,
+    Full,
+    Exhausted,
+}
+
+/// What happens next, between two calls of the running task or while none runs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// The running task calls.
+    Call(Call),
+    /// An interrupt comes, whose handler makes these calls.
+    Interrupt(Vec<Call>),
+    /// The clock ticks so many times; if no task runs, until one does.
+    Ticks(u16),
+}

@@ -1,0 +1,135 @@
+//! Scripts drawn by lot.
+
+use fastrand::Rng;
+use kernel::{LONGEST, Priority, Ticks};
+
+use crate::call::{Call, Setup, Step};
+use crate::lockstep::Script;
+use crate::reference::Reference;
+
+use Priority::{P0, P1, P2, P3, P4, P5, P6, P7};
+
+const PRIORITIES: [Priority; 8] = [P0, P1, P2, P3, P4, P5, P6, P7];
+
+impl Setup {
+    /// Up to six tasks, many of them equals, and few objects, so that tasks meet there.
+    pub fn random(rng: &mut Rng) -> Self {
+        let highest = rng.usize(0..PRIORITIES.len());
+        let lowest = rng.usize(highest..PRIORITIES.len());
+        Setup {
+            priorities: several(rng, 1, 6, |rng| PRIORITIES[rng.usize(highest..=lowest)]),
+            semaphores: several(rng, 1, 3, |rng| *one_of(rng, &[0, 0, 1, 254])),
+            // Some lower than tasks that lock it.
+            ceilings: several(rng, 1, 2, |rng| PRIORITIES[rng.usize(highest.saturating_sub(1)..=lowest)]),
+            rooms: several(rng, 1, 2, |rng| rng.u8(0..4)),
+            timers: rng.usize(1..=3),
+        }
+    }
+}
+
+/// A number of steps drawn by lot.
+pub struct Random {
+    rng: Rng,
+    setup: Setup,
+    left: usize,
+}
+
+impl Random {
+    pub fn new(rng: Rng, setup: Setup, steps: usize) -> Self {
+        Random { rng, setup, left: steps }
+    }
+
+    fn call_of_task(&mut self) -> Call {
+        let semaphore = self.rng.usize(..self.setup.semaphores.len());
+        let queue = self.rng.usize(..self.setup.rooms.len());
+        match self.rng.u8(..20) {
+            0..2 => Call::Wait { semaphore },
+            2 => Call::WaitTimeout { semaphore, ticks: self.ticks() },
+            3..6 => Call::Lock { mutex: self.rng.usize(..self.setup.ceilings.len()) },
+            6 => Call::WaitAny(self.flags()),
+            7 => Call::WaitAll(self.flags()),
+            8 => Call::Receive { queue },
+            9 => Call::ReceiveTimeout { queue, ticks: self.ticks() },
+            10 => Call::DropMessages,
+            11 => Call::Yield,
+            12 => Call::Delay(self.ticks()),
+            13 => Call::DelayUntil(self.ticks()),
+            14 => Call::StartPeriod(self.rng.u16(..5)),
+            15 => Call::WaitForPeriod,
+            _ => self.call_of_either(),
+        }
+    }
+
+    fn call_of_either(&mut self) -> Call {
+        let semaphore = self.rng.usize(..self.setup.semaphores.len());
+        let queue = self.rng.usize(..self.setup.rooms.len());
+        let timer = self.rng.usize(..self.setup.timers);
+        match self.rng.u8(..20) {
+            0..4 => Call::Post { semaphore },
+            4 => Call::TryWait { semaphore },
+            5..7 => Call::SetFlags(self.flags()),
+            7 => Call::TakeFlags(self.flags()),
+            8..11 => Call::Send { queue, value: self.rng.u8(..) },
+            11 => Call::TryReceive { queue },
+            12 => Call::Refused { queue },
+            13 => *one_of(&mut self.rng, &[Call::PoolExhausted, Call::PoolMostUsed, Call::Overruns]),
+            14 => Call::Put(self.rng.u8(..)),
+            15 => Call::Take,
+            16 => Call::Now,
+            17..19 => Call::StartTimer { timer, ticks: self.ticks(), semaphore },
+            _ => Call::CancelTimer { timer },
+        }
+    }
+
+    /// Seldom more than one or two flags.
+    fn flags(&mut self) -> u8 {
+        self.rng.u8(..) & self.rng.u8(..) & self.rng.u8(..)
+    }
+
+    /// Mostly so few that deadlines meet.
+    fn ticks(&mut self) -> Ticks {
+        match self.rng.u16(..200) {
+            0 => LONGEST,
+            1 => LONGEST + 1,
+            2 => self.rng.u16(..),
+            few => few % 6,
+        }
+    }
+
+    fn interrupt(&mut self) -> Step {
+        let number = *one_of(&mut self.rng, &[1, 1, 1, 2, 4]);
+        Step::Interrupt((0..number).map(|_| self.call_of_either()).collect())
+    }
+}
+
+impl Script for Random {
+    fn next(&mut self, reference: &Reference) -> Option<Step> {
+        self.left = self.left.checked_sub(1)?;
+        let runs = reference.running().is_some();
+        Some(match self.rng.u8(..20) {
+            0..3 => self.interrupt(),
+            3 => Step::Ticks(1),
+            _ if reference.is_in_section() => Step::Call(Call::Unlock),
+            _ if runs => loop {
+                let call = self.call_of_task();
+                if reference.permits(call) {
+                    break Step::Call(call);
+                }
+            },
+            4..12 => self.interrupt(),
+            // Now and then a long silence, over which the clock wraps.
+            _ if self.rng.u16(..2000) == 0 => Step::Ticks(u16::MAX),
+            _ => Step::Ticks(1),
+        })
+    }
+}
+
+fn several<T>(rng: &mut Rng, least: usize, most: usize, draw: impl FnMut(&mut Rng) -> T) -> Vec<T> {
+    let number = rng.usize(least..=most);
+    let mut draw = draw;
+    (0..number).map(|_| draw(rng)).collect()
+}
+
+fn one_of<'a, T>(rng: &mut Rng, choices: &'a [T]) -> &'a T {
+    &choices[rng.usize(..choices.len())]
+}

@@ -1,0 +1,256 @@
+//! The kernel as `docs/kernel.md` describes it, written as plainly as can be: who runs, who waits, and what time does.
+
+mod calls;
+mod leftover;
+
+use std::collections::VecDeque;
+
+use kernel::{Priority, Ticks};
+
+use crate::call::{Call, Outcome, Setup};
+
+pub type TaskId = usize;
+
+/// What a task is at.
+#[derive(Clone, Copy, PartialEq)]
+enum Activity {
+    /// Between two calls.
+    Own,
+    /// In this call, which blocks.
+    Blocked(Call),
+    /// In a call that returns this when the task runs.
+    Returning(Outcome),
+    /// In this call, which looks again when the task runs.
+    Retrying(Call),
+    /// In a call that takes a message when the task runs: one is promised to it.
+    Receiving { queue: usize },
+    /// It has left: it neither runs nor waits for anything here.
+    Gone,
+}
+
+struct Task {
+    priority: Priority,
+    activity: Activity,
+    /// The mutex that it holds.
+    holds: Option<usize>,
+    /// How many messages it has received and not dropped yet.
+    messages: usize,
+    period: Option<Period>,
+}
+
+#[derive(Clone, Copy)]
+struct Period {
+    deadline: Ticks,
+    length: Ticks,
+    missed: u16,
+}
+
+struct Mutex {
+    ceiling: Priority,
+    /// How often it was taken, modulo 256.
+    value: u8,
+    is_taken: bool,
+}
+
+struct Queue {
+    room: usize,
+    messages: VecDeque<u8>,
+    /// How many of these are promised to tasks that were woken to take one.
+    promised: usize,
+    refused: u16,
+}
+
+/// All queues have one pool.
+struct Pool {
+    used: usize,
+    most_used: usize,
+    exhausted: u16,
+}
+
+/// What time brings.
+struct Alarm {
+    deadline: u64,
+    event: Event,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Event {
+    Post { timer: usize, semaphore: usize },
+    EndWait(TaskId),
+}
+
+pub struct Reference {
+    now: u64,
+    tasks: Vec<Task>,
+    /// The tasks that are ready, in the order in which they became so. One that is preempted keeps its place.
+    ready: Vec<TaskId>,
+    /// The tasks that are blocked, in the order in which they came.
+    blocked: Vec<TaskId>,
+    /// In the order in which they were set.
+    alarms: Vec<Alarm>,
+    /// The signals in store.
+    semaphores: Vec<u8>,
+    mutexes: Vec<Mutex>,
+    flags: u8,
+    queues: Vec<Queue>,
+    pool: Pool,
+    bytes: VecDeque<u8>,
+    overruns: u16,
+}
+
+impl Reference {
+    /// The kernel at the start. A pool counts for as long as the process lives, so what it has counted is told.
+    pub fn new(setup: &Setup, pool_most_used: u8, pool_exhausted: u16) -> Self {
+        let task =
+            |&priority| Task { priority, activity: Activity::Own, holds: None, messages: 0, period: None };
+        let mutex = |&ceiling| Mutex { ceiling, value: 0, is_taken: false };
+        let queue =
+            |&room: &u8| Queue { room: room.into(), messages: VecDeque::new(), promised: 0, refused: 0 };
+        Reference {
+            now: 0,
+            tasks: setup.priorities.iter().map(task).collect(),
+            ready: (0..setup.priorities.len()).collect(),
+            blocked: Vec::new(),
+            alarms: Vec::new(),
+            semaphores: setup.semaphores.clone(),
+            mutexes: setup.ceilings.iter().map(mutex).collect(),
+            flags: 0,
+            queues: setup.rooms.iter().map(queue).collect(),
+            pool: Pool { used: 0, most_used: pool_most_used.into(), exhausted: pool_exhausted },
+            bytes: VecDeque::new(),
+            overruns: 0,
+        }
+    }
+
+    /// The task that runs: the highest that is ready. Among equals it is one that a ceiling has raised, then the first
+    /// that became ready.
+    pub fn running(&self) -> Option<TaskId> {
+        self.ready.iter().copied().min_by_key(|&id| {
+            let effective = self.effective_priority(id);
+            (effective, effective == self.tasks[id].priority)
+        })
+    }
+
+    fn effective_priority(&self, id: TaskId) -> Priority {
+        let task = &self.tasks[id];
+        task.holds.map_or(task.priority, |mutex| task.priority.min(self.mutexes[mutex].ceiling))
+    }
+
+    /// Whether the running task can make `call` now.
+    pub fn permits(&self, call: Call) -> bool {
+        let Some(id) = self.running() else { return false };
+        // The guard of a mutex borrows the task.
+        let holds = self.tasks[id].holds.is_some();
+        match call {
+            Call::Unlock => holds,
+            Call::WaitForPeriod => !holds && self.tasks[id].period.is_some(),
+            _ => !holds,
+        }
+    }
+
+    /// Whether the running task holds a mutex.
+    pub fn is_in_section(&self) -> bool {
+        self.permits(Call::Unlock)
+    }
+
+    /// The running task calls.
+    pub fn call(&mut self, call: Call) {
+        let id = self.running().expect("a task runs");
+        self.perform(id, call);
+        self.settle();
+    }
+
+    /// The call that the running task is in returns. Tells what, if it is in one.
+    pub fn returned(&mut self) -> Option<Outcome> {
+        let id = self.running()?;
+        let Activity::Returning(outcome) = self.tasks[id].activity else { return None };
+        self.tasks[id].activity = Activity::Own;
+        Some(outcome)
+    }
+
+    /// The running task leaves.
+    pub fn leave(&mut self) {
+        let id = self.running().expect("a task runs");
+        self.ready.retain(|&other| other != id);
+        self.tasks[id].activity = Activity::Gone;
+        self.drop_messages(id);
+        self.settle();
+    }
+
+    /// All tasks have left, and come back.
+    pub fn come_back(&mut self) {
+        for (id, task) in self.tasks.iter_mut().enumerate() {
+            assert!(task.activity == Activity::Gone, "task {id} has not left");
+            task.activity = Activity::Own;
+            self.ready.push(id);
+        }
+    }
+
+    /// An interrupt comes and goes. Tells what its calls return.
+    pub fn interrupt(&mut self, calls: &[Call]) -> Vec<Outcome> {
+        let outcomes = calls.iter().map(|&call| self.call_of_interrupt(call)).collect();
+        self.settle();
+        outcomes
+    }
+
+    /// The clock ticks.
+    pub fn tick(&mut self) {
+        self.now += 1;
+        while let Some(index) = self.alarms.iter().position(|alarm| alarm.deadline == self.now) {
+            match self.alarms[index].event {
+                Event::Post { semaphore, .. } => {
+                    self.alarms.remove(index);
+                    self.post(semaphore);
+                }
+                Event::EndWait(id) => self.wake(id, Activity::Returning(self.outcome_in_the_end(id))),
+            }
+        }
+        self.settle();
+    }
+
+    /// A woken task that has something to do before its call returns does it when it runs.
+    fn settle(&mut self) {
+        while let Some(id) = self.running() {
+            match self.tasks[id].activity {
+                Activity::Retrying(call) => self.perform(id, call),
+                Activity::Receiving { queue } => self.take_promised(id, queue),
+                _ => return,
+            }
+        }
+    }
+
+    /// Makes a blocked task ready.
+    fn wake(&mut self, id: TaskId, activity: Activity) {
+        self.blocked.retain(|&other| other != id);
+        self.alarms.retain(|alarm| alarm.event != Event::EndWait(id));
+        self.ready.push(id);
+        self.tasks[id].activity = activity;
+    }
+
+    /// Blocks the running task in `call`.
+    fn block(&mut self, id: TaskId, call: Call) {
+        self.ready.retain(|&other| other != id);
+        self.blocked.push(id);
+        self.tasks[id].activity = Activity::Blocked(call);
+    }
+
+    /// Has the running task's wait end after so many ticks.
+    fn set_alarm(&mut self, event: Event, ticks: Ticks) {
+        let ticks = ticks.clamp(1, kernel::LONGEST);
+        self.alarms.push(Alarm { deadline: self.now + u64::from(ticks), event });
+    }
+
+    /// The first task blocked in a call that `is_wanted`: the highest, and among equals the one that came first.
+    fn first_blocked(&self, is_wanted: impl Fn(Call) -> bool) -> Option<TaskId> {
+        let is_blocked_so = |&id: &TaskId| match self.tasks[id].activity {
+            Activity::Blocked(call) => is_wanted(call),
+            _ => false,
+        };
+        self.blocked.iter().copied().filter(is_blocked_so).min_by_key(|&id| self.tasks[id].priority)
+    }
+
+    /// The present tick, as the kernel tells it: modulo 65,536.
+    fn ticks(&self) -> Ticks {
+        self.now as Ticks
+    }
+}
