@@ -3,7 +3,7 @@
 //! Blocking code runs under `cargo test` as it does on the MCU, and the same each time: a task runs until
 //! a kernel call switches, and when all are blocked, time moves on to the next tick. Interrupts are what
 //! the test makes of them: [`run_for`] calls its `on_tick` at every tick, which may post, send and put, and a
-//! task may be struck by an [`interrupt`] anywhere between two of its calls.
+//! task may be struck by an [`interrupt`] between two of its calls, or [inside](struck) of one.
 
 use std::boxed::Box;
 use std::cell::{Cell, RefCell};
@@ -28,8 +28,16 @@ pub(crate) const IDLE_CONTEXT: usize = 0;
 std::thread_local! {
     /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus one.
     static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
+    /// The interrupt that is to strike inside of a kernel call.
+    static STRIKE: RefCell<Option<Strike>> = const { RefCell::new(None) };
     /// How the running task gives control back.
     static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(std::ptr::null()) };
+}
+
+struct Strike {
+    /// How many masked sections end until then, this one included.
+    sections: usize,
+    handler: Box<dyn FnOnce(&mut Interrupt)>,
 }
 
 /// One kernel at a time: its state is static, and tests run on many threads.
@@ -90,6 +98,19 @@ pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
     }
 }
 
+/// Makes a kernel call of a task that an interrupt strikes at the end of its `sections`-th masked section, counted from 1. If
+/// it has fewer, or the task blocks or is preempted before, the interrupt does not come.
+pub fn struck<R>(
+    sections: usize,
+    handler: impl FnOnce(&mut Interrupt) + 'static,
+    call: impl FnOnce() -> R,
+) -> R {
+    STRIKE.set(Some(Strike { sections, handler: Box::new(handler) }));
+    let result = call();
+    STRIKE.set(None);
+    result
+}
+
 /// Forgets the tasks of the run before.
 fn reset() {
     TASKS.take();
@@ -120,7 +141,16 @@ fn run_ready() {
 
 pub(crate) fn disable_interrupts() {}
 
-pub(crate) fn enable_interrupts() {}
+pub(crate) fn enable_interrupts() {
+    let strikes = STRIKE.with_borrow_mut(|strike| {
+        let sections = &mut strike.as_mut()?.sections;
+        *sections = sections.saturating_sub(1);
+        if *sections == 0 { strike.take() } else { None }
+    });
+    if let Some(Strike { handler, .. }) = strikes {
+        interrupt(handler);
+    }
+}
 
 pub(crate) fn let_interrupts_strike() {}
 
@@ -149,6 +179,7 @@ pub(crate) fn switch_from_call() {
     if thread::panicking() {
         return;
     }
+    STRIKE.set(None);
     let yielder = YIELDER.get();
     assert!(!yielder.is_null(), "a kernel call that may switch was made outside `run_for`");
     // SAFETY: the pointer is the running coroutine's own yielder, which lives as long as it does.
