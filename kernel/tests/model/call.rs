@@ -46,9 +46,18 @@ pub enum Call {
     TakeFlags(u8),
     WaitAny(u8),
     WaitAll(u8),
+    /// Makes a message and sends it; drops it if the queue is full.
     Send {
         queue: usize,
         value: u8,
+    },
+    /// Makes a message, for the task to keep.
+    Make {
+        value: u8,
+    },
+    /// Sends that message; the task keeps it if the queue is full.
+    SendMade {
+        queue: usize,
     },
     TryReceive {
         queue: usize,
@@ -60,7 +69,7 @@ pub enum Call {
         queue: usize,
         ticks: Ticks,
     },
-    /// Drops the messages that the task has received.
+    /// Drops the messages that the task has.
     DropMessages,
     Refused {
         queue: usize,
@@ -81,11 +90,28 @@ pub enum Call {
     },
     Yield,
     Delay(Ticks),
-    /// To so many ticks from now, modulo 65,536.
     DelayUntil(Ticks),
     StartPeriod(Ticks),
     /// Returns how many deadlines were missed so far.
     WaitForPeriod,
+}
+
+impl Call {
+    /// The semaphore whose signal it takes, and if need be waits for.
+    pub fn awaited_semaphore(self) -> Option<usize> {
+        match self {
+            Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => Some(semaphore),
+            _ => None,
+        }
+    }
+
+    /// The queue whose message it takes, and if need be waits for.
+    pub fn awaited_queue(self) -> Option<usize> {
+        match self {
+            Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } => Some(queue),
+            _ => None,
+        }
+    }
 }
 
 /// What a call returns.
@@ -100,13 +126,27 @@ pub enum Outcome {
     Exhausted,
 }
 
+/// What an interrupt does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Handler {
+    Calls(Vec<Call>),
+    Tick,
+}
+
+/// An interrupt that comes inside of a task's call: at the end of its masked section of this number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strike {
+    pub section: usize,
+    pub handler: Handler,
+}
+
 /// What happens next, between two calls of the running task or while none runs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// The running task calls.
-    Call(Call),
-    /// An interrupt comes, whose handler makes these calls.
-    Interrupt(Vec<Call>),
-    /// The clock ticks so many times; if no task runs, until one does.
-    Ticks(u16),
+    Call(Call, Option<Strike>),
+    /// An interrupt comes.
+    Interrupt(Handler),
+    /// While no task runs: so many ticks, or until one does.
+    Silence(u16),
 }

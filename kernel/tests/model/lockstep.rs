@@ -4,15 +4,13 @@ use std::any::Any;
 use std::cell::{RefCell, RefMut};
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe};
-use std::ptr;
 use std::rc::Rc;
-use std::sync::{Mutex, PoisonError};
 
 use kernel::{Boot, Interrupt, Never, Task, host};
 
-use crate::call::{Call, Outcome, Setup, Step};
+use crate::call::{Call, Handler, Outcome, Setup, Step, Strike};
 use crate::reference::{Reference, TaskId};
-use crate::world::{self, Belongings, World};
+use crate::world::{Belongings, World};
 
 /// Says what happens.
 pub trait Script: 'static {
@@ -30,12 +28,21 @@ type History = Vec<(Option<TaskId>, Step)>;
 
 /// The kernel did something else than the reference.
 pub struct Disagreement {
-    pub history: History,
+    setup: Setup,
+    history: History,
     what: String,
+}
+
+impl Disagreement {
+    /// What happened until then.
+    pub fn steps(&self) -> impl Iterator<Item = &Step> {
+        self.history.iter().map(|(_, step)| step)
+    }
 }
 
 impl fmt::Display for Disagreement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "  {:?}", self.setup)?;
         for (who, step) in &self.history {
             match who {
                 Some(id) => writeln!(f, "  while task {id} runs: {step:?}")?,
@@ -48,28 +55,21 @@ impl fmt::Display for Disagreement {
 
 /// Plays `script` on a kernel with the objects of `real` and on a reference with those of `supposed`, which should be the
 /// same. Gives the script back, and how many calls agreed.
-pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<u64, Disagreement>) {
-    /// The pool of messages is one for the whole process.
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _one_at_a_time = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-
-    let reference = Reference::new(supposed, world::pool_most_used(), world::pool_exhausted());
-    let progress = Progress { reference, script, is_over: false, history: Vec::new(), calls: 0 };
-    let world = Box::into_raw(Box::new(World::new(real)));
-    // SAFETY: it is freed only at the end of this function.
-    let world: &'static World = unsafe { &*world };
-    let lockstep = Rc::new(Lockstep { world, progress: RefCell::new(progress) });
+pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<u64, Box<Disagreement>>) {
+    let references = vec![Reference::new(supposed)];
+    let progress = Progress { references, script, is_over: false, history: Vec::new(), calls: 0 };
+    let lockstep = Rc::new(Lockstep { world: World::new(real), progress: RefCell::new(progress) });
     let played = panic::catch_unwind(AssertUnwindSafe(|| {
         host::run(|boot| lockstep.start(boot, real), |interrupt| lockstep.idle(interrupt));
     }));
-    world.empty_queues();
-    // SAFETY: the kernel has dropped the tasks and forgotten the timers, and nothing else knows it but `lockstep`.
-    drop(unsafe { Box::from_raw(ptr::from_ref(world).cast_mut()) });
     let Progress { script, history, calls, .. } =
         Rc::into_inner(lockstep).expect("the tasks are dropped").progress.into_inner();
     match played {
         Ok(()) => (script, Ok(calls)),
-        Err(panic) => (script, Err(Disagreement { history, what: message(panic) })),
+        Err(panic) => {
+            let setup = supposed.clone();
+            (script, Err(Box::new(Disagreement { setup, history, what: message(panic) })))
+        }
     }
 }
 
@@ -82,12 +82,13 @@ fn message(panic: Box<dyn Any + Send>) -> String {
 
 struct Lockstep<S> {
     world: &'static World,
-    /// Not borrowed while the kernel is called, which may run another task.
+    /// Not borrowed while a task calls the kernel, which may run another.
     progress: RefCell<Progress<S>>,
 }
 
 struct Progress<S> {
-    reference: Reference,
+    /// One, unless an interrupt has struck inside of a call: until it shows which came first, all that may be.
+    references: Vec<Reference>,
     script: S,
     is_over: bool,
     history: History,
@@ -103,18 +104,18 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// A task.
-    fn run(&self, id: TaskId, task: &mut Task) -> Never {
+    fn run(self: &Rc<Self>, id: TaskId, task: &mut Task) -> Never {
         let mut own = Belongings::default();
         loop {
             match self.next_call(id) {
-                Some(Call::Lock { mutex }) => self.section(id, task, mutex),
-                Some(call) => {
-                    let outcome = self.world.call_of_task(task, &mut own, call);
+                Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
+                Some((call, strike)) => {
+                    let outcome = self.struck(strike, || self.world.call_of_task(task, &mut own, call));
                     self.returned(id, outcome);
                 }
                 None => {
                     own = Belongings::default();
-                    self.progress().reference.leave();
+                    self.progress().references.iter_mut().for_each(Reference::leave);
                     self.world.returns[id].wait(task);
                 }
             }
@@ -122,45 +123,53 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// From the lock of a mutex to its unlock, which is the only call that can come next.
-    fn section(&self, id: TaskId, task: &mut Task, mutex: usize) {
-        let mut value = self.world.mutexes[mutex].lock(task);
+    fn section(self: &Rc<Self>, id: TaskId, task: &mut Task, mutex: usize, strike: Option<Strike>) {
+        let mut value = self.struck(strike, || self.world.mutexes[mutex].lock(task));
         self.returned(id, Outcome::Number((*value).into()));
         *value = value.wrapping_add(1);
-        self.next_call(id);
-        drop(value);
+        let strike = self.next_call(id).and_then(|(_, strike)| strike);
+        self.struck(strike, || drop(value));
         self.returned(id, Outcome::Nothing);
     }
 
-    /// The next call of task `id`. Before it come the interrupts that strike the task where it is.
-    fn next_call(&self, id: TaskId) -> Option<Call> {
+    /// The next call of task `id`, and what strikes inside of it. Before it come the interrupts that strike the task where
+    /// it is.
+    fn next_call(&self, id: TaskId) -> Option<(Call, Option<Strike>)> {
         loop {
             match self.next(Some(id))? {
-                Step::Call(call) => return Some(call),
-                Step::Interrupt(calls) => host::interrupt(|interrupt| self.calls(interrupt, &calls)),
-                Step::Ticks(ticks) => {
-                    for _ in 0..ticks {
-                        host::interrupt(|interrupt| self.tick(interrupt));
-                    }
-                }
+                Step::Call(call, strike) => return Some((call, strike)),
+                Step::Interrupt(handler) => host::interrupt(|interrupt| self.handle(interrupt, &handler)),
+                Step::Silence(_) => {}
             }
         }
+    }
+
+    /// Makes a call of a task.
+    fn struck<R>(self: &Rc<Self>, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
+        let Some(Strike { section, handler }) = strike else { return call() };
+        let lockstep = Rc::clone(self);
+        let strike = move |interrupt: &mut Interrupt| {
+            lockstep.progress().branch();
+            lockstep.handle(interrupt, &handler);
+        };
+        host::struck(section, strike, call)
     }
 
     /// While no task runs. Returns whether it goes on.
     fn idle(&self, interrupt: &mut Interrupt) -> bool {
         match self.next(None) {
-            Some(Step::Call(call)) => unreachable!("no task runs that could make {call:?}"),
-            Some(Step::Interrupt(calls)) => self.calls(interrupt, &calls),
-            Some(Step::Ticks(ticks)) => {
+            Some(Step::Call(call, _)) => unreachable!("no task runs that could make {call:?}"),
+            Some(Step::Interrupt(handler)) => self.handle(interrupt, &handler),
+            Some(Step::Silence(ticks)) => {
                 for _ in 0..ticks {
-                    self.tick(interrupt);
-                    if self.progress().reference.running().is_some() {
+                    self.handle(interrupt, &Handler::Tick);
+                    if self.progress().references.iter().any(|reference| reference.running().is_some()) {
                         break;
                     }
                 }
             }
             None => {
-                self.calls(interrupt, &self.world.all_observations());
+                self.handle(interrupt, &Handler::Calls(self.world.all_observations()));
                 return self.goes_on(interrupt);
             }
         }
@@ -169,35 +178,28 @@ impl<S: Script> Lockstep<S> {
 
     /// Lets the tasks come back, if the script has more for them.
     fn goes_on(&self, interrupt: &mut Interrupt) -> bool {
-        let progress = &mut *self.progress();
+        let mut progress = self.progress();
         if !progress.script.goes_on() {
             return false;
         }
+        progress.keep(|reference| reference.is_deserted().then_some(()).ok_or("a task has not left".into()));
+        progress.references.iter_mut().for_each(Reference::come_back);
         progress.is_over = false;
         progress.history.clear();
-        progress.reference.come_back();
         self.world.returns.iter().for_each(|task| task.post(interrupt));
         true
     }
 
-    /// The next step of the one who runs, done by the reference if it is a call of that task's.
+    /// The next step of the one who runs.
     fn next(&self, who: Option<TaskId>) -> Option<Step> {
-        let progress = &mut *self.progress();
-        let reference = &mut progress.reference;
-        let runs = reference.running();
-        agree(runs == who, || format!("{} runs, but {} should", name(who), name(runs)));
-        let step = if progress.is_over { None } else { progress.script.next(reference) };
-        progress.is_over = step.is_none();
-        let step = match who {
-            _ if step.is_some() => step,
-            Some(_) => reference.is_in_section().then_some(Step::Call(Call::Unlock)),
-            None => reference.leftover(),
-        };
+        let mut progress = self.progress();
+        progress.expect_running(who);
+        let step = progress.step(who);
         if let Some(step) = &step {
             progress.history.push((who, step.clone()));
         }
-        if let Some(Step::Call(call)) = step {
-            reference.call(call);
+        if let Some(Step::Call(call, _)) = step {
+            progress.references.iter_mut().for_each(|reference| reference.call(call));
         }
         step
     }
@@ -206,30 +208,31 @@ impl<S: Script> Lockstep<S> {
     fn returned(&self, id: TaskId, outcome: Outcome) {
         let mut progress = self.progress();
         progress.calls += 1;
-        let runs = progress.reference.running();
-        agree(runs == Some(id), || format!("a call of task {id} returns, but {} should run", name(runs)));
-        let expected = progress.reference.returned();
-        agree(expected == Some(outcome), || {
-            format!("a call of task {id} returns {outcome:?}, but it should be {expected:?}")
+        progress.expect_running(Some(id));
+        progress.keep(|reference| match reference.returned() {
+            Some(expected) if expected == outcome => Ok(()),
+            expected => Err(format!("task {id} is told {outcome:?}, but it should be {expected:?}")),
         });
     }
 
-    /// The handler of an interrupt that makes `calls`.
-    fn calls(&self, interrupt: &mut Interrupt, calls: &[Call]) {
-        let expected = self.progress().reference.interrupt(calls);
-        for (&call, expected) in calls.iter().zip(expected) {
-            let outcome = self.world.call(interrupt, &mut Belongings::default(), call);
-            agree(outcome == expected, || {
-                format!("{call:?} in an interrupt returns {outcome:?}, but it should be {expected:?}")
-            });
-        }
-        self.progress().calls += calls.len() as u64;
-    }
-
-    /// The handler of the clock's interrupt.
-    fn tick(&self, interrupt: &mut Interrupt) {
-        self.progress().reference.tick();
-        host::tick(interrupt);
+    /// The handler of an interrupt.
+    fn handle(&self, interrupt: &mut Interrupt, handler: &Handler) {
+        let outcomes = match handler {
+            Handler::Calls(calls) => calls
+                .iter()
+                .map(|&call| self.world.call(interrupt, &mut Belongings::default(), call))
+                .collect(),
+            Handler::Tick => {
+                host::tick(interrupt);
+                Vec::new()
+            }
+        };
+        let mut progress = self.progress();
+        progress.calls += outcomes.len() as u64;
+        progress.keep(|reference| match reference.interrupt(handler) {
+            expected if expected == outcomes => Ok(()),
+            expected => Err(format!("the handler is told {outcomes:?}, but it should be {expected:?}")),
+        });
     }
 
     fn progress(&self) -> RefMut<'_, Progress<S>> {
@@ -237,10 +240,47 @@ impl<S: Script> Lockstep<S> {
     }
 }
 
-/// Ends the run, without a word, if the kernel and the reference do not agree.
-fn agree(is_so: bool, what: impl FnOnce() -> String) {
-    if !is_so {
-        panic::resume_unwind(Box::new(what()));
+impl<S: Script> Progress<S> {
+    /// What the script says, and after its end, what is left to do.
+    fn step(&mut self, who: Option<TaskId>) -> Option<Step> {
+        let reference = &self.references[0];
+        let step = if self.is_over { None } else { self.script.next(reference) };
+        self.is_over = step.is_none();
+        step.or_else(|| match who {
+            Some(_) => reference.is_in_section().then_some(Step::Call(Call::Unlock, None)),
+            None => reference.leftover(),
+        })
+    }
+
+    fn expect_running(&mut self, who: Option<TaskId>) {
+        self.references.iter_mut().for_each(Reference::settle);
+        self.keep(|reference| match reference.running() {
+            expected if expected == who => Ok(()),
+            expected => Err(format!("{} runs, but {} should", name(who), name(expected))),
+        });
+    }
+
+    /// An interrupt is about to strike inside of a call.
+    fn branch(&mut self) {
+        self.references = self.references.iter().flat_map(Reference::as_struck).collect();
+    }
+
+    /// Keeps the references that agree with the kernel. If none does, it ends the run, without a word yet.
+    fn keep(&mut self, mut agrees: impl FnMut(&mut Reference) -> Result<(), String>) {
+        let mut complaint = String::new();
+        self.references.retain_mut(|reference| agrees(reference).map_err(|why| complaint = why).is_ok());
+        if self.references.is_empty() {
+            panic::resume_unwind(Box::new(complaint));
+        }
+        if self.references.len() > 1 {
+            let mut distinct = Vec::new();
+            for reference in self.references.drain(..) {
+                if !distinct.contains(&reference) {
+                    distinct.push(reference);
+                }
+            }
+            self.references = distinct;
+        }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Scripts drawn by lot.
 
+use std::iter;
+
 use fastrand::Rng;
 use kernel::{LONGEST, Priority, Ticks};
 
-use crate::call::{Call, Setup, Step};
+use crate::call::{Call, Handler, Setup, Step, Strike};
 use crate::lockstep::Script;
 use crate::reference::Reference;
 
@@ -39,10 +41,14 @@ impl Random {
         Random { rng, setup, left: steps }
     }
 
-    fn call_of_task(&mut self) -> Call {
+    fn call_of_task(&mut self, reference: &Reference) -> Call {
+        if reference.is_in_section() {
+            return Call::Unlock;
+        }
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
-        match self.rng.u8(..20) {
+        let timer = self.rng.usize(..self.setup.timers);
+        match self.rng.u8(..26) {
             0..2 => Call::Wait { semaphore },
             2 => Call::WaitTimeout { semaphore, ticks: self.ticks() },
             3..6 => Call::Lock { mutex: self.rng.usize(..self.setup.ceilings.len()) },
@@ -53,9 +59,13 @@ impl Random {
             10 => Call::DropMessages,
             11 => Call::Yield,
             12 => Call::Delay(self.ticks()),
-            13 => Call::DelayUntil(self.ticks()),
+            13 => Call::DelayUntil(reference.ticks().wrapping_add(self.ticks())),
             14 => Call::StartPeriod(self.rng.u16(..5)),
             15 => Call::WaitForPeriod,
+            16 => Call::Make { value: self.rng.u8(..) },
+            17 => Call::SendMade { queue },
+            18..20 => Call::StartTimer { timer, ticks: self.ticks(), semaphore },
+            20 => Call::CancelTimer { timer },
             _ => self.call_of_either(),
         }
     }
@@ -63,8 +73,7 @@ impl Random {
     fn call_of_either(&mut self) -> Call {
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
-        let timer = self.rng.usize(..self.setup.timers);
-        match self.rng.u8(..20) {
+        match self.rng.u8(..17) {
             0..4 => Call::Post { semaphore },
             4 => Call::TryWait { semaphore },
             5..7 => Call::SetFlags(self.flags()),
@@ -75,9 +84,7 @@ impl Random {
             13 => *one_of(&mut self.rng, &[Call::PoolExhausted, Call::PoolMostUsed, Call::Overruns]),
             14 => Call::Put(self.rng.u8(..)),
             15 => Call::Take,
-            16 => Call::Now,
-            17..19 => Call::StartTimer { timer, ticks: self.ticks(), semaphore },
-            _ => Call::CancelTimer { timer },
+            _ => Call::Now,
         }
     }
 
@@ -96,30 +103,40 @@ impl Random {
         }
     }
 
-    fn interrupt(&mut self) -> Step {
+    fn handler(&mut self) -> Handler {
+        if self.rng.u8(..4) == 0 {
+            return Handler::Tick;
+        }
         let number = *one_of(&mut self.rng, &[1, 1, 1, 2, 4]);
-        Step::Interrupt((0..number).map(|_| self.call_of_either()).collect())
+        Handler::Calls((0..number).map(|_| self.call_of_either()).collect())
+    }
+
+    /// Strikes into half of all calls.
+    fn strike(&mut self, call: Call) -> Option<Strike> {
+        // This one is two calls of the kernel.
+        if matches!(call, Call::Send { .. }) || self.rng.bool() {
+            return None;
+        }
+        Some(Strike { section: self.rng.usize(1..10), handler: self.handler() })
     }
 }
 
 impl Script for Random {
     fn next(&mut self, reference: &Reference) -> Option<Step> {
         self.left = self.left.checked_sub(1)?;
-        let runs = reference.running().is_some();
-        Some(match self.rng.u8(..20) {
-            0..3 => self.interrupt(),
-            3 => Step::Ticks(1),
-            _ if reference.is_in_section() => Step::Call(Call::Unlock),
-            _ if runs => loop {
-                let call = self.call_of_task();
-                if reference.permits(call) {
-                    break Step::Call(call);
-                }
-            },
-            4..12 => self.interrupt(),
-            // Now and then a long silence, over which the clock wraps.
-            _ if self.rng.u16(..2000) == 0 => Step::Ticks(u16::MAX),
-            _ => Step::Ticks(1),
+        if self.rng.u8(..5) == 0 {
+            return Some(Step::Interrupt(self.handler()));
+        }
+        if reference.running().is_some() {
+            let call =
+                iter::repeat_with(|| self.call_of_task(reference)).find(|&call| reference.permits(call))?;
+            return Some(Step::Call(call, self.strike(call)));
+        }
+        Some(match self.rng.u16(..4000) {
+            // So long that the clock wraps.
+            0 => Step::Silence(u16::MAX),
+            1..2000 => Step::Interrupt(Handler::Tick),
+            _ => Step::Interrupt(self.handler()),
         })
     }
 }

@@ -1,38 +1,122 @@
-//! What remains of a history that disagrees, without the steps that do not matter.
+//! What remains of a script that disagrees, without what does not matter.
 
-use std::vec;
+use std::{iter, vec};
 
-use crate::call::{Setup, Step};
+use crate::call::{Handler, Setup, Step, Strike};
 use crate::lockstep::{Disagreement, Script, play};
 use crate::reference::Reference;
 
-/// The steps of a history, as far as they are possible where they come.
+/// The steps of another script, as far as they are possible where they come.
 struct Replay(vec::IntoIter<Step>);
 
 impl Script for Replay {
     fn next(&mut self, reference: &Reference) -> Option<Step> {
         self.0.find(|step| match step {
-            Step::Call(call) => reference.permits(*call),
-            Step::Interrupt(_) | Step::Ticks(_) => true,
+            Step::Call(call, _) => reference.permits(*call),
+            Step::Silence(_) => reference.running().is_none(),
+            Step::Interrupt(_) => true,
         })
     }
 }
 
-/// Leaves out halves, quarters and so on down to single steps, as long as something disagrees without them.
-pub fn shorten(real: &Setup, supposed: &Setup, mut disagreement: Disagreement) -> Disagreement {
-    let mut length = disagreement.history.len();
-    while length > 0 {
-        let mut start = 0;
-        while start < disagreement.history.len() {
-            let steps = disagreement.history.iter().map(|(_, step)| step.clone());
-            let rest = steps.enumerate().filter(|(index, _)| !(start..start + length).contains(index));
-            let rest: Vec<_> = rest.map(|(_, step)| step).collect();
-            match play(real, supposed, Replay(rest.into_iter())).1 {
-                Err(shorter) if shorter.history.len() < disagreement.history.len() => disagreement = shorter,
-                _ => start += length,
+/// Leaves out steps and parts of steps, as long as something disagrees without them.
+pub fn shorten(real: &Setup, supposed: &Setup, disagreement: Box<Disagreement>) -> Box<Disagreement> {
+    let mut shortest = Shortest { real, supposed, disagreement };
+    loop {
+        let size = size(shortest.disagreement.steps());
+        shortest.leave_out_steps();
+        shortest.simplify_steps();
+        if size == self::size(shortest.disagreement.steps()) {
+            return shortest.disagreement;
+        }
+    }
+}
+
+/// The shortest script so far.
+struct Shortest<'a> {
+    real: &'a Setup,
+    supposed: &'a Setup,
+    disagreement: Box<Disagreement>,
+}
+
+impl Shortest<'_> {
+    fn steps(&self) -> Vec<Step> {
+        self.disagreement.steps().cloned().collect()
+    }
+
+    /// Whether `steps` disagree too, and so are the shortest now.
+    fn becomes(&mut self, steps: Vec<Step>) -> bool {
+        match play(self.real, self.supposed, Replay(steps.into_iter())).1 {
+            Err(other) if size(other.steps()) < size(self.disagreement.steps()) => {
+                self.disagreement = other;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Leaves out halves, then quarters, and so on down to single steps.
+    fn leave_out_steps(&mut self) {
+        let lengths = iter::successors(Some(self.steps().len()), |length| Some(length / 2));
+        for length in lengths.take_while(|&length| length > 0) {
+            let mut start = 0;
+            while start < self.steps().len() {
+                let mut steps = self.steps();
+                steps.drain(start..steps.len().min(start + length));
+                if !self.becomes(steps) {
+                    start += length;
+                }
             }
         }
-        length /= 2;
     }
-    disagreement
+
+    fn simplify_steps(&mut self) {
+        let mut index = 0;
+        while let Some(step) = self.steps().get(index) {
+            let becomes_so = simpler(step).into_iter().any(|simpler| {
+                let mut steps = self.steps();
+                steps[index] = simpler;
+                self.becomes(steps)
+            });
+            if !becomes_so {
+                index += 1;
+            }
+        }
+    }
+}
+
+fn size<'a>(steps: impl IntoIterator<Item = &'a Step>) -> usize {
+    let of_handler = |handler: &Handler| match handler {
+        Handler::Calls(calls) => calls.len(),
+        Handler::Tick => 1,
+    };
+    let of_step = |step| match step {
+        &Step::Call(_, Some(Strike { ref handler, .. })) => 1 + of_handler(handler),
+        Step::Interrupt(handler) => 1 + of_handler(handler),
+        Step::Call(_, None) | Step::Silence(_) => 1,
+    };
+    steps.into_iter().map(of_step).sum()
+}
+
+fn simpler(step: &Step) -> Vec<Step> {
+    match step {
+        Step::Call(call, Some(Strike { section, handler })) => {
+            let strikes =
+                simpler_handlers(handler).into_iter().map(|handler| Strike { section: *section, handler });
+            iter::once(None).chain(strikes.map(Some)).map(|strike| Step::Call(*call, strike)).collect()
+        }
+        Step::Interrupt(handler) => simpler_handlers(handler).into_iter().map(Step::Interrupt).collect(),
+        Step::Call(_, None) | Step::Silence(_) => Vec::new(),
+    }
+}
+
+/// Those with a call less.
+fn simpler_handlers(handler: &Handler) -> Vec<Handler> {
+    let Handler::Calls(calls) = handler else { return Vec::new() };
+    let without = |index| {
+        let mut calls = calls.clone();
+        calls.remove(index);
+        Handler::Calls(calls)
+    };
+    (0..calls.len()).map(without).collect()
 }

@@ -1,14 +1,26 @@
 //! The kernel's own objects, and the calls made on them.
 
+use std::cell::Cell;
+
 use kernel::{
-    Context, EventFlags, Exhausted, Fifo, Full, Interrupt, Message, Mutex, Period, Pooled, Queue, Semaphore,
-    Stack, Task, Timer, host, now,
+    Context, EventFlags, Exhausted, Fifo, Full, Message, Mutex, Period, Pool, Pooled, Queue, Semaphore, Slot,
+    Stack, Task, Timer, now,
 };
 
 use crate::call::{BUFFERS, Call, FIFO_BYTES, Outcome, Setup};
 
 pub struct Parcel(u8);
-kernel::pool!(Parcel, BUFFERS);
+
+std::thread_local! {
+    /// Each world has a pool of its own.
+    static POOL: Cell<Option<&'static Pool<Parcel>>> = const { Cell::new(None) };
+}
+
+impl Pooled for Parcel {
+    fn pool() -> &'static Pool<Self> {
+        POOL.get().expect("a world was made")
+    }
+}
 
 pub struct World {
     pub tasks: Vec<Stack<0>>,
@@ -25,13 +37,17 @@ pub struct World {
 /// What a task keeps from call to call.
 #[derive(Default)]
 pub struct Belongings {
-    messages: Vec<Message<Parcel>>,
+    made: Option<Message<Parcel>>,
+    received: Vec<Message<Parcel>>,
     period: Option<Period>,
 }
 
 impl World {
-    pub fn new(setup: &Setup) -> Self {
-        World {
+    /// The objects are the kernel's for ever, as statics are. So this is a few hundred bytes that stay.
+    pub fn new(setup: &Setup) -> &'static Self {
+        let buffers: &[Slot<Parcel>] = Box::leak(Box::new([const { Slot::new() }; BUFFERS]));
+        POOL.set(Some(Box::leak(Box::new(Pool::new(buffers)))));
+        Box::leak(Box::new(World {
             tasks: setup.priorities.iter().map(|_| Stack::new()).collect(),
             mutexes: setup.ceilings.iter().map(|&ceiling| Mutex::new(ceiling, 0)).collect(),
             returns: setup.priorities.iter().map(|_| Semaphore::new(0)).collect(),
@@ -40,7 +56,7 @@ impl World {
             queues: setup.rooms.iter().map(|&room| Queue::new(room)).collect(),
             fifo: Fifo::new(),
             timers: (0..setup.timers).map(|_| Timer::new()).collect(),
-        }
+        }))
     }
 
     /// A task's call. `Lock` and `Unlock` are not among them: they are the two ends of a guard's life.
@@ -61,11 +77,33 @@ impl World {
                 self.flags.wait_all(task, flags);
                 Outcome::Nothing
             }
+            Call::Make { value } => match Message::new(task, Parcel(value)) {
+                Ok(message) => {
+                    own.made = Some(message);
+                    Outcome::Nothing
+                }
+                Err(Exhausted(_)) => Outcome::Exhausted,
+            },
+            Call::SendMade { queue } => {
+                let message = own.made.take().expect("the reference permits it only then");
+                match self.queues[queue].send(task, message) {
+                    Ok(()) => Outcome::Nothing,
+                    Err(Full(message)) => {
+                        own.made = Some(message);
+                        Outcome::Full
+                    }
+                }
+            }
             Call::Receive { queue } => own.keep(Some(self.queues[queue].receive(task))),
             Call::ReceiveTimeout { queue, ticks } => match self.queues[queue].receive_timeout(task, ticks) {
                 Ok(message) => own.keep(Some(message)),
                 Err(kernel::Elapsed) => Outcome::Elapsed,
             },
+            Call::StartTimer { timer, ticks, semaphore } => {
+                self.timers[timer].start(task, ticks, &self.semaphores[semaphore]);
+                Outcome::Nothing
+            }
+            Call::CancelTimer { timer } => Outcome::Truth(self.timers[timer].cancel(task)),
             Call::Yield => {
                 task.yield_now();
                 Outcome::Nothing
@@ -74,10 +112,7 @@ impl World {
                 task.delay(ticks);
                 Outcome::Nothing
             }
-            Call::DelayUntil(ticks) => {
-                let deadline = now(task).wrapping_add(ticks);
-                Outcome::Truth(task.delay_until(deadline))
-            }
+            Call::DelayUntil(deadline) => Outcome::Truth(task.delay_until(deadline)),
             Call::StartPeriod(length) => {
                 own.period = Some(Period::new(task, length));
                 Outcome::Nothing
@@ -113,7 +148,8 @@ impl World {
             },
             Call::TryReceive { queue } => own.keep(self.queues[queue].try_receive(context)),
             Call::DropMessages => {
-                own.messages.clear();
+                own.made = None;
+                own.received.clear();
                 Outcome::Nothing
             }
             Call::Refused { queue } => Outcome::Number(self.queues[queue].refused(context)),
@@ -123,22 +159,8 @@ impl World {
             Call::Take => Outcome::Byte(self.fifo.take(context)),
             Call::Overruns => Outcome::Number(self.fifo.overruns(context)),
             Call::Now => Outcome::Number(now(context)),
-            Call::StartTimer { timer, ticks, semaphore } => {
-                self.timers[timer].start(context, ticks, &self.semaphores[semaphore]);
-                Outcome::Nothing
-            }
-            Call::CancelTimer { timer } => Outcome::Truth(self.timers[timer].cancel(context)),
             _ => unreachable!("a task only can make {call:?}"),
         }
-    }
-
-    /// Gives the messages in the queues back to the pool, which outlives this.
-    pub fn empty_queues(&self) {
-        outside(|interrupt| {
-            for queue in &self.queues {
-                while queue.try_receive(interrupt).is_some() {}
-            }
-        });
     }
 
     /// A call for everything that an interrupt can find out.
@@ -146,7 +168,6 @@ impl World {
         let semaphores = (0..self.semaphores.len()).map(|semaphore| Call::TryWait { semaphore });
         let queues =
             (0..self.queues.len()).flat_map(|queue| [Call::TryReceive { queue }, Call::Refused { queue }]);
-        let timers = (0..self.timers.len()).map(|timer| Call::CancelTimer { timer });
         let others = [
             Call::TakeFlags(0xff),
             Call::Take,
@@ -155,31 +176,14 @@ impl World {
             Call::PoolExhausted,
             Call::Now,
         ];
-        semaphores.chain(queues).chain(timers).chain(others).collect()
+        semaphores.chain(queues).chain(others).collect()
     }
 }
 
 impl Belongings {
     fn keep(&mut self, message: Option<Message<Parcel>>) -> Outcome {
         let value = message.as_ref().map(|message| message.0);
-        self.messages.extend(message);
+        self.received.extend(message);
         Outcome::Byte(value)
     }
-}
-
-/// The most buffers that were ever in use at once.
-pub fn pool_most_used() -> u8 {
-    outside(|interrupt| Parcel::pool().most_used(interrupt))
-}
-
-/// How often no buffer was free.
-pub fn pool_exhausted() -> u16 {
-    outside(|interrupt| Parcel::pool().exhausted(interrupt))
-}
-
-/// Before or after a run.
-fn outside<R>(work: impl FnOnce(&mut Interrupt) -> R) -> R {
-    let mut result = None;
-    host::run(|boot| result = Some(work(&mut boot.interrupt())), |_| false);
-    result.expect("the kernel has started")
 }

@@ -2,12 +2,13 @@
 
 use kernel::{LONGEST, Ticks};
 
-use super::{Activity, Event, Period, Reference, TaskId};
-use crate::call::{BUFFERS, Call, FIFO_BYTES, Outcome};
+use super::{Activity, Alarm, Event, Period, Reference, TaskId};
+use crate::call::{Call, FIFO_BYTES, Outcome};
 
 impl Reference {
     /// `id`, which runs, calls.
     pub(super) fn perform(&mut self, id: TaskId, call: Call) {
+        let clock = *self.tasks[id].clock.get_or_insert(self.now);
         let outcome = match call {
             Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => {
                 self.take_signal(semaphore).then_some(Outcome::Nothing)
@@ -28,38 +29,81 @@ impl Reference {
             Call::Unlock => Some(self.unlock(id)),
             Call::TryReceive { queue } => {
                 let message = self.receive(queue);
-                self.tasks[id].messages += usize::from(message.is_some());
+                self.tasks[id].received += usize::from(message.is_some());
                 Some(Outcome::Byte(message))
             }
             Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } => {
                 let message = self.receive(queue);
-                self.tasks[id].messages += usize::from(message.is_some());
+                self.tasks[id].received += usize::from(message.is_some());
                 message.map(|value| Outcome::Byte(Some(value)))
             }
+            Call::Make { value } => {
+                let is_made = self.take_buffer();
+                self.tasks[id].made = is_made.then_some(value);
+                Some(if is_made { Outcome::Nothing } else { Outcome::Exhausted })
+            }
+            Call::SendMade { queue } if self.is_full(queue) => {
+                self.count_refused(queue);
+                Some(Outcome::Full)
+            }
+            Call::SendMade { queue } => {
+                let value = self.tasks[id].made.take().expect("it has made one");
+                self.append(queue, value);
+                self.announce(queue);
+                Some(Outcome::Nothing)
+            }
             Call::DropMessages => Some(self.drop_messages(id)),
+            Call::StartTimer { timer, ticks, semaphore } => {
+                self.disarm(timer);
+                self.alarms.push(Alarm {
+                    deadline: deadline(clock, ticks),
+                    event: Event::Post { timer, semaphore },
+                });
+                self.fire();
+                Some(Outcome::Nothing)
+            }
+            Call::CancelTimer { timer } => Some(Outcome::Truth(self.disarm(timer))),
             Call::Yield => {
                 self.ready.retain(|&other| other != id);
                 self.ready.push(id);
                 Some(Outcome::Nothing)
             }
             Call::Delay(_) => None,
-            Call::DelayUntil(ticks) => (!is_ahead(ticks)).then_some(Outcome::Truth(false)),
+            Call::DelayUntil(deadline) => {
+                let is_over = !is_ahead(deadline.wrapping_sub(clock as Ticks));
+                is_over.then_some(Outcome::Truth(false))
+            }
             Call::StartPeriod(length) => {
                 self.tasks[id].period = Some(Period { deadline: self.ticks(), length, missed: 0 });
                 Some(Outcome::Nothing)
             }
-            Call::WaitForPeriod => self.next_deadline(id),
+            Call::WaitForPeriod => self.missed_deadline(id, clock),
             _ => Some(self.call_of_either(call)),
         };
-        match outcome {
-            Some(outcome) => self.tasks[id].activity = Activity::Returning(outcome),
+        let is_at_end = self.end(id, call).is_some_and(|end| end <= self.now);
+        let in_the_end = is_at_end.then(|| self.outcome_in_the_end(id, call));
+        match outcome.or(in_the_end) {
+            Some(outcome) => {
+                self.cancel_end(id);
+                self.tasks[id].activity = Activity::Returning(outcome);
+            }
             None => {
+                self.set_end(id, call);
                 self.block(id, call);
-                if let Some(ticks) = self.longest_wait(id, call) {
-                    self.set_alarm(Event::EndWait(id), ticks);
-                }
             }
         }
+    }
+
+    /// Sets the time at which `call` ends by itself, if it does and that is not set yet.
+    pub(super) fn set_end(&mut self, id: TaskId, call: Call) {
+        let event = Event::EndWait(id);
+        if !self.alarms.iter().any(|alarm| alarm.event == event) {
+            self.alarms.extend(self.end(id, call).map(|deadline| Alarm { deadline, event }));
+        }
+    }
+
+    pub(super) fn cancel_end(&mut self, id: TaskId) {
+        self.alarms.retain(|alarm| alarm.event != Event::EndWait(id));
     }
 
     /// An interrupt calls. It drops at once what it receives.
@@ -79,7 +123,7 @@ impl Reference {
             Call::TryWait { semaphore } => Outcome::Truth(self.take_signal(semaphore)),
             Call::SetFlags(flags) => self.set_flags(flags),
             Call::TakeFlags(flags) => Outcome::Number(self.take_flags(flags).into()),
-            Call::Send { queue, value } => self.send(queue, value),
+            Call::Send { queue, value } => self.make_and_send(queue, value),
             Call::Refused { queue } => Outcome::Number(self.queues[queue].refused),
             Call::PoolMostUsed => Outcome::Number(self.pool.most_used as u16),
             Call::PoolExhausted => Outcome::Number(self.pool.exhausted),
@@ -87,19 +131,12 @@ impl Reference {
             Call::Take => Outcome::Byte(self.bytes.pop_front()),
             Call::Overruns => Outcome::Number(self.overruns),
             Call::Now => Outcome::Number(self.ticks()),
-            Call::StartTimer { timer, ticks, semaphore } => {
-                self.disarm(timer);
-                self.set_alarm(Event::Post { timer, semaphore }, ticks);
-                Outcome::Nothing
-            }
-            Call::CancelTimer { timer } => Outcome::Truth(self.disarm(timer)),
             _ => unreachable!("a task only can make {call:?}"),
         }
     }
 
     pub(super) fn post(&mut self, semaphore: usize) -> Outcome {
-        let waits = |call| matches!(call, Call::Wait { semaphore: other } | Call::WaitTimeout { semaphore: other, .. } if other == semaphore);
-        match self.first_blocked(waits) {
+        match self.first_blocked(|call| call.awaited_semaphore() == Some(semaphore)) {
             Some(id) => self.wake(id, Activity::Returning(Outcome::Nothing)),
             None => self.semaphores[semaphore] = self.semaphores[semaphore].saturating_add(1),
         }
@@ -115,11 +152,17 @@ impl Reference {
     /// Wakes all who wait for flags, to look again.
     fn set_flags(&mut self, flags: u8) -> Outcome {
         self.flags |= flags;
-        while let Some(id) = self.first_blocked(|call| matches!(call, Call::WaitAny(_) | Call::WaitAll(_))) {
-            let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
-            self.wake(id, Activity::Retrying(call));
-        }
+        while self.wake_for_flags() {}
         Outcome::Nothing
+    }
+
+    /// Wakes the first who waits for flags. Returns whether there was one.
+    pub(super) fn wake_for_flags(&mut self) -> bool {
+        let waits = |call| matches!(call, Call::WaitAny(_) | Call::WaitAll(_));
+        let Some(id) = self.first_blocked(waits) else { return false };
+        let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
+        self.wake(id, Activity::Acting(call));
+        true
     }
 
     fn take_flags(&mut self, flags: u8) -> u8 {
@@ -148,49 +191,6 @@ impl Reference {
         Outcome::Nothing
     }
 
-    fn send(&mut self, index: usize, value: u8) -> Outcome {
-        if self.pool.used == BUFFERS {
-            self.pool.exhausted = self.pool.exhausted.saturating_add(1);
-            return Outcome::Exhausted;
-        }
-        self.pool.most_used = self.pool.most_used.max(self.pool.used + 1);
-        let receiver = self.first_blocked(|call| {
-            matches!(call, Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } if queue == index)
-        });
-        let queue = &mut self.queues[index];
-        if receiver.is_none() && queue.messages.len() - queue.promised >= queue.room {
-            queue.refused = queue.refused.saturating_add(1);
-            return Outcome::Full;
-        }
-        self.pool.used += 1;
-        queue.messages.push_back(value);
-        if let Some(id) = receiver {
-            queue.promised += 1;
-            self.wake(id, Activity::Receiving { queue: index });
-        }
-        Outcome::Nothing
-    }
-
-    /// Takes the first message if there is one that is not promised.
-    fn receive(&mut self, queue: usize) -> Option<u8> {
-        let queue = &mut self.queues[queue];
-        if queue.messages.len() == queue.promised { None } else { queue.messages.pop_front() }
-    }
-
-    /// Takes the first message. A promise is of one message, not of a certain one.
-    pub(super) fn take_promised(&mut self, id: TaskId, queue: usize) {
-        let queue = &mut self.queues[queue];
-        queue.promised -= 1;
-        let message = queue.messages.pop_front();
-        self.tasks[id].messages += 1;
-        self.tasks[id].activity = Activity::Returning(Outcome::Byte(message));
-    }
-
-    pub(super) fn drop_messages(&mut self, id: TaskId) -> Outcome {
-        self.pool.used -= std::mem::take(&mut self.tasks[id].messages);
-        Outcome::Nothing
-    }
-
     fn put(&mut self, byte: u8) -> Outcome {
         if self.bytes.len() == FIFO_BYTES {
             self.overruns = self.overruns.saturating_add(1);
@@ -201,48 +201,51 @@ impl Reference {
     }
 
     /// Returns whether the timer was armed.
-    fn disarm(&mut self, timer: usize) -> bool {
+    pub(super) fn disarm(&mut self, timer: usize) -> bool {
         let armed = self.alarms.len();
         self.alarms
             .retain(|alarm| !matches!(alarm.event, Event::Post { timer: other, .. } if other == timer));
         self.alarms.len() < armed
     }
 
-    /// Moves a task's period to its next deadline. Returns the number of those missed if that has passed.
-    fn next_deadline(&mut self, id: TaskId) -> Option<Outcome> {
-        let now = self.ticks();
+    /// Returns the number of deadlines missed if that of the task's period has passed.
+    fn missed_deadline(&mut self, id: TaskId, clock: u64) -> Option<Outcome> {
         let period = self.tasks[id].period.as_mut().expect("it has started one");
-        period.deadline = period.deadline.wrapping_add(period.length);
-        if is_ahead(period.deadline.wrapping_sub(now)) {
+        if is_ahead(period.deadline.wrapping_sub(clock as Ticks)) {
             return None;
         }
         period.missed = period.missed.saturating_add(1);
         Some(Outcome::Number(period.missed))
     }
 
-    /// After how many ticks a blocked call ends by itself.
-    fn longest_wait(&self, id: TaskId, call: Call) -> Option<Ticks> {
-        match call {
-            Call::WaitTimeout { ticks, .. } | Call::ReceiveTimeout { ticks, .. } => Some(ticks),
-            Call::Delay(ticks) | Call::DelayUntil(ticks) => Some(ticks),
-            Call::WaitForPeriod => {
-                self.tasks[id].period.map(|period| period.deadline.wrapping_sub(self.ticks()))
+    /// The tick at which a call that can't go on ends by itself.
+    fn end(&self, id: TaskId, call: Call) -> Option<u64> {
+        let clock = self.tasks[id].clock?;
+        let ticks = match call {
+            Call::WaitTimeout { ticks, .. } | Call::ReceiveTimeout { ticks, .. } | Call::Delay(ticks) => {
+                ticks
             }
-            _ => None,
-        }
+            Call::DelayUntil(deadline) => deadline.wrapping_sub(clock as Ticks),
+            Call::WaitForPeriod => self.tasks[id].period?.deadline.wrapping_sub(clock as Ticks),
+            _ => return None,
+        };
+        Some(deadline(clock, ticks))
     }
 
-    /// What a blocked call returns that has ended by itself.
-    pub(super) fn outcome_in_the_end(&self, id: TaskId) -> Outcome {
-        match self.tasks[id].activity {
-            Activity::Blocked(Call::WaitTimeout { .. } | Call::ReceiveTimeout { .. }) => Outcome::Elapsed,
-            Activity::Blocked(Call::DelayUntil(_)) => Outcome::Truth(true),
-            Activity::Blocked(Call::WaitForPeriod) => {
-                Outcome::Number(self.tasks[id].period.map_or(0, |period| period.missed))
-            }
+    /// What a call returns that has ended by itself.
+    pub(super) fn outcome_in_the_end(&self, id: TaskId, call: Call) -> Outcome {
+        match call {
+            Call::WaitTimeout { .. } | Call::ReceiveTimeout { .. } => Outcome::Elapsed,
+            Call::DelayUntil(_) => Outcome::Truth(true),
+            Call::WaitForPeriod => Outcome::Number(self.tasks[id].period.map_or(0, |period| period.missed)),
             _ => Outcome::Nothing,
         }
     }
+}
+
+/// The tick so many ticks after `start`: at least 1 and at most `LONGEST`.
+fn deadline(start: u64, ticks: Ticks) -> u64 {
+    start + u64::from(ticks.clamp(1, LONGEST))
 }
 
 /// Whether a deadline so many ticks from now lies in the future.

@@ -1,31 +1,23 @@
 //! What shows the state in the end: steps that empty every object and end every wait.
 
-use super::{Activity, Event, Reference};
-use crate::call::{BUFFERS, Call, Step};
-
-/// Longer delays are not waited for.
-const PATIENCE: u64 = 100;
+use super::{Activity, Reference};
+use crate::call::{BUFFERS, Call, Handler, Step};
 
 impl Reference {
     /// The next such step, while no task runs.
     pub fn leftover(&self) -> Option<Step> {
-        if let Some(call) = self.object_to_empty().or_else(|| self.call_to_end_a_wait()) {
-            return Some(Step::Interrupt(vec![call]));
-        }
-        let ends_soon = |deadline| deadline - self.now <= PATIENCE;
-        self.alarms.iter().any(|alarm| ends_soon(alarm.deadline)).then_some(Step::Ticks(1))
+        let call = self.object_to_empty().or_else(|| self.call_to_end_a_wait());
+        call.map(|call| Step::Interrupt(Handler::Calls(vec![call]))).or_else(|| {
+            let next = self.alarms.iter().map(|alarm| alarm.deadline - self.now).min();
+            next.map(|ticks| Step::Silence(ticks as u16))
+        })
     }
 
     fn object_to_empty(&self) -> Option<Call> {
         let semaphore = self.semaphores.iter().position(|&signals| signals > 0);
         let queue = self.queues.iter().position(|queue| !queue.messages.is_empty());
-        let timer = self.alarms.iter().find_map(|alarm| match alarm.event {
-            Event::Post { timer, .. } => Some(timer),
-            Event::EndWait(_) => None,
-        });
         None.or(semaphore.map(|semaphore| Call::TryWait { semaphore }))
             .or(queue.map(|queue| Call::TryReceive { queue }))
-            .or(timer.map(|timer| Call::CancelTimer { timer }))
             .or((self.flags != 0).then_some(Call::TakeFlags(0xff)))
             .or((!self.bytes.is_empty()).then_some(Call::Take))
     }

@@ -2,12 +2,14 @@
 
 mod calls;
 mod leftover;
+mod messages;
+mod struck;
 
 use std::collections::VecDeque;
 
 use kernel::{Priority, Ticks};
 
-use crate::call::{Call, Outcome, Setup};
+use crate::call::{Call, Handler, Outcome, Setup};
 
 pub type TaskId = usize;
 
@@ -20,31 +22,41 @@ enum Activity {
     Blocked(Call),
     /// In a call that returns this when the task runs.
     Returning(Outcome),
-    /// In this call, which looks again when the task runs.
-    Retrying(Call),
+    /// In this call, which acts when the task runs: at first, or again.
+    Acting(Call),
     /// In a call that takes a message when the task runs: one is promised to it.
     Receiving { queue: usize },
+    /// In a call that announces a message when the task runs.
+    Announcing { queue: usize },
+    /// In a call that counts a message as refused when the task runs.
+    Refused { queue: usize },
     /// It has left: it neither runs nor waits for anything here.
     Gone,
 }
 
+#[derive(Clone, PartialEq)]
 struct Task {
     priority: Priority,
     activity: Activity,
+    /// What the clock was when the call that it is in read it, if it has.
+    clock: Option<u64>,
     /// The mutex that it holds.
     holds: Option<usize>,
+    /// The message that it has made.
+    made: Option<u8>,
     /// How many messages it has received and not dropped yet.
-    messages: usize,
+    received: usize,
     period: Option<Period>,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Period {
     deadline: Ticks,
     length: Ticks,
     missed: u16,
 }
 
+#[derive(Clone, PartialEq)]
 struct Mutex {
     ceiling: Priority,
     /// How often it was taken, modulo 256.
@@ -52,6 +64,7 @@ struct Mutex {
     is_taken: bool,
 }
 
+#[derive(Clone, PartialEq)]
 struct Queue {
     room: usize,
     messages: VecDeque<u8>,
@@ -61,6 +74,7 @@ struct Queue {
 }
 
 /// All queues have one pool.
+#[derive(Clone, PartialEq)]
 struct Pool {
     used: usize,
     most_used: usize,
@@ -68,6 +82,7 @@ struct Pool {
 }
 
 /// What time brings.
+#[derive(Clone, PartialEq)]
 struct Alarm {
     deadline: u64,
     event: Event,
@@ -79,6 +94,7 @@ enum Event {
     EndWait(TaskId),
 }
 
+#[derive(Clone, PartialEq)]
 pub struct Reference {
     now: u64,
     tasks: Vec<Task>,
@@ -99,10 +115,17 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The kernel at the start. A pool counts for as long as the process lives, so what it has counted is told.
-    pub fn new(setup: &Setup, pool_most_used: u8, pool_exhausted: u16) -> Self {
-        let task =
-            |&priority| Task { priority, activity: Activity::Own, holds: None, messages: 0, period: None };
+    /// The kernel at the start.
+    pub fn new(setup: &Setup) -> Self {
+        let task = |&priority| Task {
+            priority,
+            activity: Activity::Own,
+            clock: None,
+            holds: None,
+            made: None,
+            received: 0,
+            period: None,
+        };
         let mutex = |&ceiling| Mutex { ceiling, value: 0, is_taken: false };
         let queue =
             |&room: &u8| Queue { room: room.into(), messages: VecDeque::new(), promised: 0, refused: 0 };
@@ -116,7 +139,7 @@ impl Reference {
             mutexes: setup.ceilings.iter().map(mutex).collect(),
             flags: 0,
             queues: setup.rooms.iter().map(queue).collect(),
-            pool: Pool { used: 0, most_used: pool_most_used.into(), exhausted: pool_exhausted },
+            pool: Pool { used: 0, most_used: 0, exhausted: 0 },
             bytes: VecDeque::new(),
             overruns: 0,
         }
@@ -143,6 +166,8 @@ impl Reference {
         let holds = self.tasks[id].holds.is_some();
         match call {
             Call::Unlock => holds,
+            Call::Make { .. } => !holds && self.tasks[id].made.is_none(),
+            Call::SendMade { .. } => !holds && self.tasks[id].made.is_some(),
             Call::WaitForPeriod => !holds && self.tasks[id].period.is_some(),
             _ => !holds,
         }
@@ -153,11 +178,14 @@ impl Reference {
         self.permits(Call::Unlock)
     }
 
-    /// The running task calls.
+    /// The running task calls. The call acts when things settle.
     pub fn call(&mut self, call: Call) {
         let id = self.running().expect("a task runs");
-        self.perform(id, call);
-        self.settle();
+        let task = &mut self.tasks[id];
+        task.activity = Activity::Acting(call);
+        if let (Call::WaitForPeriod, Some(period)) = (call, &mut task.period) {
+            period.deadline = period.deadline.wrapping_add(period.length);
+        }
     }
 
     /// The call that the running task is in returns. Tells what, if it is in one.
@@ -165,6 +193,7 @@ impl Reference {
         let id = self.running()?;
         let Activity::Returning(outcome) = self.tasks[id].activity else { return None };
         self.tasks[id].activity = Activity::Own;
+        self.tasks[id].clock = None;
         Some(outcome)
     }
 
@@ -174,46 +203,65 @@ impl Reference {
         self.ready.retain(|&other| other != id);
         self.tasks[id].activity = Activity::Gone;
         self.drop_messages(id);
-        self.settle();
     }
 
-    /// All tasks have left, and come back.
+    /// Whether all tasks have left.
+    pub fn is_deserted(&self) -> bool {
+        self.tasks.iter().all(|task| task.activity == Activity::Gone)
+    }
+
+    /// All tasks come back.
     pub fn come_back(&mut self) {
-        for (id, task) in self.tasks.iter_mut().enumerate() {
-            assert!(task.activity == Activity::Gone, "task {id} has not left");
-            task.activity = Activity::Own;
-            self.ready.push(id);
-        }
+        self.ready = (0..self.tasks.len()).collect();
+        self.tasks.iter_mut().for_each(|task| task.activity = Activity::Own);
     }
 
     /// An interrupt comes and goes. Tells what its calls return.
-    pub fn interrupt(&mut self, calls: &[Call]) -> Vec<Outcome> {
-        let outcomes = calls.iter().map(|&call| self.call_of_interrupt(call)).collect();
-        self.settle();
-        outcomes
+    pub fn interrupt(&mut self, handler: &Handler) -> Vec<Outcome> {
+        match handler {
+            Handler::Calls(calls) => calls.iter().map(|&call| self.call_of_interrupt(call)).collect(),
+            Handler::Tick => {
+                self.now += 1;
+                self.fire();
+                Vec::new()
+            }
+        }
     }
 
-    /// The clock ticks.
-    pub fn tick(&mut self) {
-        self.now += 1;
-        while let Some(index) = self.alarms.iter().position(|alarm| alarm.deadline == self.now) {
+    /// What is due by now happens.
+    fn fire(&mut self) {
+        while let Some(index) = self.alarms.iter().position(|alarm| alarm.deadline <= self.now) {
             match self.alarms[index].event {
                 Event::Post { semaphore, .. } => {
                     self.alarms.remove(index);
                     self.post(semaphore);
                 }
-                Event::EndWait(id) => self.wake(id, Activity::Returning(self.outcome_in_the_end(id))),
+                Event::EndWait(id) => match self.tasks[id].activity {
+                    Activity::Blocked(call) => {
+                        self.wake(id, Activity::Returning(self.outcome_in_the_end(id, call)));
+                    }
+                    // It does not wait yet: it looks at the clock itself before it does.
+                    _ => self.cancel_end(id),
+                },
             }
         }
-        self.settle();
     }
 
-    /// A woken task that has something to do before its call returns does it when it runs.
-    fn settle(&mut self) {
+    /// The task that runs does what its call has to do, and so does the next if that blocks, until one is where its call
+    /// returns or between two calls.
+    pub fn settle(&mut self) {
         while let Some(id) = self.running() {
             match self.tasks[id].activity {
-                Activity::Retrying(call) => self.perform(id, call),
+                Activity::Acting(call) => self.perform(id, call),
                 Activity::Receiving { queue } => self.take_promised(id, queue),
+                Activity::Announcing { queue } => {
+                    self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
+                    self.announce(queue);
+                }
+                Activity::Refused { queue } => {
+                    self.count_refused(queue);
+                    self.tasks[id].activity = Activity::Returning(Outcome::Full);
+                }
                 _ => return,
             }
         }
@@ -222,7 +270,7 @@ impl Reference {
     /// Makes a blocked task ready.
     fn wake(&mut self, id: TaskId, activity: Activity) {
         self.blocked.retain(|&other| other != id);
-        self.alarms.retain(|alarm| alarm.event != Event::EndWait(id));
+        self.cancel_end(id);
         self.ready.push(id);
         self.tasks[id].activity = activity;
     }
@@ -232,12 +280,6 @@ impl Reference {
         self.ready.retain(|&other| other != id);
         self.blocked.push(id);
         self.tasks[id].activity = Activity::Blocked(call);
-    }
-
-    /// Has the running task's wait end after so many ticks.
-    fn set_alarm(&mut self, event: Event, ticks: Ticks) {
-        let ticks = ticks.clamp(1, kernel::LONGEST);
-        self.alarms.push(Alarm { deadline: self.now + u64::from(ticks), event });
     }
 
     /// The first task blocked in a call that `is_wanted`: the highest, and among equals the one that came first.
@@ -250,7 +292,7 @@ impl Reference {
     }
 
     /// The present tick, as the kernel tells it: modulo 65,536.
-    fn ticks(&self) -> Ticks {
+    pub fn ticks(&self) -> Ticks {
         self.now as Ticks
     }
 }

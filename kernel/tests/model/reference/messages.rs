@@ -1,0 +1,90 @@
+//! Messages: a pool of buffers, and queues.
+
+use std::mem;
+
+use super::{Activity, Queue, Reference, TaskId};
+use crate::call::{BUFFERS, Outcome};
+
+impl Reference {
+    /// Returns whether there was one.
+    pub(super) fn take_buffer(&mut self) -> bool {
+        if self.pool.used == BUFFERS {
+            self.pool.exhausted = self.pool.exhausted.saturating_add(1);
+            return false;
+        }
+        self.pool.used += 1;
+        self.pool.most_used = self.pool.most_used.max(self.pool.used);
+        true
+    }
+
+    fn first_receiver(&self, from: usize) -> Option<TaskId> {
+        self.first_blocked(|call| call.awaited_queue() == Some(from))
+    }
+
+    pub(super) fn is_full(&self, index: usize) -> bool {
+        let queue = &self.queues[index];
+        queue.messages.len() - queue.promised >= queue.room && self.first_receiver(index).is_none()
+    }
+
+    pub(super) fn count_refused(&mut self, queue: usize) {
+        self.queues[queue].refused = self.queues[queue].refused.saturating_add(1);
+    }
+
+    /// Appends a message, promised to whom [`announce`](Self::announce) finds.
+    pub(super) fn append(&mut self, queue: usize, value: u8) {
+        let queue = &mut self.queues[queue];
+        queue.messages.push_back(value);
+        queue.promised += 1;
+    }
+
+    /// Wakes the first who waits for a message; if none does, one that was promised is free.
+    pub(super) fn announce(&mut self, queue: usize) {
+        match self.first_receiver(queue) {
+            Some(id) => self.wake(id, Activity::Receiving { queue }),
+            None => self.queues[queue].promised -= 1,
+        }
+    }
+
+    /// Makes a message and sends it.
+    pub(super) fn make_and_send(&mut self, queue: usize, value: u8) -> Outcome {
+        if !self.take_buffer() {
+            return Outcome::Exhausted;
+        }
+        if self.is_full(queue) {
+            self.count_refused(queue);
+            self.pool.used -= 1;
+            return Outcome::Full;
+        }
+        self.append(queue, value);
+        self.announce(queue);
+        Outcome::Nothing
+    }
+
+    /// Takes the first message if there is one that is not promised.
+    pub(super) fn receive(&mut self, queue: usize) -> Option<u8> {
+        let queue = &mut self.queues[queue];
+        if queue.has_some() { queue.messages.pop_front() } else { None }
+    }
+
+    /// Takes the first message. A promise is of one message, not of a certain one.
+    pub(super) fn take_promised(&mut self, id: TaskId, queue: usize) {
+        let queue = &mut self.queues[queue];
+        queue.promised -= 1;
+        let message = queue.messages.pop_front();
+        self.tasks[id].received += 1;
+        self.tasks[id].activity = Activity::Returning(Outcome::Byte(message));
+    }
+
+    pub(super) fn drop_messages(&mut self, id: TaskId) -> Outcome {
+        let task = &mut self.tasks[id];
+        self.pool.used -= usize::from(task.made.take().is_some()) + mem::take(&mut task.received);
+        Outcome::Nothing
+    }
+}
+
+impl Queue {
+    /// Whether there is a message that is not promised.
+    pub(super) fn has_some(&self) -> bool {
+        self.messages.len() > self.promised
+    }
+}

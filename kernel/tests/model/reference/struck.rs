@@ -1,0 +1,64 @@
+//! How things may stand where an interrupt strikes inside of a call.
+
+use super::{Activity, Reference, TaskId};
+use crate::call::Call;
+
+impl Reference {
+    /// All ways in which things may stand inside of the call that the running task is in.
+    pub fn as_struck(&self) -> Vec<Reference> {
+        let id = self.running().expect("a task runs");
+        let Activity::Acting(call) = self.tasks[id].activity else { unreachable!("it is in a call") };
+        // It counts time from here.
+        let mut begun = self.clone();
+        begun.tasks[id].clock = Some(self.now);
+        // It has set the time at which it ends, but does not wait yet.
+        let mut timed = begun.clone();
+        timed.set_end(id, call);
+        let mut acted = begun.clone();
+        acted.perform(id, call);
+        let mut ways = begun.halfway(id, call);
+        ways.extend([self.clone(), begun, timed, acted]);
+        ways
+    }
+
+    /// Those where a call of several acts has done some of them.
+    fn halfway(&self, id: TaskId, call: Call) -> Vec<Reference> {
+        let mut way = self.clone();
+        match call {
+            // A timer that is set anew is cancelled before.
+            Call::StartTimer { timer, .. } => {
+                way.disarm(timer);
+                vec![way]
+            }
+            // A message is refused before that is counted.
+            Call::SendMade { queue } if way.is_full(queue) => {
+                way.tasks[id].activity = Activity::Refused { queue };
+                vec![way]
+            }
+            // A message is appended before it is announced.
+            Call::SendMade { queue } => {
+                let value = way.tasks[id].made.take().expect("it has made one");
+                way.append(queue, value);
+                way.tasks[id].activity = Activity::Announcing { queue };
+                vec![way]
+            }
+            // A message is promised before it is taken.
+            Call::ReceiveTimeout { queue, .. } if way.queues[queue].has_some() => {
+                way.queues[queue].promised += 1;
+                way.tasks[id].activity = Activity::Receiving { queue };
+                vec![way]
+            }
+            // Those who wait for flags are woken one by one, also one who looked in vain and waits again.
+            Call::SetFlags(flags) => {
+                way.flags |= flags;
+                way.tasks[id].activity = Activity::Acting(Call::SetFlags(0));
+                let mut ways = vec![way.clone()];
+                while way.wake_for_flags() {
+                    ways.push(way.clone());
+                }
+                ways
+            }
+            _ => Vec::new(),
+        }
+    }
+}
