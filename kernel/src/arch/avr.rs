@@ -358,8 +358,12 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{sp}, r28",                    // 2: its stack pointer
             "std Z+{sp}+1, r29",                  // 2
             "cli",                                // 1
+            #[cfg(not(feature = "fault-stale-head"))]
             "lds r30, {kernel}+{head}",           // 2: Z = the head: an interrupt may have changed it meanwhile,
+            #[cfg(not(feature = "fault-stale-head"))]
             "lds r31, {kernel}+{head}+1",         // 2: and back to the task that is saved here
+            #[cfg(feature = "fault-stale-head")]
+            "movw r30, r26",
             "ldd r24, Z+{sp}",                    // 2: as from `resume_head` on
             "ldd r25, Z+{sp}+1",                  // 2
             "sbrc r25, 7",                        // 2
@@ -427,6 +431,10 @@ unsafe extern "C" fn kernel_switch() {
             "cpi r30, lo8({idle_task})",          // 1: the idle task?
             "cpc r31, r24",                       // 1
             "breq resume_other",                  // 1: it has nothing to go on with
+            #[cfg(feature = "fault-stale-head")]
+            "std Y+3, r27",                       // tells `save` of a new head, in its X
+            #[cfg(feature = "fault-stale-head")]
+            "std Y+4, r26",
             "go_on:",
             "rjmp return_from_interrupt",         // 2
             "resume_other:",

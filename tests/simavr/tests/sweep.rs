@@ -36,10 +36,10 @@ fn every_path_is_swept() {
 }
 
 /// Sweeps a path, by its name, at every boundary whose number is a multiple of `step`.
-fn sweep(subject: &Subject, program: &str, path: &str, step: usize) -> Findings {
+fn sweep(subject: &Subject, program: &str, path: &str, order: Order, step: usize) -> Findings {
     let program = PROGRAMS.iter().find(|one| one.image == program).expect("there is such a program");
     let path = program.paths.iter().position(|&name| name == path).expect("there is such a path");
-    sweep_path(subject, path as u8, Order::Single, Share { number: 0, of: step })
+    sweep_path(subject, path as u8, order, Share { number: 0, of: step })
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn a_critical_section_taken_out_is_found() {
     for path in
         ["post to nobody", "post to a higher task, which then blocks", "post to a lower task, then block"]
     {
-        let findings = sweep(&subject, "sweep_semaphore", path, 1);
+        let findings = sweep(&subject, "sweep_semaphore", path, Order::Single, 1);
         assert!(findings.failed > 0, "{path}: {findings:?}");
     }
 }
@@ -57,21 +57,31 @@ fn a_critical_section_taken_out_is_found() {
 #[test]
 fn contexts_that_pile_up_are_found() {
     let subject = Subject::new(ATMEGA128, image("fault-early-enable/sweep_switch"));
-    let findings = sweep(&subject, "sweep_switch", "preemption with all registers in use", 7);
+    let findings = sweep(&subject, "sweep_switch", "preemption with all registers in use", Order::Single, 7);
     assert!(findings.failures.iter().any(|told| told.contains("more than one context")), "{findings:?}");
+}
+
+#[test]
+fn a_stale_head_is_found() {
+    let subject = Subject::new(ATMEGA128, image("fault-stale-head/sweep_switch"));
+    // A tick wakes a task while a higher one is on its way from its block to the switch. As that is saved, an external
+    // interrupt makes it ready again.
+    const PATH: &str = "preemption with all registers in use";
+    let findings = sweep(&subject, "sweep_switch", PATH, Order::PairAtSwitch, 7);
+    assert!(findings.failures.iter().any(|told| told.contains("HIGH's context")), "{findings:?}");
 }
 
 #[test]
 fn a_stack_that_is_too_small_is_found() {
     const PATH: &str = "preemption with all registers in use";
     let mut subject = Subject::new(ATMEGA128, image("sweep_switch"));
-    let used = sweep(&subject, "sweep_switch", PATH, 7).depths;
+    let used = sweep(&subject, "sweep_switch", PATH, Order::Single, 7).depths;
     let stacks = subject.stacks().map(|(name, _)| name.to_owned());
     let place = stacks.into_iter().position(|name| name == "HIGH").expect("there is such a task");
     subject.shrink_stack(place, used[place]);
-    assert_eq!(sweep(&subject, "sweep_switch", PATH, 7).failed, 0, "what is in use is enough");
+    assert_eq!(sweep(&subject, "sweep_switch", PATH, Order::Single, 7).failed, 0, "what is in use is enough");
     subject.shrink_stack(place, used[place] - 1);
-    let findings = sweep(&subject, "sweep_switch", PATH, 7);
+    let findings = sweep(&subject, "sweep_switch", PATH, Order::Single, 7);
     let is_it = |told: &String| told.contains("no stack") || told.contains("HIGH's context");
     assert!(findings.failures.iter().any(is_it), "{findings:?}");
 }

@@ -42,7 +42,7 @@ pub fn sweep_all(target: &'static Target, extent: Extent, mut tell: impl FnMut(S
             all_of_program.add(&findings);
             match order {
                 Order::Single => total.single.add(&findings),
-                Order::Pair => total.pairs.add(&findings),
+                Order::Pair | Order::PairAtSwitch => total.pairs.add(&findings),
             }
         }
         let stacks = subject.stacks().zip(&all_of_program.depths);
@@ -53,8 +53,10 @@ pub fn sweep_all(target: &'static Target, extent: Extent, mut tell: impl FnMut(S
 }
 
 fn sweeps(program: &Program, extent: Extent) -> Vec<(u8, Order)> {
-    let mut sweeps: Vec<_> = (0..program.paths.len()).map(|path| (path as u8, Order::Single)).collect();
+    let paths = 0..program.paths.len() as u8;
+    let mut sweeps: Vec<_> = paths.clone().map(|path| (path, Order::Single)).collect();
     if extent == Extent::Whole {
+        sweeps.extend(paths.map(|path| (path, Order::PairAtSwitch)));
         sweeps.extend(program.struck_twice.iter().map(|&path| (path, Order::Pair)));
     }
     sweeps
@@ -65,7 +67,8 @@ fn line(program: &Program, path: u8, order: Order, findings: &Findings) -> Strin
     let name = program.paths[usize::from(path)];
     let strikes = match order {
         Order::Single => format!("one strike   waits {longest_wait:3} cycles"),
-        Order::Pair => "two strikes                 ".to_owned(),
+        Order::Pair => "two strikes".to_owned(),
+        Order::PairAtSwitch => "two strikes, at a switch".to_owned(),
     };
     format!(
         "{:15}  {name:40}  {boundaries:5} boundaries  {runs:7} runs  {failed:5} failed  {strikes}",

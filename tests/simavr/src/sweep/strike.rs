@@ -38,6 +38,9 @@ pub enum Order {
     Single,
     /// A second one too, at each boundary until the task that the first interrupted goes on.
     Pair,
+    /// The same, but the first only between a task's block and its switch, and the second until that is made, where it need
+    /// not wait. So this costs far less.
+    PairAtSwitch,
 }
 
 /// The boundaries whose number, divided by `of`, leaves `number`.
@@ -176,11 +179,12 @@ pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Fi
         }
         let strikes = match order {
             Order::Single => STRIKES,
-            Order::Pair => PAIRS,
+            Order::Pair | Order::PairAtSwitch => PAIRS,
         };
         let strikes: Vec<_> = strikes.iter().copied().filter(|strike| strike.is_due == is_due).collect();
         if !strikes.is_empty() {
-            Sweep { strikes, share, expected: Vec::new(), findings: &mut findings }.run(&mut mcu, watch);
+            let sweep = Sweep { order, strikes, share, expected: Vec::new(), findings: &mut findings };
+            sweep.run(&mut mcu, watch);
         }
     }
     findings
@@ -188,6 +192,7 @@ pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Fi
 
 /// The sweep of one path, with its timers due at its first tick or not.
 struct Sweep<'f> {
+    order: Order,
     strikes: Vec<Strike>,
     share: Share,
     /// The marks without a strike.
@@ -199,12 +204,12 @@ struct Sweep<'f> {
 type Struck = (Source, u32);
 
 impl Sweep<'_> {
-    fn run(&mut self, mcu: &mut Mcu, mut watch: Watch) {
+    fn run(mut self, mcu: &mut Mcu, mut watch: Watch) {
         let unstruck = mcu.explore(|mcu| finish(mcu, watch.clone()));
         self.expected = unstruck.unwrap_or_else(|wrong| panic!("without a strike: {wrong}")).marks;
         let mut number = 0;
         while watch.marked != Some(CLOSED) {
-            if watch.is_boundary {
+            if watch.is_boundary && (self.order != Order::PairAtSwitch || watch.is_before_switch(mcu)) {
                 if number % self.share.of == self.share.number {
                     self.findings.boundaries += 1;
                     self.strike(mcu, &watch);
@@ -232,6 +237,15 @@ impl Sweep<'_> {
         }
     }
 
+    /// Whether a strike before which `accepted` were accepted is dealt with, as far as the sweep's order goes.
+    fn is_dealt_with(&self, mcu: &Mcu, watch: &Watch, accepted: usize) -> bool {
+        watch.accepted > accepted
+            && match self.order {
+                Order::PairAtSwitch => !watch.is_switch_due(mcu),
+                _ => watch.is_settled(),
+            }
+    }
+
     /// Strikes once more at each boundary until the first strike is dealt with: `accepted` counts the interrupts before it.
     fn strike_again(
         &mut self,
@@ -241,8 +255,8 @@ impl Sweep<'_> {
         log: Vec<Struck>,
         second: Source,
     ) {
-        while watch.marked != Some(CLOSED) && !(watch.accepted > accepted && watch.is_settled()) {
-            if watch.is_boundary {
+        while watch.marked != Some(CLOSED) && !self.is_dealt_with(mcu, &watch, accepted) {
+            if watch.is_boundary && (self.order != Order::PairAtSwitch || mcu.interrupts_enabled()) {
                 let mut log = log.clone();
                 log.push((second, mcu.pc()));
                 mcu.explore(|mcu| {

@@ -91,6 +91,16 @@ impl<'k> Watch<'k> {
         self.interrupted.is_empty()
     }
 
+    /// Whether another task should run than the one that does.
+    pub fn is_switch_due(&self, mcu: &Mcu) -> bool {
+        self.kernel.head(mcu) != self.kernel.running(mcu)
+    }
+
+    /// Whether the running task has blocked, or made a higher one ready, and has not switched yet.
+    pub fn is_before_switch(&self, mcu: &Mcu) -> bool {
+        mcu.interrupts_enabled() && self.is_switch_due(mcu) && !self.kernel.is_idle_stack(mcu.stack_pointer())
+    }
+
     /// At the end each context that has not gone on still lies where the interrupt left it: the task was struck on its way
     /// from a blocking call to the switch.
     ///
