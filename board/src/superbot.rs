@@ -35,13 +35,17 @@ pub struct Half {
     pub usart0: Dock,
     /// The dock at USART1 (RXD1 = PD2, TXD1 = PD3).
     pub usart1: Dock,
+    /// The dock at the serial port in software: received at PE7, which is both ICP3 and INT7, sent at PE5,
+    /// which is both OC3C and INT5. Idle is high, as at the USARTs. Timer3 belongs to it.
+    pub timer3: Dock,
 }
 
 /// The half with the docks Front, Left and Right. Right has no link yet.
-pub const MASTER: Half = Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left };
+pub const MASTER: Half =
+    Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right };
 
 /// The half with the docks Back, Up and Down. Down has no link yet.
-pub const SLAVE: Half = Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up };
+pub const SLAVE: Half = Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down };
 
 /// The speed of the joint in this half, Motor0 on the master and Motor2 on the slave: OC1A = PB5.
 pub type JointPwm = Output<Timer1A>;
