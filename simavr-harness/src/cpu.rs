@@ -5,6 +5,7 @@
 //! it. No Rust reference into simavr's memory outlives the method that makes it, so a callback may
 //! use its own handle while the harness is inside [`Cpu::run`].
 
+use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr::NonNull;
 use std::sync::Once;
@@ -65,6 +66,15 @@ struct Control {
     attention: bool,
     /// The first error that simavr reported.
     fault: Option<String>,
+    /// Pins that the outside drives, by port.
+    driven: BTreeMap<char, Driven>,
+}
+
+/// What the outside does to the pins of a port: which it drives, and their levels.
+#[derive(Clone, Copy, Default)]
+struct Driven {
+    mask: u8,
+    levels: u8,
 }
 
 impl Cpu {
@@ -78,7 +88,8 @@ impl Cpu {
         // SAFETY: `name` is a C string; simavr returns null or a new instance.
         let avr = NonNull::new(unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) })?;
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let control = Box::new(Control { number, deadline: 0, attention: false, fault: None });
+        let control =
+            Box::new(Control { number, deadline: 0, attention: false, fault: None, driven: BTreeMap::new() });
         // SAFETY: `avr` is a new instance that nobody else knows.
         unsafe {
             let instance = avr.as_ptr();
@@ -415,21 +426,47 @@ impl Cpu {
 
     // --- Pins -----------------------------------------------------------------------------------
 
-    /// Sets the level that the outside gives to a pin. `external` holds the levels of all pins of
-    /// that port which the outside drives, so that an internal pull-up does not win over them.
-    pub fn drive_pin(self, port: char, bit: u8, level: bool, external: (u8, u8)) {
+    /// Sets the level that the outside gives to a pin, until it is driven otherwise.
+    pub fn drive_pin(self, port: char, bit: u8, level: bool) {
+        // SAFETY: `control` lives as long as the instance, and the reference ends here.
+        let driven = unsafe { &mut (*self.control()).driven };
+        let of_port = driven.entry(port).or_default();
+        let mask = 1 << bit;
+        of_port.mask |= mask;
+        of_port.levels = if level { of_port.levels | mask } else { of_port.levels & !mask };
+        let of_port = *of_port;
+        self.raise_pin(port, bit, level, of_port);
+    }
+
+    /// Gives all pins that the outside drives their levels again, after a reset has forgotten them.
+    pub fn restore_pins(self) {
+        // SAFETY: `control` lives as long as the instance, and the reference ends with the clone.
+        let driven = unsafe { (*self.control()).driven.clone() };
+        for (port, of_port) in driven {
+            for bit in (0..8).filter(|bit| of_port.levels & 1 << bit != 0) {
+                self.raise_pin(port, bit, true, of_port);
+            }
+        }
+    }
+
+    /// Tells simavr which pins of the port are driven, so that an internal pull-up does not win over
+    /// them, and then the level of one.
+    fn raise_pin(self, port: char, bit: u8, level: bool, driven: Driven) {
         // SAFETY: the structure holds integers only, for which zero is a value.
         let mut pull: ffi::avr_ioport_external_t = unsafe { std::mem::zeroed() };
         pull.set_name(port as _);
-        pull.set_mask(external.0.into());
-        pull.set_value(external.1.into());
-        // SAFETY: simavr reads `pull` during the call only, and looks up the pin by itself; a
-        // port that the part does not have gives null, which `avr_raise_irq` ignores.
-        unsafe {
-            ffi::avr_ioctl(self.as_ptr(), ioctl(b"iop", port), (&raw mut pull).cast());
-            let pin = ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit));
-            ffi::avr_raise_irq(pin, level.into());
-        }
+        pull.set_mask(driven.mask.into());
+        pull.set_value(driven.levels.into());
+        // SAFETY: simavr reads `pull` during the call only.
+        unsafe { ffi::avr_ioctl(self.as_ptr(), ioctl(b"iop", port), (&raw mut pull).cast()) };
+        // SAFETY: a pin that the part does not have is null, which `avr_raise_irq` ignores.
+        unsafe { ffi::avr_raise_irq(self.pin_irq(port, bit), level.into()) };
+    }
+
+    /// simavr's signal of a pin; null if the part does not have it.
+    pub fn pin_irq(self, port: char, bit: u8) -> *mut ffi::avr_irq_t {
+        // SAFETY: simavr looks up the pin by itself.
+        unsafe { ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit)) }
     }
 
     /// The level of each pin of a port as it could be measured outside: the output latch where the

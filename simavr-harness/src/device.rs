@@ -28,6 +28,9 @@ pub(crate) trait Device {
     /// That cycle has come: `now` is the cycle that [`Device::due`] gave. The core may have passed
     /// it by less than an instruction.
     fn expire(&mut self, _cpu: Cpu, _now: u64) {}
+
+    /// A watched pin has this level now; it may have had it before.
+    fn pin_changed(&mut self, _cpu: Cpu, _level: bool) {}
 }
 
 /// A device in its place: simavr calls it while the program runs, the harness between runs.
@@ -56,6 +59,18 @@ impl<D: Device> Attached<D> {
             unsafe { set_read(cpu, address, Some(read::<D>), slot.as_ptr().cast()) };
         }
         Self(slot)
+    }
+
+    /// Has the device told of the levels of a pin.
+    pub fn watch_pin(&self, cpu: Cpu, port: char, bit: u8) {
+        // SAFETY: the slot outlives the instance's last run; simavr ignores a pin that is null.
+        unsafe {
+            ffi::avr_irq_register_notify(
+                cpu.pin_irq(port, bit),
+                Some(pin_changed::<D>),
+                self.0.as_ptr().cast(),
+            );
+        }
     }
 
     pub fn get(&self) -> &D {
@@ -156,6 +171,16 @@ unsafe extern "C" fn expire<D: Device>(
     slot.catch_up(cpu);
     slot.armed = slot.device.due();
     slot.armed.unwrap_or(0)
+}
+
+unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
+    let parameter = parameter.cast::<Slot<D>>();
+    // SAFETY: as in `write`; the signal's pool leads to the instance. simavr changes a watched pin only while the
+    // program runs, and never inside a device of the harness.
+    let (cpu, slot) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter) };
+    // The bits above the level say who drives it.
+    slot.device.pin_changed(cpu, value & 0xff != 0);
+    slot.arm(cpu, parameter);
 }
 
 /// Write handlers of simavr's own with something to do after each.

@@ -28,6 +28,7 @@ mod part;
 mod random;
 mod repair;
 mod robot;
+mod serial_pins;
 
 pub use bus::{Bus, BusCounts};
 pub use engine::{Engine, Event, LONGEST_WINDOW};
@@ -40,3 +41,4 @@ pub use module::{Controller, Images, Module};
 pub use part::{Part, UnknownPart};
 pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Face, Robot, RobotBuilder, RobotError};
+pub use serial_pins::{SerialPinCounts, SerialPins};

@@ -1,6 +1,5 @@
 //! One microcontroller with its program.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -17,6 +16,7 @@ use crate::repair::interrupt;
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
 use crate::repair::watchdog;
+use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 
 mod explore;
 
@@ -40,8 +40,8 @@ pub struct Mcu {
     adc: Option<Attached<Adc>>,
     // Held for simavr, which calls into it.
     _wrapped: WrappedWrites,
-    /// Pins that the outside drives, by port: which, and their levels.
-    driven: BTreeMap<char, (u8, u8)>,
+    /// Serial ports at pins rather than USARTs.
+    serial_pins: Vec<Attached<PinSerial>>,
     random: Random,
     awake_cycles: u64,
     /// The core slept when it was last looked at: the next interrupt wakes it.
@@ -128,7 +128,7 @@ impl Mcu {
             cpu,
             image,
             _wrapped: wrapped,
-            driven: BTreeMap::new(),
+            serial_pins: Vec::new(),
             random: Random::new(seed),
             awake_cycles: 0,
             asleep: false,
@@ -397,12 +397,7 @@ impl Mcu {
 
     /// Sets the level that the outside gives to a pin. It stays through resets.
     pub fn drive_pin(&mut self, pin: Pin, level: bool) {
-        let external = self.driven.entry(pin.port).or_default();
-        let mask = 1 << pin.bit;
-        external.0 |= mask;
-        external.1 = if level { external.1 | mask } else { external.1 & !mask };
-        let external = *external;
-        self.act_from_outside(|mcu| mcu.cpu.drive_pin(pin.port, pin.bit, level, external));
+        self.act_from_outside(|mcu| mcu.cpu.drive_pin(pin.port, pin.bit, level));
     }
 
     /// The level of a pin as it could be measured: an output's, or that of the input.
@@ -462,43 +457,62 @@ impl Mcu {
             adc.forget_timer();
             adc.with(cpu, |adc| adc.reset(cpu));
         }
-        for (&port, &external) in &self.driven {
-            for bit in (0..8).filter(|bit| external.1 & 1 << bit != 0) {
-                cpu.drive_pin(port, bit, true, external);
-            }
+        cpu.restore_pins();
+        for serial in &mut self.serial_pins {
+            serial.forget_timer();
+            serial.with(cpu, PinSerial::reset);
         }
     }
 
-    // --- Serial links ---------------------------------------------------------------------------
+    // --- Serial ports ---------------------------------------------------------------------------
+    // They are numbered: the USARTs first, then those made of pins.
 
-    fn usart(&self, number: usize) -> Option<&Usart> {
-        self.usarts.get(number).map(Attached::get)
+    /// Makes a serial port of two pins, which a program drives by software. It is numbered after those that there are.
+    pub fn add_serial_pins(&mut self, pins: SerialPins) {
+        self.serial_pins.push(serial_pins::attach(self.cpu, pins));
     }
 
     /// What USART `number` has done; `None` if the part has no such.
     pub fn usart_counts(&self, number: usize) -> Option<UsartCounts> {
-        self.usart(number).map(Usart::counts)
+        Some(self.usarts.get(number)?.get().counts())
+    }
+
+    /// What the serial port in software has done that was added as number `number`, counted from 0.
+    pub fn serial_pin_counts(&self, number: usize) -> Option<SerialPinCounts> {
+        Some(self.serial_pins.get(number)?.get().counts())
     }
 
     /// Cycles of a frame of USART `number` as it is set up; `None` while its transmitter is off.
     pub fn usart_frame_cycles(&self, number: usize) -> Option<u64> {
-        let usart = self.usart(number)?;
+        let usart = self.usarts.get(number)?.get();
         usart.transmitter_is_on(self.cpu).then(|| usart.frame_cycles(self.cpu))
     }
 
-    /// Takes the characters whose frames USART `number` began since the last call.
+    /// Takes the characters that serial port `number` has sent since the last call: a USART's once they have begun, those
+    /// of pins once they have ended.
     pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
         let cpu = self.cpu;
-        let usart = self.usarts.get_mut(number);
-        usart.map(|usart| usart.with(cpu, Usart::take_sent)).unwrap_or_default()
+        match number.checked_sub(self.usarts.len()) {
+            None => self.usarts[number].with(cpu, Usart::take_sent),
+            Some(number) => {
+                let serial = self.serial_pins.get_mut(number);
+                serial.map(|serial| serial.with(cpu, PinSerial::take_sent)).unwrap_or_default()
+            }
+        }
     }
 
-    /// Lets a character come in at USART `number`, received at the end of its frame.
+    /// Lets a character come in at serial port `number`: received by a USART at the end of its frame, edge by edge at
+    /// pins.
     pub fn receive(&mut self, number: usize, character: Character) {
         self.act_from_outside(|mcu| {
             let cpu = mcu.cpu;
-            if let Some(usart) = mcu.usarts.get_mut(number) {
-                usart.with(cpu, |usart| usart.receive(character));
+            match number.checked_sub(mcu.usarts.len()) {
+                None => mcu.usarts[number].with(cpu, |usart| usart.receive(character)),
+                Some(number) => {
+                    if let Some(serial) = mcu.serial_pins.get_mut(number) {
+                        serial.with(cpu, |serial| serial.receive(character));
+                    }
+                }
             }
         });
     }

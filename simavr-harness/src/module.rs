@@ -7,10 +7,11 @@ use tasks::dock::Dock;
 use crate::bus::{Bus, BusCounts};
 use crate::image::Image;
 use crate::lockstep;
-use crate::mcu::{Mcu, McuError, fnv_1a};
+use crate::mcu::{Mcu, McuError, Pin, fnv_1a};
 use crate::part::Part;
 use crate::random::Random;
 use crate::repair::usart::Character;
+use crate::serial_pins::SerialPins;
 
 /// One of a module's two MCUs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,16 +35,22 @@ pub struct Module {
     quantum: u64,
 }
 
-/// Which USART of which MCU serves each dock, in the order of [`Dock::ALL`]. Two docks have none:
-/// nothing passes through them.
-const DOCK_USARTS: [Option<(Controller, usize)>; 6] = [
-    Some((Controller::Master, 0)), // Front
-    Some((Controller::Slave, 0)),  // Back
-    Some((Controller::Master, 1)), // Left
-    None,                          // Right
-    Some((Controller::Slave, 1)),  // Up
-    None,                          // Down
+/// The serial port that serves each dock, in the order of [`Dock::ALL`]: the MCU, and the port's number on it.
+const DOCK_PORTS: [(Controller, usize); 6] = [
+    (Controller::Master, 0),    // Front
+    (Controller::Slave, 0),     // Back
+    (Controller::Master, 1),    // Left
+    (Controller::Master, PINS), // Right
+    (Controller::Slave, 1),     // Up
+    (Controller::Slave, PINS),  // Down
 ];
+
+/// An MCU's third serial port: after its two USARTs, the one at [`SERIAL_PINS`].
+const PINS: usize = 2;
+
+/// The pins of the third dock of each MCU, as the board description has them.
+const SERIAL_PINS: SerialPins =
+    SerialPins { receive: Pin { port: 'E', bit: 7 }, transmit: Pin { port: 'E', bit: 5 } };
 
 impl Controller {
     pub const ALL: [Controller; 2] = [Self::Master, Self::Slave];
@@ -57,7 +64,9 @@ impl Module {
     pub fn new(images: &Images, seed: u64) -> Result<Self, McuError> {
         let mcu = |image: &Arc<Image>, part| {
             let seed = Random::of_part(seed, part).next_u64();
-            Mcu::new(Part::ATMEGA128, Arc::clone(image), seed)
+            let mut mcu = Mcu::new(Part::ATMEGA128, Arc::clone(image), seed)?;
+            mcu.add_serial_pins(SERIAL_PINS);
+            Ok::<_, McuError>(mcu)
         };
         let mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
         Ok(Self { bus: Bus::new(mcus.len()), mcus, quantum: u64::MAX })
@@ -87,25 +96,26 @@ impl Module {
         lockstep::run_until(&mut self.mcus, &mut self.bus, cycle, self.quantum);
     }
 
-    /// Takes what the module has begun to send through a dock since the last call, in order.
+    /// Takes what the module has sent through a dock since the last call, in order.
     pub(crate) fn take_sent(&mut self, dock: Dock) -> Vec<Character> {
-        match Self::usart(dock) {
-            Some((controller, number)) => self.mcu_mut(controller).take_sent(number),
-            None => Vec::new(),
-        }
+        let (controller, number) = port(dock);
+        self.mcu_mut(controller).take_sent(number)
     }
 
     /// Lets a character come in through a dock.
     pub(crate) fn receive(&mut self, dock: Dock, character: Character) {
-        if let Some((controller, number)) = Self::usart(dock) {
-            self.mcu_mut(controller).receive(number, character);
-        }
+        let (controller, number) = port(dock);
+        self.mcu_mut(controller).receive(number, character);
     }
 
     /// The shortest frame, in cycles, that a transmitter at a dock is set up for.
     pub(crate) fn shortest_frame(&self) -> Option<u64> {
-        let usarts = DOCK_USARTS.iter().flatten();
-        usarts.filter_map(|&(mcu, number)| self.mcu(mcu).usart_frame_cycles(number)).min()
+        DOCK_PORTS.iter().filter_map(|&(mcu, number)| self.mcu(mcu).usart_frame_cycles(number)).min()
+    }
+
+    /// Whether a dock's serial port is made of pins, by software.
+    pub fn is_on_pins(dock: Dock) -> bool {
+        port(dock).1 == PINS
     }
 
     /// A hash of the state of both MCUs.
@@ -113,8 +123,8 @@ impl Module {
         let hashes = self.mcus.each_ref().map(Mcu::state_hash);
         fnv_1a(hashes.into_iter().flat_map(u64::to_le_bytes))
     }
+}
 
-    fn usart(dock: Dock) -> Option<(Controller, usize)> {
-        DOCK_USARTS[usize::from(dock.index())]
-    }
+fn port(dock: Dock) -> (Controller, usize) {
+    DOCK_PORTS[usize::from(dock.index())]
 }

@@ -3,7 +3,7 @@
 use tasks::dock::Dock;
 use thiserror::Error;
 
-use crate::engine::Event;
+use crate::engine::{Event, LONGEST_WINDOW};
 use crate::link::{Channel, Faults, LinkCounts};
 use crate::mcu::{McuError, fnv_1a};
 use crate::module::{Controller, Images, Module};
@@ -36,6 +36,8 @@ pub(crate) struct Member {
 struct Port {
     peer: Face,
     channel: Channel,
+    /// How late characters arrive, in cycles.
+    delay: u64,
 }
 
 /// A character on its way between two modules.
@@ -183,8 +185,12 @@ impl Robot {
         if one == other {
             return Err(RobotError::DockToItself { module, dock });
         }
+        // What is sent by pins is known only at its end, and what is received there begins with an edge: modules can
+        // run apart for the length of a window only if these come late.
+        let ends_on_pins = [one, other].into_iter().filter(|end| Module::is_on_pins(end.dock)).count();
+        let delay = ends_on_pins as u64 * LONGEST_WINDOW;
         for ((from, peer), random) in [(one, other), (other, one)].into_iter().zip(random) {
-            let port = Port { peer, channel: Channel::new(random) };
+            let port = Port { peer, channel: Channel::new(random), delay };
             self.members[from.module].ports[index(from.dock)] = Some(port);
         }
         Ok(())
@@ -197,9 +203,10 @@ impl Member {
     pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             let from = Face { module: number, dock };
-            for character in self.module.take_sent(dock) {
+            for Character { value, start, end } in self.module.take_sent(dock) {
                 let Some(port) = port else { continue };
-                if port.channel.carries(character.value) {
+                if port.channel.carries(value) {
+                    let character = Character { value, start: start + port.delay, end: end + port.delay };
                     deliver(Delivery { from, to: port.peer, character });
                 }
             }

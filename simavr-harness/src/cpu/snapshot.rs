@@ -1,8 +1,9 @@
 //! The state of an instance, to go back to.
 
+use std::collections::BTreeMap;
 use std::mem::MaybeUninit;
 
-use super::Cpu;
+use super::{Cpu, Driven};
 
 // The GNU C library's.
 unsafe extern "C" {
@@ -19,6 +20,7 @@ pub(crate) struct Snapshot {
     /// Value and flags of each IRQ: simavr allocates these apart.
     irqs: Box<[(u32, u8)]>,
     fault: Option<String>,
+    driven: BTreeMap<char, Driven>,
 }
 
 impl Cpu {
@@ -30,9 +32,10 @@ impl Cpu {
         };
         // SAFETY: the IRQs that are there are live, and this one is only looked at.
         let irqs = self.irqs().map(|irq| unsafe { ((*irq).value, (*irq).flags) }).collect();
-        // SAFETY: `control` lives as long as the instance.
-        let number = unsafe { (*self.control()).number };
-        Snapshot { number, structure, data: self.with_data(|data| data.into()), irqs, fault: self.fault() }
+        // SAFETY: `control` lives as long as the instance, and the reference ends here.
+        let control = unsafe { &*self.control() };
+        let (number, fault, driven) = (control.number, control.fault.clone(), control.driven.clone());
+        Snapshot { number, structure, data: self.with_data(|data| data.into()), irqs, fault, driven }
     }
 
     /// # Panics
@@ -41,7 +44,7 @@ impl Cpu {
         // SAFETY: `control` lives as long as the instance.
         let control = unsafe { &mut *self.control() };
         assert_eq!(control.number, snapshot.number, "a snapshot is of one instance");
-        control.fault = snapshot.fault;
+        (control.fault, control.driven) = (snapshot.fault, snapshot.driven);
         // SAFETY: the bytes were this structure's, so it has that size, and pointers among them are right: nothing
         // that they point to is freed before the instance is.
         unsafe {

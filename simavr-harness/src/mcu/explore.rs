@@ -14,13 +14,13 @@ impl Mcu {
         let core = self.cpu.snapshot();
         let markers = self.markers.get();
         let (log, stop) = (markers.log.clone(), markers.stop);
-        let (driven, random) = (self.driven.clone(), self.random.clone());
+        let random = self.random.clone();
         let (awake_cycles, asleep, resets) = (self.awake_cycles, self.asleep, self.resets);
         let ended = self.ended.clone();
         let result = trial(self);
         self.cpu.restore(core);
         self.markers.with(self.cpu, |markers| (markers.log, markers.stop) = (log, stop));
-        (self.driven, self.random) = (driven, random);
+        self.random = random;
         (self.awake_cycles, self.asleep, self.resets) = (awake_cycles, asleep, resets);
         self.ended = ended;
         result

@@ -1,0 +1,168 @@
+//! The wire at a serial port that a program makes of two pins, by software: edges become characters, and
+//! characters edges.
+//!
+//! What the program sends is sampled in the middle of each bit, as the USART at the other end would, so that
+//! its jitter counts. 8 data bits, no parity, 1 stop bit, at 38400 baud.
+
+use std::collections::VecDeque;
+
+use crate::cpu::Cpu;
+use crate::device::{Attached, Device};
+use crate::mcu::{CLOCK_HZ, Pin};
+use crate::repair::usart::Character;
+
+/// The pins of a serial port in software. An idle line is high.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SerialPins {
+    pub receive: Pin,
+    pub transmit: Pin,
+}
+
+/// What a serial port in software has done since power-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SerialPinCounts {
+    /// Characters sent.
+    pub sent: u64,
+    /// Characters sent whose stop bit was low: nobody receives them.
+    pub framing_errors: u64,
+    /// Characters whose edges came in.
+    pub received: u64,
+}
+
+/// Bits per second.
+const BAUD: u64 = 38_400;
+
+/// Start bit, 8 data bits, stop bit.
+const BITS: u64 = 10;
+
+pub(crate) struct PinSerial {
+    pins: SerialPins,
+    sender: Sender,
+    /// The levels to give to the receiving pin, and when.
+    edges: VecDeque<(u64, bool)>,
+    counts: SerialPinCounts,
+}
+
+/// Listens at the transmitting pin.
+struct Sender {
+    level: bool,
+    /// Start of the character under way.
+    start: Option<u64>,
+    /// Edges since then.
+    edges: Vec<(u64, bool)>,
+    /// Characters that have ended since they were last taken.
+    sent: Vec<Character>,
+}
+
+/// Makes a serial port of two pins of the MCU.
+pub(crate) fn attach(cpu: Cpu, pins: SerialPins) -> Attached<PinSerial> {
+    let sender = Sender { level: true, start: None, edges: Vec::new(), sent: Vec::new() };
+    let serial = PinSerial { pins, sender, edges: VecDeque::new(), counts: SerialPinCounts::default() };
+    let attached = Attached::new(cpu, serial, &[], &[]);
+    attached.watch_pin(cpu, pins.transmit.port, pins.transmit.bit);
+    cpu.drive_pin(pins.receive.port, pins.receive.bit, true);
+    attached
+}
+
+impl PinSerial {
+    /// The program's pins are inputs again: the line is idle.
+    pub fn reset(&mut self) {
+        self.sender.level = true;
+        self.sender.start = None;
+    }
+
+    /// Takes the characters that have ended since the last call, in order.
+    pub fn take_sent(&mut self) -> Vec<Character> {
+        std::mem::take(&mut self.sender.sent)
+    }
+
+    /// A character comes in, with its first edge at its start.
+    pub fn receive(&mut self, character: Character) {
+        let bit = |number: u64| character.start + number * (character.end - character.start) / BITS;
+        let mut level = true;
+        for (number, next) in (0..).zip(levels(character.value)) {
+            if next != level {
+                self.edges.push_back((bit(number), next));
+                level = next;
+            }
+        }
+        self.counts.received += 1;
+    }
+
+    pub fn counts(&self) -> SerialPinCounts {
+        self.counts
+    }
+}
+
+/// The levels of a character's bits.
+fn levels(value: u8) -> impl Iterator<Item = bool> {
+    let data = (0..8).map(move |bit| value & 1 << bit != 0);
+    std::iter::once(false).chain(data).chain(std::iter::once(true))
+}
+
+/// Cycles that so many halves of a bit take.
+fn half_bits(number: u64) -> u64 {
+    number * u64::from(CLOCK_HZ) / (2 * BAUD)
+}
+
+impl Sender {
+    /// When the character under way can be read: in the middle of its stop bit.
+    fn due(&self) -> Option<u64> {
+        self.start.map(|start| start + half_bits(2 * BITS - 1))
+    }
+
+    fn edge(&mut self, at: u64, level: bool) {
+        if level == self.level {
+            return;
+        }
+        self.level = level;
+        if self.start.is_some() {
+            self.edges.push((at, level));
+        } else if !level {
+            self.start = Some(at);
+            self.edges.clear();
+        }
+    }
+
+    /// The character that began at `start`; `None` if its stop bit is low.
+    fn character(&self, start: u64) -> Option<Character> {
+        let level_in_bit = |bit: u64| {
+            let middle = start + half_bits(2 * bit + 1);
+            self.edges.iter().rev().find(|edge| edge.0 <= middle).is_some_and(|edge| edge.1)
+        };
+        let value = (0..8).fold(0, |value, bit| value | u8::from(level_in_bit(bit + 1)) << bit);
+        level_in_bit(BITS - 1).then(|| Character { value, start, end: start + half_bits(2 * BITS) })
+    }
+}
+
+impl Device for PinSerial {
+    fn write(&mut self, _cpu: Cpu, _address: u16, _value: u8) {
+        // It has no register.
+    }
+
+    fn due(&self) -> Option<u64> {
+        [self.sender.due(), self.edges.front().map(|edge| edge.0)].into_iter().flatten().min()
+    }
+
+    fn expire(&mut self, cpu: Cpu, now: u64) {
+        if self.sender.due() == Some(now)
+            && let Some(start) = self.sender.start.take()
+        {
+            match self.sender.character(start) {
+                Some(character) => {
+                    self.sender.sent.push(character);
+                    self.counts.sent += 1;
+                }
+                None => self.counts.framing_errors += 1,
+            }
+        }
+        while let Some(&(_, level)) = self.edges.front().filter(|edge| edge.0 <= now) {
+            self.edges.pop_front();
+            cpu.drive_pin(self.pins.receive.port, self.pins.receive.bit, level);
+        }
+    }
+
+    fn pin_changed(&mut self, cpu: Cpu, level: bool) {
+        self.sender.edge(cpu.cycle(), level);
+    }
+}
