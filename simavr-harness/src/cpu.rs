@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use simavr_ffi as ffi;
 
+use crate::device::LEVEL;
 use crate::mcu::Reset;
 
 mod snapshot;
@@ -469,6 +470,33 @@ impl Cpu {
         unsafe { ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit)) }
     }
 
+    /// Gives a pin the level that a compare unit has for it.
+    pub fn output_pin(self, port: char, bit: u8, level: bool) {
+        // SAFETY: the instance is alive by the type's invariant; simavr ignores a null signal.
+        unsafe { ffi::avr_raise_irq(self.pin_irq(port, bit), ffi::AVR_IOPORT_OUTPUT | u32::from(level)) }
+    }
+
+    /// Keeps the capture unit of simavr's timer `timer` from a pin.
+    pub fn disconnect_capture(self, timer: char, port: char, bit: u8) {
+        // SAFETY: both signals live as long as the instance.
+        unsafe {
+            let input = ffi::TIMER_IRQ_IN_ICP as c_int;
+            let capture = ffi::avr_io_getirq(self.as_ptr(), ioctl(b"tmr", timer), input);
+            ffi::avr_unconnect_irq(self.pin_irq(port, bit), capture);
+        }
+    }
+
+    /// Shows the external interrupt at a pin, of the same number as the pin, the bare level.
+    pub fn show_external_interrupt_levels_only(self, port: char, bit: u8) {
+        // SAFETY: both signals live as long as the instance, and `show_level` takes the second one.
+        unsafe {
+            let interrupt = ffi::avr_io_getirq(self.as_ptr(), u32::from_be_bytes(*b"int "), c_int::from(bit));
+            let pin = self.pin_irq(port, bit);
+            ffi::avr_unconnect_irq(pin, interrupt);
+            ffi::avr_irq_register_notify(pin, Some(show_level), interrupt.cast());
+        }
+    }
+
     /// The level of each pin of a port as it could be measured outside: the output latch where the
     /// pin is an output, the input elsewhere.
     pub fn pins(self, port: char) -> u8 {
@@ -532,6 +560,12 @@ impl From<ffi::avr_regbit_t> for RegisterBits {
 /// simavr's name for a request to a port: three letters and the port's own.
 fn ioctl(kind: &[u8; 3], port: char) -> u32 {
     u32::from_be_bytes([kind[0], kind[1], kind[2], port as u8])
+}
+
+/// Hands a pin's level on to the signal in `parameter`.
+unsafe extern "C" fn show_level(_pin: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
+    // SAFETY: whoever registered this passed a live signal.
+    unsafe { ffi::avr_raise_irq(parameter.cast(), (value & LEVEL != 0).into()) }
 }
 
 /// Takes simavr's messages: errors, and stray accesses to memory, end the run; the rest is dropped.

@@ -173,13 +173,15 @@ unsafe extern "C" fn expire<D: Device>(
     slot.armed.unwrap_or(0)
 }
 
+/// The level in what simavr tells of a pin; the bits above say who drives it.
+pub(crate) const LEVEL: u32 = 0xff;
+
 unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
     let parameter = parameter.cast::<Slot<D>>();
     // SAFETY: as in `write`; the signal's pool leads to the instance. simavr changes a watched pin only while the
-    // program runs, and never inside a device of the harness.
+    // program runs, and never inside the device that watches it.
     let (cpu, slot) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter) };
-    // The bits above the level say who drives it.
-    slot.device.pin_changed(cpu, value & 0xff != 0);
+    slot.device.pin_changed(cpu, value & LEVEL != 0);
     slot.arm(cpu, parameter);
 }
 

@@ -12,10 +12,11 @@ use crate::part::Part;
 use crate::random::Random;
 use crate::repair::adc::{self, Adc};
 use crate::repair::eeprom::{self, Eeprom};
-use crate::repair::interrupt;
+use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
 use crate::repair::watchdog;
+use crate::repair::{external, interrupt};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 
 mod explore;
@@ -38,6 +39,8 @@ pub struct Mcu {
     eeprom: Attached<Eeprom>,
     /// Where it is not simavr's own.
     adc: Option<Attached<Adc>>,
+    /// Likewise.
+    timer3: Option<Attached<Timer3>>,
     // Held for simavr, which calls into it.
     _wrapped: WrappedWrites,
     /// Serial ports at pins rather than USARTs.
@@ -118,6 +121,7 @@ impl Mcu {
         watchdog::install(cpu);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
+        let timer3 = part.timer3.map(|capture| timer3::attach(cpu, capture).ok_or_else(missing));
         let mut mcu = Self {
             part,
             markers: marker::attach(cpu, part.marker),
@@ -125,6 +129,7 @@ impl Mcu {
             twi: twi::attach(cpu, &part.twi).ok_or_else(missing)?,
             eeprom: eeprom::attach(cpu, &part.eeprom).ok_or_else(missing)?,
             adc: adc.transpose()?,
+            timer3: timer3.transpose()?,
             cpu,
             image,
             _wrapped: wrapped,
@@ -456,6 +461,11 @@ impl Mcu {
         if let Some(adc) = &mut self.adc {
             adc.forget_timer();
             adc.with(cpu, |adc| adc.reset(cpu));
+        }
+        if let Some(timer3) = &mut self.timer3 {
+            external::install(cpu);
+            timer3.forget_timer();
+            timer3.with(cpu, |timer| timer.reset(cpu));
         }
         cpu.restore_pins();
         for serial in &mut self.serial_pins {

@@ -21,6 +21,8 @@ pub struct Part {
     pub(crate) eeprom: EepromRegisters,
     /// `None`: simavr's own stays.
     pub(crate) adc: Option<AdcRegisters>,
+    /// The first of Timer3's vectors, that of its capture unit. `None`: simavr's own stays.
+    pub(crate) timer3: Option<u8>,
 }
 
 #[derive(Debug)]
@@ -118,6 +120,7 @@ impl Part {
             write_micros: 8448,
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
+        timer3: Some(25),
     };
 
     pub const ATMEGA328P: &'static Part = &Part {
@@ -129,6 +132,7 @@ impl Part {
         twi: later_twi(24),
         eeprom: later_eeprom(22, 1024),
         adc: None,
+        timer3: None,
     };
 
     pub const ATMEGA1284P: &'static Part = &Part {
@@ -140,6 +144,7 @@ impl Part {
         twi: later_twi(26),
         eeprom: later_eeprom(25, 4096),
         adc: None,
+        timer3: None,
     };
 
     pub const ATMEGA2560: &'static Part = &Part {
@@ -156,6 +161,7 @@ impl Part {
         twi: later_twi(39),
         eeprom: later_eeprom(30, 4096),
         adc: None,
+        timer3: None,
     };
 
     /// All parts that the harness knows.

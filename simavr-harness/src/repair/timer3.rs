@@ -1,0 +1,252 @@
+//! Timer3 (chapter "16-bit Timer/Counter"), in the place of simavr's: simavr's misses a match that lies within an
+//! instruction of the counter's overflow, and its fast PWM has no double-buffered registers.
+//!
+//! Modelled is what the robot's serial line in software uses: the MCU's own clock, the normal mode (0) and fast PWM up
+//! to OCR3A (15). In other modes the counter stands still.
+
+use crate::cpu::{Cpu, Vector};
+use crate::device::{Attached, Device, make_plain};
+
+const ICR3L: u16 = 0x80;
+const ICR3H: u16 = 0x81;
+const OCR3CL: u16 = 0x82;
+const OCR3BL: u16 = 0x84;
+const OCR3AL: u16 = 0x86;
+const TCNT3L: u16 = 0x88;
+const TCNT3H: u16 = 0x89;
+const TCCR3B: u16 = 0x8a;
+const TCCR3A: u16 = 0x8b;
+const TCCR3C: u16 = 0x8c;
+
+/// Pins of port E: the capture unit's, and those of the compare units A, B and C.
+const CAPTURE_PIN: u8 = 7;
+const COMPARE_PINS: [u8; 3] = [3, 4, 5];
+
+// TCCR3B
+const RISING: u8 = 0x40;
+const CLOCK: u8 = 0x07;
+const UNDIVIDED: u8 = 0x01;
+
+/// What happens to the pin of a compare unit (COM3x).
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Output {
+    Port,
+    Toggle,
+    Clear,
+    Set,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Normal,
+    FastPwm,
+    Other,
+}
+
+pub(crate) struct Timer3 {
+    capture: Vector,
+    /// Of units A, B and C.
+    compare: [Vector; 3],
+    overflow: Vector,
+    /// The cycle at which the counter was 0; or what it shows, while it stands still.
+    zero_at: Option<u64>,
+    stands_at: u16,
+    mode: Mode,
+    /// OCR3A, OCR3B, OCR3C as they are compared, and as the program sees them.
+    compared: [u16; 3],
+    written: [u16; 3],
+    /// The high byte on its way to or from a 16-bit register.
+    high: u8,
+    /// Up to which cycle matches and overflows have happened.
+    done: u64,
+    capture_level: bool,
+}
+
+/// Puts the harness's timer in the place of simavr's. Its vectors stand in a row, `capture` first. `None`: the part has no
+/// such vectors.
+pub(crate) fn attach(cpu: Cpu, capture: u8) -> Option<Attached<Timer3>> {
+    let timer = Timer3 {
+        capture: cpu.vector(capture)?,
+        compare: [cpu.vector(capture + 1)?, cpu.vector(capture + 2)?, cpu.vector(capture + 3)?],
+        overflow: cpu.vector(capture + 4)?,
+        zero_at: None,
+        stands_at: 0,
+        mode: Mode::Normal,
+        compared: [0; 3],
+        written: [0; 3],
+        high: 0,
+        done: 0,
+        capture_level: false,
+    };
+    let registers: Vec<u16> = (ICR3L..=TCCR3C).collect();
+    make_plain(cpu, &registers);
+    let attached = Attached::new(cpu, timer, &registers, &[TCNT3L, TCNT3H, ICR3L, ICR3H]);
+    attached.watch_pin(cpu, 'E', CAPTURE_PIN);
+    Some(attached)
+}
+
+impl Timer3 {
+    /// Sets the registers to their values after a reset.
+    pub fn reset(&mut self, cpu: Cpu) {
+        cpu.disconnect_capture('3', 'E', CAPTURE_PIN);
+        self.zero_at = None;
+        self.stands_at = 0;
+        self.mode = Mode::Normal;
+        self.compared = [0; 3];
+        self.written = [0; 3];
+        self.done = cpu.cycle();
+    }
+
+    fn top(&self) -> u16 {
+        match self.mode {
+            Mode::FastPwm => self.compared[0],
+            Mode::Normal | Mode::Other => u16::MAX,
+        }
+    }
+
+    fn counter(&self, now: u64) -> u16 {
+        self.zero_at.map_or(self.stands_at, |zero_at| now.wrapping_sub(zero_at) as u16)
+    }
+
+    /// Sets the counter.
+    fn count_from(&mut self, cpu: Cpu, value: u16) {
+        let runs = cpu.data(TCCR3B) & CLOCK == UNDIVIDED && self.mode != Mode::Other;
+        self.stands_at = value;
+        self.zero_at = runs.then(|| cpu.cycle().wrapping_sub(value.into()));
+        self.done = cpu.cycle();
+    }
+
+    /// The counter leaves `value` in this round.
+    fn leaves(&self, value: u16) -> Option<u64> {
+        self.zero_at.map(|zero_at| zero_at.wrapping_add(u64::from(value) + 1))
+    }
+
+    fn output(cpu: Cpu, unit: usize) -> Output {
+        match cpu.data(TCCR3A) >> (6 - 2 * unit) & 3 {
+            0 => Output::Port,
+            1 => Output::Toggle,
+            2 => Output::Clear,
+            _ => Output::Set,
+        }
+    }
+
+    /// A match, or a forced one.
+    fn change_pin(cpu: Cpu, unit: usize) {
+        let pin = COMPARE_PINS[unit];
+        match Self::output(cpu, unit) {
+            Output::Port => {}
+            Output::Toggle => cpu.output_pin('E', pin, cpu.pins('E') & 1 << pin == 0),
+            Output::Clear => cpu.output_pin('E', pin, false),
+            Output::Set => cpu.output_pin('E', pin, true),
+        }
+    }
+
+    fn overflow(&mut self, cpu: Cpu, now: u64) {
+        self.zero_at = Some(now);
+        cpu.raise(self.overflow);
+        if self.mode != Mode::FastPwm {
+            return;
+        }
+        self.compared = self.written;
+        for (unit, pin) in COMPARE_PINS.into_iter().enumerate() {
+            match Self::output(cpu, unit) {
+                Output::Port | Output::Toggle => {}
+                Output::Clear => cpu.output_pin('E', pin, true),
+                Output::Set => cpu.output_pin('E', pin, false),
+            }
+        }
+    }
+
+    fn write_compare(&mut self, cpu: Cpu, unit: usize, value: u16) {
+        self.written[unit] = value;
+        if self.mode != Mode::FastPwm {
+            self.compared[unit] = value;
+            self.done = cpu.cycle(); // what the counter has passed is no match
+        }
+    }
+}
+
+impl Device for Timer3 {
+    fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        // What is due now comes before the write.
+        while let Some(due) = self.due().filter(|&due| due <= cpu.cycle()) {
+            self.expire(cpu, due);
+        }
+        let word = u16::from_le_bytes([value, self.high]);
+        match address {
+            TCCR3A | TCCR3B => {
+                let counter = self.counter(cpu.cycle());
+                cpu.set_data(address, value);
+                self.mode = match cpu.data(TCCR3B) >> 1 & 0b1100 | cpu.data(TCCR3A) & 0b11 {
+                    0 => Mode::Normal,
+                    15 => Mode::FastPwm,
+                    _ => Mode::Other,
+                };
+                self.count_from(cpu, counter);
+            }
+            TCCR3C => {
+                // FOC3A, FOC3B and FOC3C in bits 7 to 5 are strobes, and only in a mode without PWM.
+                for unit in 0..3 {
+                    if self.mode == Mode::Normal && value & 0x80 >> unit != 0 {
+                        Self::change_pin(cpu, unit);
+                    }
+                }
+            }
+            TCNT3L => self.count_from(cpu, word),
+            OCR3CL | OCR3BL | OCR3AL => {
+                self.write_compare(cpu, usize::from((OCR3AL - address) / 2), word);
+                cpu.set_data(address, value);
+                cpu.set_data(address + 1, self.high);
+            }
+            ICR3L => {}
+            _ => self.high = value,
+        }
+    }
+
+    fn read(&mut self, cpu: Cpu, address: u16) -> u8 {
+        match address {
+            TCNT3L => {
+                let [low, high] = self.counter(cpu.cycle()).to_le_bytes();
+                self.high = high;
+                low
+            }
+            ICR3L => {
+                self.high = cpu.data(ICR3H);
+                cpu.data(ICR3L)
+            }
+            _ => self.high,
+        }
+    }
+
+    fn due(&self) -> Option<u64> {
+        let matches = self.compared.iter().filter(|&&value| value <= self.top());
+        let matches = matches.filter_map(|&value| self.leaves(value));
+        matches.chain(self.leaves(self.top())).filter(|&due| due > self.done).min()
+    }
+
+    fn expire(&mut self, cpu: Cpu, now: u64) {
+        self.done = now;
+        for unit in 0..3 {
+            if self.compared[unit] <= self.top() && self.leaves(self.compared[unit]) == Some(now) {
+                cpu.raise(self.compare[unit]);
+                Self::change_pin(cpu, unit);
+            }
+        }
+        if self.leaves(self.top()) == Some(now) {
+            self.overflow(cpu, now);
+        }
+    }
+
+    fn pin_changed(&mut self, cpu: Cpu, is_high: bool) {
+        if is_high == std::mem::replace(&mut self.capture_level, is_high) {
+            return;
+        }
+        let is_wanted = (cpu.data(TCCR3B) & RISING != 0) == is_high;
+        if is_wanted && self.mode == Mode::Normal {
+            let [low, high] = self.counter(cpu.cycle()).to_le_bytes();
+            cpu.set_data(ICR3L, low);
+            cpu.set_data(ICR3H, high);
+            cpu.raise(self.capture);
+        }
+    }
+}
