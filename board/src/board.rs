@@ -9,6 +9,7 @@ use crate::external::External;
 use crate::gpio::Pin;
 use crate::pwm::Output;
 use crate::reset::ResetCause;
+use crate::soft_uart::SoftUart;
 use crate::superbot::{JointDirection, JointPwm, RollDirection, RollPwm};
 use crate::tick::Tick;
 use crate::twi::{I2c, Twi};
@@ -20,6 +21,7 @@ pub struct Board {
     pub tick: Tick,
     pub usart0: Usart0,
     pub usart1: Usart1,
+    pub soft_uart: SoftUart,
     pub twi: Twi,
     pub i2c: I2c,
     pub adc: Adc,
@@ -47,6 +49,7 @@ impl Board {
             tick: Tick::new(),
             usart0: Usart0::new(),
             usart1: Usart1::new(),
+            soft_uart: SoftUart::new(),
             twi: Twi::new(),
             i2c: I2c::new(),
             adc: Adc::new(),

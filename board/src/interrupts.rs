@@ -57,6 +57,23 @@ macro_rules! vectors {
         // SAFETY: RX, UDRE and TX, above.
         unsafe impl $crate::interrupts::Serves<$usart> for $name {}
     };
+    (SoftUart for $name:ident) => {
+        /// INT5. It saves what it uses, and stays on the stack of the task that it interrupts.
+        #[unsafe(no_mangle)]
+        extern "avr-interrupt" fn __vector_6() {
+            $crate::soft_uart::pulse_begun();
+        }
+        /// INT7. Likewise.
+        #[unsafe(no_mangle)]
+        extern "avr-interrupt" fn __vector_8() {
+            $crate::soft_uart::edge_received();
+        }
+        $crate::kernel::interrupt! {
+            fn __vector_27(interrupt) { $crate::soft_uart::ended(interrupt) }
+        }
+        // SAFETY: INT5, INT7 and TIMER3_COMPB, above.
+        unsafe impl $crate::interrupts::Serves<$crate::soft_uart::SoftUart> for $name {}
+    };
     (Adc for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_21(interrupt) { $crate::adc::conversion_complete(interrupt) }

@@ -23,8 +23,8 @@
 //! Which MCU it is, a Cargo feature of its name says: `atmega128`, the default, or `atmega328p`, `atmega1284p` or
 //! `atmega2560`. Those three have what the kernel's tests need and no more.
 //!
-//! Devices exist on the AVR only. What decides without touching one, [`twi::engine`] and
-//! [`twi::transaction`], is tested on the host.
+//! Devices exist on the AVR only. What decides without touching one, [`twi::engine`], [`twi::transaction`],
+//! [`soft_uart::decoder`] and [`soft_uart::encoder`], is tested on the host.
 
 #![no_std]
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
@@ -60,6 +60,10 @@ pub mod panic;
 pub mod pwm;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod reset;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod serial;
+#[cfg(any(not(target_arch = "avr"), feature = "atmega128"))]
+pub mod soft_uart;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod superbot;
 #[cfg(any(not(target_arch = "avr"), feature = "atmega128"))]

@@ -41,8 +41,7 @@ pub struct Half {
 }
 
 /// The half with the docks Front, Left and Right. Right has no link yet.
-pub const MASTER: Half =
-    Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right };
+pub const MASTER: Half = Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right };
 
 /// The half with the docks Back, Up and Down. Down has no link yet.
 pub const SLAVE: Half = Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down };

@@ -2,7 +2,7 @@
 
 use avr_device::atmega128a::{USART0, USART1};
 
-use super::Port;
+use crate::serial::Line;
 
 /// UCSRnA: a framing error in the byte in UDRn, which is the next to be read.
 pub const FRAME_ERROR: u8 = 1 << 4;
@@ -22,11 +22,7 @@ pub const SENDING: u8 = RECEIVING | 1 << 5; // UDRIE
 pub const FINISHING: u8 = RECEIVING | 1 << 6; // TXCIE
 
 /// A USART, named by its type.
-pub trait Usart {
-    /// What its tasks and interrupts share.
-    #[doc(hidden)]
-    fn port() -> &'static Port;
-
+pub trait Usart: Line {
     /// UBRRn. After reset UCSRnC holds 8 data bits, no parity, 1 stop bit already.
     #[doc(hidden)]
     fn set_baud(divisor: u16);
@@ -71,12 +67,6 @@ macro_rules! usart {
         }
 
         impl Usart for $Usart {
-            #[inline(always)]
-            fn port() -> &'static Port {
-                static PORT: Port = Port::new();
-                &PORT
-            }
-
             fn set_baud(divisor: u16) {
                 let [low, high] = divisor.to_le_bytes();
                 // SAFETY: any divisor is a baud rate. The low byte last: it takes both over.

@@ -1,0 +1,158 @@
+extern crate std;
+
+use super::*;
+use crate::soft_uart::encoder::{Pulse, PulseEncoder};
+use std::vec::Vec;
+
+/// As on the board, where the clock wraps within 16 characters.
+const BIT: u16 = 417;
+
+type Decoder = EdgeDecoder<BIT>;
+
+/// The edges of `bytes`, sent back to back from `start` on, with bits of `bit` ticks.
+fn edges<const SENT: u16>(start: u64, bytes: &[u8]) -> Vec<(u64, bool)> {
+    let mut rest = bytes.iter().copied();
+    let mut encoder = PulseEncoder::<SENT>::new();
+    encoder.begin(rest.next().expect("there is a first byte"));
+    let (mut time, mut edges) = (start, Vec::new());
+    while let Some(Pulse { low, length, .. }) = encoder.next(|| rest.next()) {
+        edges.extend([(time, false), (time + u64::from(low), true)]);
+        time += u64::from(length);
+    }
+    edges
+}
+
+/// What a decoder makes of `edges`, if it is asked `late` ticks after the match that is set for a character's end.
+fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
+    let mut decoder = Decoder::new();
+    let (mut matches, mut characters) = (Vec::new(), Vec::new());
+    let mut level = true;
+    for (time, is_high) in edges.iter().copied().chain([(1 << 60, true)]) {
+        matches.retain(|at| {
+            let is_due = at + late < time;
+            if is_due {
+                characters.extend(decoder.ended(level));
+            }
+            !is_due
+        });
+        level = is_high;
+        if let Some(start) = decoder.edge(time as u16, is_high) {
+            assert_eq!(start, time as u16);
+            // Set anew, but what has matched is pending.
+            matches.retain(|at| *at <= time && decoder.is_behind());
+            matches.push(time + u64::from(Decoder::END));
+        }
+    }
+    characters
+}
+
+fn bytes(bytes: &[u8]) -> Vec<Character> {
+    bytes.iter().copied().map(Character::Byte).collect()
+}
+
+#[test]
+fn every_pair_of_bytes_is_understood_at_any_time() {
+    for first in 0..=255 {
+        for second in 0..=255 {
+            let sent = [first, second];
+            let start = u64::from(first) * 256 + u64::from(second);
+            assert_eq!(decode(&edges::<BIT>(start, &sent), 0), bytes(&sent), "{sent:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sender_may_be_off_by_five_percent() {
+    for byte in 0..=255 {
+        let sent = [byte, !byte, byte];
+        assert_eq!(decode(&edges::<397>(7, &sent), 0), bytes(&sent), "5 % fast");
+        assert_eq!(decode(&edges::<437>(7, &sent), 0), bytes(&sent), "5 % slow");
+    }
+}
+
+#[test]
+fn nothing_is_lost_if_the_end_is_looked_at_when_the_next_character_has_begun() {
+    let sent: Vec<u8> = (0..=255).collect();
+    for late in [0, 200, 300, 1_000, 3_000] {
+        assert_eq!(decode(&edges::<BIT>(1, &sent), late), bytes(&sent), "{late} ticks late");
+    }
+}
+
+#[test]
+fn a_line_held_low_is_one_malformed_character() {
+    let edges = [(10, false), (100_000, true)];
+    assert_eq!(decode(&edges, 0), [Character::Malformed]);
+    let mut after = Vec::from(edges);
+    after.extend(self::edges::<BIT>(110_000, &[0x55]));
+    assert_eq!(decode(&after, 0), [Character::Malformed, Character::Byte(0x55)]);
+}
+
+#[test]
+fn a_pulse_shorter_than_half_a_bit_is_no_start_bit() {
+    let mut with_pulse = Vec::from([(10, false), (10 + 200, true)]);
+    with_pulse.extend(edges::<BIT>(500, &[0xa5]));
+    assert_eq!(decode(&with_pulse, 0), bytes(&[0xa5]));
+}
+
+#[test]
+fn a_glitch_that_is_over_when_it_is_looked_at_is_nothing() {
+    let mut decoder = Decoder::new();
+    assert_eq!(decoder.edge(10, true), None);
+    assert!(!decoder.is_busy());
+    assert_eq!(decoder.ended(true), None);
+}
+
+#[test]
+fn a_character_that_nobody_took_is_told_of() {
+    let mut decoder = Decoder::new();
+    for (time, is_high) in edges::<BIT>(0, &[1, 2, 3]) {
+        decoder.edge(time as u16, is_high);
+    }
+    assert_eq!(decoder.ended(true), Some(Character::Malformed));
+    assert_eq!(decoder.ended(true), Some(Character::Byte(3)));
+}
+
+#[test]
+fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
+    let mut noise = 12_345u32;
+    let mut random = move |below: u32| {
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (noise >> 8) % below
+    };
+    let mut decoder = Decoder::new();
+    let mut time = 0;
+    for _ in 0..20_000 {
+        for _ in 0..random(9) {
+            time += u64::from(random(2_000)) + 1;
+            decoder.edge(time as u16, random(2) != 0);
+        }
+        // The line is high for a character's time, and the end of what is on it was looked at.
+        decoder.edge(time as u16, true);
+        while decoder.ended(true).is_some() {}
+        time += u64::from(Decoder::END) + u64::from(random(100_000));
+        let byte = random(256) as u8;
+        for (edge, is_high) in edges::<BIT>(time, &[byte]) {
+            decoder.edge(edge as u16, is_high);
+            time = edge;
+        }
+        assert_eq!(decoder.ended(true), Some(Character::Byte(byte)));
+        assert!(!decoder.is_busy());
+    }
+}
+
+#[test]
+fn an_edge_that_was_missed_came_a_bit_after_the_one_before() {
+    for byte in 0..=255 {
+        let sent = edges::<BIT>(0, &[byte]);
+        let mut decoder = Decoder::new();
+        let mut timed = sent.iter().copied().peekable();
+        while let Some((time, is_high)) = timed.next() {
+            let begins = decoder.edge(time as u16, is_high).is_some();
+            assert_eq!(begins, time == 0);
+            if let Some((_, is_high)) = timed.next_if(|(next, _)| next - time == u64::from(BIT)) {
+                assert_eq!(decoder.untimed_edge(is_high), None);
+            }
+        }
+        assert_eq!(decoder.ended(true), Some(Character::Byte(byte)));
+    }
+}

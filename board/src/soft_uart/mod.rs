@@ -1,0 +1,29 @@
+//! A third serial line: a UART in software, of Timer3 and two external interrupts.
+//!
+//! The timer counts clocks, of which a bit has 417. Nothing that matters for a bit's time is done by a program:
+//!
+//! - *Receiving.* The capture unit takes the time of each edge. The interrupt that follows has to read it within two
+//!   bits: if a second edge has come by then, that was a bit after the first.
+//! - *Sending.* A character is a row of pulses, low and then high. A compare unit makes both edges of each, at the clocks
+//!   that its double-buffered registers hold (fast PWM up to OCR3A). The interrupt at a pulse's beginning has to set the
+//!   next one before the pulse ends, at least two bits later.
+//!
+//! The timer's own interrupts would come behind the tick, USART0 and the converter. Both pins therefore are external
+//! interrupts as well, INT5 and INT7, which come before all of these, and whose handlers save the registers that they use:
+//! no kernel call, no other stack. They wait for at most one other handler.
+//!
+//! What may take longer is left to an interrupt of the timer, an ordinary one of the kernel: to hand over a byte there is a
+//! character's time, to tell of the end of a transmission any.
+//!
+//! Timer and pins do one thing at a time: the line is half duplex, and hears nothing while it sends. A dock of infrared
+//! would hear itself.
+
+pub mod decoder;
+pub mod encoder;
+#[cfg(target_arch = "avr")]
+mod line;
+#[cfg(target_arch = "avr")]
+mod registers;
+
+#[cfg(target_arch = "avr")]
+pub use line::{SoftUart, edge_received, ended, pulse_begun};

@@ -1,0 +1,147 @@
+//! The registers behind the serial line in software (ATmega128 datasheet, "16-bit Timer/Counter", "External
+//! Interrupts"). To be used with interrupts masked: the timer's 16-bit registers share a byte on their way, and others
+//! change bits beside ours.
+
+use avr_device::atmega128a::{EXINT, PORTE, TC3};
+
+/// TCCR3B: the timer's clock is the MCU's.
+const CLOCK: u8 = 1 << 0; // CS30
+/// TCCR3B: capture at a rising edge.
+const RISING: u8 = 1 << 6; // ICES3
+/// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them before.
+const PULSES_A: u8 = 0b11; // WGM31, WGM30
+const PULSES_B: u8 = 0b11 << 3; // WGM33, WGM32
+/// TCCR3A: pin OC3C is set at a match, and cleared at 0 while counting up to OCR3A.
+const SETS: u8 = 0b11 << 2; // COM3C1, COM3C0
+
+/// ETIMSK and ETIFR: a match of unit B.
+const MATCH_B: u8 = 1 << 3;
+/// ETIFR: an edge was captured.
+const CAPTURED: u8 = 1 << 5;
+
+/// EIMSK and EIFR: INT5, the falling edges sent.
+const SENT: u8 = 1 << 5;
+/// EIMSK and EIFR: INT7, the edges received.
+const RECEIVED: u8 = 1 << 7;
+
+fn timer() -> TC3 {
+    // SAFETY: one serial line in software exists, and its parts call with interrupts masked.
+    unsafe { TC3::steal() }
+}
+
+fn external() -> EXINT {
+    // SAFETY: as for `timer`.
+    unsafe { EXINT::steal() }
+}
+
+/// Makes PE5 a high output, and PE7 an input: pulled up, so that a dock without a receiver is idle.
+pub fn start() {
+    // SAFETY: as for `timer`.
+    let port = unsafe { PORTE::steal() };
+    port.porte().modify(|_, w| w.pe7().set_bit().pe5().set_bit());
+    listen();
+    timer().tccr3c().write(|w| w.foc3c().set_bit()); // OC3C's own level, unknown after reset
+    port.ddre().modify(|_, w| w.pe5().set_bit());
+    external().eicrb().modify(|_, w| w.isc5().val_0x02().isc7().val_0x01()); // falling edges; all edges
+    external().eifr().write(|w| w.intf().set(SENT));
+    external().eimsk().modify(|r, w| w.int().set(r.int().bits() | SENT));
+}
+
+/// Lets the timer count through all 16 bits, and watches for edges from now on. The line to send by stays high.
+pub fn listen() {
+    // SAFETY: the timer touches no memory, whatever its registers hold. Units A and B leave their pins to the port.
+    timer().tccr3a().write(|w| unsafe { w.bits(SETS) });
+    expect(!is_high());
+    external().eifr().write(|w| w.intf().set(RECEIVED));
+    external().eimsk().modify(|r, w| w.int().set(r.int().bits() | RECEIVED));
+}
+
+/// Has the line go low `lead` clocks from now, at least 2; the pulse that is set next begins then. Edges received are
+/// ignored from now on.
+pub fn begin_pulses(lead: u16) {
+    external().eimsk().modify(|r, w| w.int().set(r.int().bits() & !RECEIVED));
+    // In this mode at once, for a first round with the line high.
+    timer().ocr3a().write(|w| w.set(lead - 1));
+    timer().ocr3b().write(|w| w.set(u16::MAX));
+    timer().ocr3c().write(|w| w.set(0));
+    timer().tcnt3().write(|w| w.set(0));
+    // SAFETY: as for `listen`.
+    timer().tccr3a().write(|w| unsafe { w.bits(SETS | PULSES_A) });
+    // SAFETY: likewise.
+    timer().tccr3b().write(|w| unsafe { w.bits(CLOCK | PULSES_B) });
+    ignore_match_b();
+}
+
+/// Sets the pulse that follows the one under way: clocks for which the line is low, and until the next pulse.
+#[inline(always)]
+pub fn set_pulse(low: u16, length: u16) {
+    timer().ocr3c().write(|w| w.set(low - 1));
+    timer().ocr3a().write(|w| w.set(length - 1));
+}
+
+/// Sets the last pulse: `length` clocks after its beginning unit B matches, and the line stays high.
+#[inline(always)]
+pub fn set_last_pulse(low: u16, length: u16) {
+    timer().ocr3c().write(|w| w.set(low - 1));
+    timer().ocr3a().write(|w| w.set(u16::MAX));
+    timer().ocr3b().write(|w| w.set(length - 1));
+    watch_match_b();
+}
+
+/// When the edge came that was expected; `None` if it has not come.
+#[inline(always)]
+pub fn captured() -> Option<u16> {
+    let is_captured = timer().etifr().read().bits() & CAPTURED != 0;
+    is_captured.then(|| timer().icr3().read().bits())
+}
+
+/// Expects a rising edge next, or a falling one.
+#[inline(always)]
+pub fn expect(is_rising: bool) {
+    // SAFETY: as for `listen`.
+    timer().tccr3b().write(|w| unsafe { w.bits(if is_rising { CLOCK | RISING } else { CLOCK }) });
+    // After the change, as it may set the flag (datasheet, "Using the Input Capture Unit"). Ones clear flags.
+    // SAFETY: as for `listen`.
+    timer().etifr().write(|w| unsafe { w.bits(CAPTURED) });
+}
+
+/// Whether a rising edge is expected.
+#[inline(always)]
+pub fn expects_rising() -> bool {
+    timer().tccr3b().read().bits() & RISING != 0
+}
+
+/// The level of the pin to receive by, PE7.
+#[inline(always)]
+pub fn is_high() -> bool {
+    // SAFETY: reading a pin changes nothing.
+    unsafe { PORTE::steal() }.pine().read().pe7().bit_is_set()
+}
+
+/// Has unit B match at `time`.
+#[inline(always)]
+pub fn set_match_b(time: u16) {
+    timer().ocr3b().write(|w| w.set(time));
+}
+
+/// Forgets a match of unit B that has not interrupted yet.
+#[inline(always)]
+pub fn forget_match_b() {
+    // SAFETY: as for `listen`. Ones clear flags.
+    timer().etifr().write(|w| unsafe { w.bits(MATCH_B) });
+}
+
+/// Has unit B interrupt at its match.
+#[inline(always)]
+pub fn watch_match_b() {
+    // SAFETY: as for `listen`.
+    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_B) });
+}
+
+/// Keeps unit B from interrupting.
+#[inline(always)]
+pub fn ignore_match_b() {
+    // SAFETY: as for `listen`.
+    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() & !MATCH_B) });
+    forget_match_b();
+}

@@ -1,0 +1,16 @@
+//! The same as `board_serial_a`, on the slave.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch, abi_avr_interrupt)]
+
+#[path = "board_serial/load.rs"]
+mod load;
+
+use board::superbot::{MASTER, SLAVE};
+
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi);
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| load::begin(boot, Interrupts, &SLAVE, &MASTER))
+}
