@@ -40,10 +40,10 @@ pub struct Half {
     pub timer3: Dock,
 }
 
-/// The half with the docks Front, Left and Right. Right has no link yet.
+/// The half with the docks Front, Left and Right.
 pub const MASTER: Half = Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right };
 
-/// The half with the docks Back, Up and Down. Down has no link yet.
+/// The half with the docks Back, Up and Down.
 pub const SLAVE: Half = Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down };
 
 /// The speed of the joint in this half, Motor0 on the master and Motor2 on the slave: OC1A = PB5.
@@ -64,11 +64,14 @@ pub type RollDirection = Pin<PortC, 1>;
 /// The potentiometer on the shaft of the roll joint, on the master only.
 pub const ROLL_POTENTIOMETER: Channel = Channel::Adc1;
 
-/// Which MCU has which docks with a link, and runs which of the tasks that can be addressed.
+/// Which MCU has which docks, and runs which of the tasks that can be addressed.
 pub const RESIDENCE: Residence = Residence {
     master: Residents {
-        docks: DockSet::of(&[MASTER.usart0, MASTER.usart1]),
+        docks: DockSet::of(&[MASTER.usart0, MASTER.usart1, MASTER.timer3]),
         tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE]),
     },
-    slave: Residents { docks: DockSet::of(&[SLAVE.usart0, SLAVE.usart1]), tasks: TaskSet::of(&[]) },
+    slave: Residents {
+        docks: DockSet::of(&[SLAVE.usart0, SLAVE.usart1, SLAVE.timer3]),
+        tasks: TaskSet::of(&[]),
+    },
 };

@@ -1,11 +1,11 @@
-//! The master MCU of a module: the docks Front and Left, its side of the bridge, and the behaviours.
+//! The master MCU of a module: the docks Front, Left and Right, its side of the bridge, and the behaviours.
 //!
 //! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities fall
 //! from what a wire waits for to what only the robot waits for (paper, section 6).
 
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(asm_experimental_arch, abi_avr_interrupt)]
 
 use board::Board;
 use board::debug::mark;
@@ -24,13 +24,15 @@ use tasks::message::TaskCode;
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
 
-board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi);
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi);
 
 // The simulator and debuggers find these by name; each begins with its counts.
 #[unsafe(no_mangle)]
 static LINK_USART0: Port = Port::new(MASTER.usart0);
 #[unsafe(no_mangle)]
 static LINK_USART1: Port = Port::new(MASTER.usart1);
+#[unsafe(no_mangle)]
+static LINK_SOFT_UART: Port = Port::new(MASTER.timer3);
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
@@ -44,7 +46,11 @@ static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::ne
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
     tasks: &[(TaskCode::AC_RECEIVE, &AC_RECEIVE), (TaskCode::HORMONE, &HORMONE)],
-    links: &[(MASTER.usart0, LINK_USART0.mailbox()), (MASTER.usart1, LINK_USART1.mailbox())],
+    links: &[
+        (MASTER.usart0, LINK_USART0.mailbox()),
+        (MASTER.usart1, LINK_USART1.mailbox()),
+        (MASTER.timer3, LINK_SOFT_UART.mailbox()),
+    ],
     bridge: BRIDGE.mailbox(),
 };
 
@@ -54,8 +60,10 @@ mod stack {
 
     pub static RECEIVE_USART0: Stack<228> = Stack::new();
     pub static RECEIVE_USART1: Stack<228> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<228> = Stack::new();
     pub static SEND_USART0: Stack<206> = Stack::new();
     pub static SEND_USART1: Stack<206> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<206> = Stack::new();
     pub static BRIDGE: Stack<212> = Stack::new();
     pub static HORMONE: Stack<276> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
@@ -74,7 +82,7 @@ extern "C" fn main() -> ! {
 /// Starts every task. `None` if one of them can't.
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
-    let [seed0, seed1] = [board.nonce, board.nonce.rotate_left(8)];
+    let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
     board.tick.start(Interrupts);
 
     let (transmitter, receiver) = board.usart0.start(Interrupts);
@@ -91,6 +99,14 @@ fn start(boot: &mut Boot) -> Option<()> {
         .ok()?;
     stack::SEND_USART1
         .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter, seed1))
+        .ok()?;
+
+    let (transmitter, receiver) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+    stack::RECEIVE_SOFT_UART
+        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_SOFT_UART, receiver, &OFFICE, seed2))
+        .ok()?;
+    stack::SEND_SOFT_UART
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_SOFT_UART, transmitter, seed2))
         .ok()?;
 
     let signal = BRIDGE.mailbox().semaphore();

@@ -1,10 +1,10 @@
-//! The slave MCU of a module: the docks Back and Up, and its side of the bridge.
+//! The slave MCU of a module: the docks Back, Up and Down, and its side of the bridge.
 //!
 //! Only wiring stands here: which device each task drives, and which task runs on which stack.
 
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(asm_experimental_arch, abi_avr_interrupt)]
 
 use board::Board;
 use board::superbot::{MASTER, RESIDENCE, SLAVE};
@@ -15,7 +15,7 @@ use tasks::link::{receive, send};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
 
-board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi);
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi);
 
 // The simulator and debuggers find these by name; each begins with its counts.
 #[unsafe(no_mangle)]
@@ -23,12 +23,18 @@ static LINK_USART0: Port = Port::new(SLAVE.usart0);
 #[unsafe(no_mangle)]
 static LINK_USART1: Port = Port::new(SLAVE.usart1);
 #[unsafe(no_mangle)]
+static LINK_SOFT_UART: Port = Port::new(SLAVE.timer3);
+#[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Slave, RESIDENCE),
     tasks: &[],
-    links: &[(SLAVE.usart0, LINK_USART0.mailbox()), (SLAVE.usart1, LINK_USART1.mailbox())],
+    links: &[
+        (SLAVE.usart0, LINK_USART0.mailbox()),
+        (SLAVE.usart1, LINK_USART1.mailbox()),
+        (SLAVE.timer3, LINK_SOFT_UART.mailbox()),
+    ],
     bridge: BRIDGE.mailbox(),
 };
 
@@ -38,8 +44,10 @@ mod stack {
 
     pub static RECEIVE_USART0: Stack<228> = Stack::new();
     pub static RECEIVE_USART1: Stack<228> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<228> = Stack::new();
     pub static SEND_USART0: Stack<206> = Stack::new();
     pub static SEND_USART1: Stack<206> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<206> = Stack::new();
     pub static BRIDGE: Stack<212> = Stack::new();
 }
 
@@ -55,7 +63,7 @@ extern "C" fn main() -> ! {
 /// Starts every task. `None` if one of them can't.
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
-    let [seed0, seed1] = [board.nonce, board.nonce.rotate_left(8)];
+    let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
     board.tick.start(Interrupts);
 
     let (transmitter, receiver) = board.usart0.start(Interrupts);
@@ -72,6 +80,14 @@ fn start(boot: &mut Boot) -> Option<()> {
         .ok()?;
     stack::SEND_USART1
         .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter, seed1))
+        .ok()?;
+
+    let (transmitter, receiver) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+    stack::RECEIVE_SOFT_UART
+        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_SOFT_UART, receiver, &OFFICE, seed2))
+        .ok()?;
+    stack::SEND_SOFT_UART
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_SOFT_UART, transmitter, seed2))
         .ok()?;
 
     let signal = BRIDGE.mailbox().semaphore();

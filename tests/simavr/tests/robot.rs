@@ -2,11 +2,11 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::hormone::Data;
-use hormone::module_type::ModuleType::{Head, Spine, Tail};
-use simavr_harness::{Controller, Face, Faults};
-use superbot_tests_simavr::MILLISECOND;
+use hormone::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine, Tail};
+use simavr_harness::{Controller, Face, Faults, RobotBuilder};
 use superbot_tests_simavr::chain::{Chain, Count, Deed};
 use superbot_tests_simavr::hormones::{HOP_AT_MOST, Hormones};
+use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
 
 const MODULES: usize = 5;
@@ -25,6 +25,34 @@ fn every_module_finds_its_neighbours_and_its_type() {
         let types = [0, 1, 2, 3, 4].map(|module| chain.status(module).map(|status| status.module_type));
         assert_eq!(types, [Head, Spine, Spine, Spine, Tail].map(Some));
     }
+}
+
+/// A branch with two legs, a head and a tail: the right leg is at a UART in software.
+#[test]
+fn a_branch_finds_its_legs() {
+    let back_of = |module| Face { module, dock: Dock::Back };
+    let of_branch = |dock| Face { module: 1, dock };
+    let robot = RobotBuilder::new(firmware(), MODULES)
+        .attach(back_of(0), of_branch(Dock::Front))
+        .attach(of_branch(Dock::Back), Face { module: 2, dock: Dock::Front })
+        .attach(of_branch(Dock::Left), back_of(3))
+        .attach(of_branch(Dock::Right), back_of(4))
+        .seed(1);
+    let mut branch = Chain::of_robot(robot.build().expect("the docks are free"), 1);
+    branch.run(DISCOVERY);
+    branch.assert_right("at the start");
+    let types = [0, 1, 2, 3, 4].map(|module| branch.status(module).map(|status| status.module_type));
+    assert_eq!(types, [Head, Branch, Tail, LeftLeg, RightLeg].map(Some));
+    let deeds = branch.run(5 * SECOND);
+    let received_by = |wanted| {
+        deeds
+            .iter()
+            .filter(move |deed| deed.module == wanted && matches!(deed.event, Behaviour::HormoneReceived(..)))
+    };
+    for leg in [3, 4] {
+        assert_eq!(received_by(leg).count(), 10, "module {leg}");
+    }
+    branch.assert_right("after 5 s");
 }
 
 #[test]
