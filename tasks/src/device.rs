@@ -4,7 +4,11 @@ use kernel::Task;
 
 /// The sending half of a dock's serial link.
 pub trait Transmit {
-    /// Sends `bytes`, and blocks until the last stop bit is on the wire.
+    /// Whether a frame seems to be coming in. The line is half duplex, so to send now would be to drown it. If the
+    /// frame's end was lost this stays so until another frame comes or is sent.
+    fn is_busy(&self, task: &mut Task) -> bool;
+
+    /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost.
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]);
 }
 

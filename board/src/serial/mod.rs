@@ -3,6 +3,9 @@
 //! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end or
 //! when the FIFO is full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
 //! the wire.
+//!
+//! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its own
+//! reflection.
 
 mod io;
 
@@ -28,6 +31,8 @@ pub trait Line {
 pub struct Port {
     received: Fifo<32>,
     is_readable: Semaphore,
+    /// Whether the byte that came last was within a frame.
+    is_in_frame: MaskedCell<bool>,
     /// Whether to post `is_readable` at any byte, for a reader that knows no frames.
     is_stream: MaskedCell<bool>,
     /// Bytes with framing errors, bytes lost before the FIFO, frames that did not fit.
@@ -41,6 +46,7 @@ impl Port {
         Port {
             received: Fifo::new(),
             is_readable: Semaphore::new(0),
+            is_in_frame: MaskedCell::new(false),
             is_stream: MaskedCell::new(false),
             lost: MaskedCell::new(0),
             unsent: MaskedCell::new(&[]),
@@ -51,6 +57,7 @@ impl Port {
     /// A byte has come.
     #[inline(always)]
     pub(crate) fn put(&self, interrupt: &mut Interrupt, byte: u8) {
+        interrupt.mask(|masked| self.is_in_frame.set(masked, byte != 0));
         let space = self.received.put(interrupt, byte);
         if byte == 0 || space == Some(0) || interrupt.mask(|masked| self.is_stream.get(masked)) {
             self.is_readable.post(interrupt);
@@ -106,6 +113,10 @@ impl<L: Line> Receiver<L> {
 }
 
 impl<L: Line> Transmit for Transmitter<L> {
+    fn is_busy(&self, task: &mut Task) -> bool {
+        task.mask(|masked| L::port().is_in_frame.get(masked))
+    }
+
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
@@ -113,7 +124,10 @@ impl<L: Line> Transmit for Transmitter<L> {
         // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
         // borrows them, does not return before.
         let bytes = unsafe { slice::from_raw_parts(ptr::from_ref(bytes).cast(), bytes.len()) };
-        task.mask(|masked| L::port().unsent.set(masked, bytes));
+        task.mask(|masked| {
+            L::port().is_in_frame.set(masked, false); // what comes in is drowned
+            L::port().unsent.set(masked, bytes);
+        });
         L::begin(task);
         L::port().is_sent.wait(task);
     }

@@ -38,7 +38,7 @@ impl SoftUart {
         SoftUart(())
     }
 
-    /// Starts the line at [`BAUD`], half duplex: it hears nothing while it sends.
+    /// Starts the line at [`BAUD`].
     pub fn start(
         self,
         _: impl Serves<SoftUart>,

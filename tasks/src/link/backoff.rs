@@ -14,7 +14,7 @@ impl Backoff {
         Backoff(if seed == 0 { 1 } else { seed })
     }
 
-    /// The delay to add before the next repetition, 0..=7 ms.
+    /// The delay to add before the next repetition or datagram, 0..=7 ms.
     pub fn next_ms(&mut self) -> u8 {
         // More shifts than bits are taken, so that no bit is used twice, and a number that has no
         // factor in common with the period, so that every state has its turn.

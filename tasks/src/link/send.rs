@@ -11,16 +11,27 @@ use super::port::Port;
 use crate::device::Transmit;
 use crate::message::{Address, Buffered, Message};
 
-/// How long an ACK may take from the end of the message's frame, in ticks of 1 ms: at 38400 baud an ACK is 1.6 ms
-/// on the wire, and behind the longest frame that the neighbour may have just begun, 6.3 ms.
-const ACK_TIMEOUT: Ticks = 9;
+/// How long an ACK may take from the end of the message's frame, in ticks of 1 ms: at 38400 baud it is 1.6 ms on the wire.
+/// A neighbour that heard the message was not sending, so the ACK is the next that it sends.
+const ACK_TIMEOUT: Ticks = 5;
+
+/// How long a frame that comes in is waited for, in ticks of 1 ms: the longest takes 6.0 ms.
+const LONGEST_FRAME: u8 = 7;
 
 /// Runs the sending task of `port`. `seed` should differ from dock to dock and from module to module.
 pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16) -> Never {
-    let mut sender = Sender { port, line, wire: WireBuffer::new(), backoff: Backoff::new(seed) };
+    let wire = WireBuffer::new();
+    let mut sender = Sender { port, line, wire, backoff: Backoff::new(seed), waiting: None };
     let mut outstanding = None;
+    let mut patience = LONGEST_FRAME;
     loop {
         port.mailbox().wait(task);
+        if patience > 0 && sender.line.is_busy(task) {
+            patience -= 1;
+            port.mailbox().wake_in(task, 1);
+            continue;
+        }
+        patience = LONGEST_FRAME;
         if let Some(label) = port.take_ack_due(task) {
             sender.transmit(task, Frame::Ack(label));
         }
@@ -29,6 +40,13 @@ pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16)
             && let Some(message) = port.mailbox().take(task)
         {
             outstanding = sender.begin(task, message);
+        }
+        let alarm = match &outstanding {
+            Some(Outstanding { deadline, .. }) => left(task, *deadline),
+            None => sender.look_after_datagram(task),
+        };
+        if let Some(ticks) = alarm {
+            port.mailbox().wake_in(task, ticks);
         }
     }
 }
@@ -41,24 +59,51 @@ struct Outstanding {
     deadline: Ticks,
 }
 
+/// A datagram that waits for its moment. Two ends of a half-duplex line that begin at once do not hear each other, and what
+/// is not acknowledged is not repeated: probes of modules in step would be lost again and again.
+struct Waiting {
+    datagram: Buffered,
+    moment: Ticks,
+}
+
 struct Sender<Line> {
     port: &'static Port,
     line: Line,
     wire: WireBuffer,
     backoff: Backoff,
+    waiting: Option<Waiting>,
 }
 
 impl<Line: Transmit> Sender<Line> {
-    /// Sends a message for the first time. What comes back is still to be acknowledged.
+    /// Sends a message for the first time, or lets it wait if it is a datagram. What comes back is still to be
+    /// acknowledged.
     fn begin(&mut self, task: &mut Task, message: Buffered) -> Option<Outstanding> {
         if message.is_datagram() {
-            let signature = self.port.with(task, |state| state.endpoint.sign_datagram());
-            let (to, payload) = (beyond(&message), message.payload());
-            self.transmit(task, Frame::Datagram { signature, to, payload });
+            let moment = now(task).wrapping_add(Ticks::from(self.backoff.next_ms()));
+            if let Some(before) = self.waiting.replace(Waiting { datagram: message, moment }) {
+                self.send_datagram(task, &before.datagram);
+            }
             return None;
         }
         let label = self.port.with(task, |state| state.endpoint.sender.start());
         Some(self.send(task, message, label))
+    }
+
+    /// Sends the datagram that waits, if its moment has come. If not, returns how many ticks are left.
+    fn look_after_datagram(&mut self, task: &mut Task) -> Option<Ticks> {
+        let waiting = self.waiting.take()?;
+        let left = left(task, waiting.moment);
+        match left {
+            None => self.send_datagram(task, &waiting.datagram),
+            Some(_) => self.waiting = Some(waiting),
+        }
+        left
+    }
+
+    fn send_datagram(&mut self, task: &mut Task, datagram: &Message) {
+        let signature = self.port.with(task, |state| state.endpoint.sign_datagram());
+        let (to, payload) = (beyond(datagram), datagram.payload());
+        self.transmit(task, Frame::Datagram { signature, to, payload });
     }
 
     /// Sees whether an outstanding message has arrived or its time is up. What comes back still is outstanding.
@@ -66,8 +111,7 @@ impl<Line: Transmit> Sender<Line> {
         if !self.port.with(task, |state| state.endpoint.sender.is_busy()) {
             return None;
         }
-        let left = outstanding.deadline.wrapping_sub(now(task));
-        if left != 0 && left <= kernel::LONGEST {
+        if left(task, outstanding.deadline).is_some() {
             return Some(outstanding);
         }
         let Outstanding { message, label, .. } = outstanding;
@@ -83,15 +127,12 @@ impl<Line: Transmit> Sender<Line> {
         }
     }
 
-    /// Sends a message under ARQ, and sets the alarm for its ACK.
+    /// Sends a message under ARQ.
     fn send(&mut self, task: &mut Task, message: Buffered, label: Label) -> Outstanding {
         let (to, payload) = (beyond(&message), message.payload());
         self.transmit(task, Frame::Data { label, to, payload });
         let patience = ACK_TIMEOUT + Ticks::from(self.backoff.next_ms());
-        // In this order: a tick between the two makes the alarm late, not early. Nobody would set another one.
-        let deadline = now(task).wrapping_add(patience);
-        self.port.mailbox().wake_in(task, patience);
-        Outstanding { message, label, deadline }
+        Outstanding { message, label, deadline: now(task).wrapping_add(patience) }
     }
 
     fn transmit(&mut self, task: &mut Task, frame: Frame) {
@@ -106,4 +147,10 @@ impl<Line: Transmit> Sender<Line> {
 /// The address as the neighbour understands it: a task of its own.
 fn beyond(message: &Message) -> Address {
     Address::here(message.to().task())
+}
+
+/// How many ticks are left until `time`; `None` if none is.
+fn left(task: &mut Task, time: Ticks) -> Option<Ticks> {
+    let left = time.wrapping_sub(now(task));
+    (left != 0 && left <= kernel::LONGEST).then_some(left)
 }
