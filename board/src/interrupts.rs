@@ -94,16 +94,12 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::external::External> for $name {}
     };
     (Twi for $name:ident) => {
-        $crate::kernel::interrupt! {
-            fn __vector_33(interrupt) { $crate::twi::status_changed(interrupt) }
-        }
+        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed);
         // SAFETY: TWI, above.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
     };
     (I2c for $name:ident) => {
-        $crate::kernel::interrupt! {
-            fn __vector_33(interrupt) { $crate::twi::status_changed_with_i2c(interrupt) }
-        }
+        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed_with_i2c);
         // SAFETY: TWI, above. It serves the packets as well.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
         // SAFETY: likewise.

@@ -226,6 +226,38 @@ impl Engine {
         Answer { stops: true, signals: is_under_way, ..Answer::GO_ON }
     }
 
+    /// Takes notice of bytes that went over the bus without an [`answer`](Self::answer): of the packet under way `sent`
+    /// are sent, or of the one that is coming `received` are stored.
+    #[inline(always)]
+    pub fn catch_up(&mut self, sent: u8, received: u8) {
+        if let Outgoing::Sending { length, .. } = self.outgoing {
+            self.outgoing = Outgoing::Sending { next: sent.min(length), length };
+        }
+        if let Incoming::Filling { .. } = self.incoming {
+            self.incoming = Incoming::Filling { length: received };
+        }
+    }
+
+    /// The bytes of the packet under way that can be sent one after the other, as they are acknowledged: the first one's
+    /// index, and how many.
+    #[inline(always)]
+    pub fn sendable(&self) -> (u8, u8) {
+        match self.outgoing {
+            Outgoing::Sending { next, length } => (next, length.saturating_sub(next)),
+            _ => (0, 0),
+        }
+    }
+
+    /// The bytes of the packet that is coming that can be stored and acknowledged one after the other: where, and how
+    /// many. The last one that fits is not among them, for it is not acknowledged.
+    #[inline(always)]
+    pub fn storable(&self) -> (u8, u8) {
+        match self.incoming {
+            Incoming::Filling { length } => (length, (CAPACITY as u8 - 1).saturating_sub(length)),
+            _ => (0, 0),
+        }
+    }
+
     /// Whether no packet is under way, and the outcome of the last was taken.
     pub fn is_idle(&self) -> bool {
         self.outgoing == Outgoing::Idle

@@ -8,6 +8,7 @@ use super::registers::{
     ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data,
     set_own_address, status,
 };
+use super::stream::{self, Stream};
 use crate::interrupts::Serves;
 
 /// What the task and the interrupt share.
@@ -126,10 +127,17 @@ pub(super) fn engine(masked: &Masked) -> Engine {
 pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: bool) {
     let signal = interrupt.mask(|masked| {
         let (answer, mut control) = SHARED.with_engine(masked, |engine| {
+            let sent = stream::OUTGOING.get(masked).index(&SHARED.outgoing);
+            let received = stream::INCOMING.get(masked).index(&SHARED.incoming);
+            engine.catch_up(sent, received);
             let answer = engine.answer(status);
             let start = if engine.wants_start() { START } else { 0 };
             let others_start = if transaction_waits && !engine.is_sending() { START } else { 0 };
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
+            let (next, sendable) = engine.sendable();
+            stream::OUTGOING.set(masked, Stream::new(&SHARED.outgoing, next, sendable));
+            let (next, storable) = engine.storable();
+            stream::INCOMING.set(masked, Stream::new(&SHARED.incoming, next, storable));
             (answer, ENABLED | INTERRUPT | start | others_start | acknowledge)
         });
         if answer.stops {

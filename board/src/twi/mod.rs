@@ -13,9 +13,15 @@ mod interface;
 #[cfg(target_arch = "avr")]
 mod registers;
 pub mod status;
+#[cfg(target_arch = "avr")]
+#[doc(hidden)]
+pub mod stream;
 pub mod transaction;
 
 #[cfg(target_arch = "avr")]
 pub use i2c::{I2c, Master, status_changed_with_i2c};
 #[cfg(target_arch = "avr")]
 pub use interface::{Interface, Twi, status_changed};
+#[cfg(target_arch = "avr")]
+#[doc(hidden)]
+pub use registers::GO_ON;

@@ -24,6 +24,10 @@ pub const ACKNOWLEDGE: u8 = 1 << 6; // TWEA
 /// TWCR: there is a new status. Writing one clears it, and the interface goes on.
 pub const INTERRUPT: u8 = 1 << 7; // TWINT
 
+/// TWCR: the answer in the middle of a packet. A START that waits for the other MCU's packet is asked for again when
+/// that has ended.
+pub const GO_ON: u8 = ENABLED | INTERRUPT | ACKNOWLEDGE;
+
 fn registers() -> TWI {
     // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it comes.
     unsafe { TWI::steal() }

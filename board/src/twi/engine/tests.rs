@@ -281,3 +281,48 @@ fn a_packet_that_is_sent_while_one_is_under_way_is_ignored() {
         assert_eq!(engine.outgoing, expected);
     }
 }
+
+#[test]
+fn bytes_that_went_by_without_an_answer_count_as_if_they_had_one() {
+    for length in 0..=FULL {
+        for next in 0..=length {
+            let mut engine = Engine { outgoing: Sending { next, length }, incoming: Free };
+            let (index, number) = engine.sendable();
+            for sent in 0..=number {
+                let mut quick = engine;
+                quick.catch_up(index + sent, 0);
+                assert_eq!(quick, engine, "after {sent} bytes");
+                engine.answer(status::DATA_ACKNOWLEDGED);
+            }
+            assert_eq!(engine.outgoing, Ended(Done));
+        }
+    }
+    for length in 0..=FULL {
+        let mut engine = Engine { outgoing: Idle, incoming: Filling { length } };
+        let (index, number) = engine.storable();
+        for stored in 0..=number {
+            assert!(engine.acknowledges() || stored == number);
+            let mut quick = engine;
+            quick.catch_up(0, index + stored);
+            assert_eq!(quick, engine, "after {stored} bytes");
+            engine.answer(status::RECEIVED);
+        }
+        assert!(!engine.acknowledges(), "the last one that fits is answered by the engine");
+    }
+}
+
+#[test]
+fn only_what_is_under_way_catches_up() {
+    exhaust(|_, before, _, _| {
+        let mut after = before;
+        after.catch_up(3, 5);
+        match before.outgoing {
+            Sending { length, .. } => assert_eq!(after.outgoing, Sending { next: length.min(3), length }),
+            other => assert_eq!(after.outgoing, other),
+        }
+        match before.incoming {
+            Filling { .. } => assert_eq!(after.incoming, Filling { length: 5 }),
+            other => assert_eq!(after.incoming, other),
+        }
+    });
+}
