@@ -99,7 +99,9 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
     };
     (I2c for $name:ident) => {
-        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed_with_i2c);
+        $crate::kernel::interrupt! {
+            fn __vector_33(interrupt) { $crate::twi::status_changed_with_i2c(interrupt) }
+        }
         // SAFETY: TWI, above. It serves the packets as well.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
         // SAFETY: likewise.

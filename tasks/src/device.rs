@@ -46,7 +46,10 @@ pub trait Bus {
     /// Starts to send `bytes`, at most 24. One transfer at a time: the one before must have an outcome.
     fn send(&mut self, task: &mut Task, bytes: &[u8]);
 
-    /// The outcome of the transfer that `send` started, once.
+    /// Starts to send once more what was sent last.
+    fn send_again(&mut self, task: &mut Task);
+
+    /// The outcome of the transfer that was started last, once.
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer>;
 
     /// Copies what came from the other MCU to the start of `buffer`, and returns its length, once.

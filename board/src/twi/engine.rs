@@ -20,10 +20,13 @@ use tasks::device::Transfer;
 
 use super::status;
 
-/// The most bytes of a transfer.
+/// The most bytes of a transfer, without the address.
 pub const CAPACITY: usize = 24;
 
-/// The packet for the other MCU.
+/// How many bytes can be stored into a free buffer and acknowledged without an answer.
+pub const STORABLE: u8 = CAPACITY as u8 - 1;
+
+/// The packet for the other MCU. Its first byte is SLA+W, the address.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 enum Outgoing {
@@ -54,8 +57,6 @@ enum Incoming {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Data {
     None,
-    /// Send SLA+W of the other MCU.
-    Address,
     /// Send the byte of this index.
     Send(u8),
     /// Send ones.
@@ -146,8 +147,8 @@ impl Engine {
     fn begin(&mut self) -> Answer {
         match self.outgoing {
             Outgoing::Waiting { length } => {
-                self.outgoing = Outgoing::Sending { next: 0, length };
-                Answer::data(Data::Address)
+                self.outgoing = Outgoing::Sending { next: 1, length };
+                Answer::data(Data::Send(0))
             }
             _ => self.fault(),
         }
@@ -226,35 +227,43 @@ impl Engine {
         Answer { stops: true, signals: is_under_way, ..Answer::GO_ON }
     }
 
-    /// Takes notice of bytes that went over the bus without an [`answer`](Self::answer): of the packet under way `sent`
-    /// are sent, or of the one that is coming `received` are stored.
+    /// Takes notice of what went over the bus without an [`answer`](Self::answer): of the packet that goes out `sent`
+    /// bytes are sent, and of the one that comes `received` are stored.
     #[inline(always)]
     pub fn catch_up(&mut self, sent: u8, received: u8) {
-        if let Outgoing::Sending { length, .. } = self.outgoing {
-            self.outgoing = Outgoing::Sending { next: sent.min(length), length };
+        match self.outgoing {
+            Outgoing::Waiting { length } | Outgoing::Sending { length, .. } if sent > 0 => {
+                self.outgoing = Outgoing::Sending { next: sent.min(length), length };
+            }
+            _ => {}
         }
-        if let Incoming::Filling { .. } = self.incoming {
-            self.incoming = Incoming::Filling { length: received };
+        match self.incoming {
+            Incoming::Free | Incoming::Filling { .. } if received > 0 => {
+                self.incoming = Incoming::Filling { length: received };
+            }
+            _ => {}
         }
     }
 
-    /// The bytes of the packet under way that can be sent one after the other, as they are acknowledged: the first one's
-    /// index, and how many.
+    /// The bytes that can be sent without an answer, from a START on, as they are acknowledged: the first one's index,
+    /// and how many.
     #[inline(always)]
     pub fn sendable(&self) -> (u8, u8) {
         match self.outgoing {
+            Outgoing::Waiting { length } => (0, length),
             Outgoing::Sending { next, length } => (next, length.saturating_sub(next)),
             _ => (0, 0),
         }
     }
 
-    /// The bytes of the packet that is coming that can be stored and acknowledged one after the other: where, and how
-    /// many. The last one that fits is not among them, for it is not acknowledged.
+    /// The bytes that can be stored without an answer, from the own address on, and acknowledged: where, and how many. The
+    /// last one that fits is not among them, for it is not acknowledged.
     #[inline(always)]
     pub fn storable(&self) -> (u8, u8) {
         match self.incoming {
-            Incoming::Filling { length } => (length, (CAPACITY as u8 - 1).saturating_sub(length)),
-            _ => (0, 0),
+            Incoming::Free => (0, STORABLE),
+            Incoming::Filling { length } => (length, STORABLE.saturating_sub(length)),
+            Incoming::Whole { .. } => (0, 0),
         }
     }
 
@@ -263,7 +272,7 @@ impl Engine {
         self.outgoing == Outgoing::Idle
     }
 
-    /// Has a packet of `length` bytes sent, if [`is_idle`](Self::is_idle).
+    /// Has a packet of `length` bytes sent, the address among them, if [`is_idle`](Self::is_idle).
     pub fn send(&mut self, length: u8) {
         if self.is_idle() {
             self.outgoing = Outgoing::Waiting { length };

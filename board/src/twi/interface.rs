@@ -14,28 +14,35 @@ use crate::interrupts::Serves;
 /// What the task and the interrupt share.
 struct Shared {
     engine: MaskedCell<Engine>,
-    outgoing: [MaskedCell<u8>; CAPACITY],
+    /// SLA+W of the other MCU, and what it is to get.
+    outgoing: [MaskedCell<u8>; 1 + CAPACITY],
+    /// Bytes of the outgoing packet, the address among them.
+    length: MaskedCell<u8>,
     incoming: [MaskedCell<u8>; CAPACITY],
-    /// SLA+W of the other MCU.
-    destination: MaskedCell<u8>,
     signal: MaskedCell<Option<&'static Semaphore>>,
 }
 
 static SHARED: Shared = Shared {
     engine: MaskedCell::new(Engine::new()),
-    outgoing: [const { MaskedCell::new(0) }; CAPACITY],
+    outgoing: [const { MaskedCell::new(0) }; 1 + CAPACITY],
+    length: MaskedCell::new(0),
     incoming: [const { MaskedCell::new(0) }; CAPACITY],
-    destination: MaskedCell::new(0),
     signal: MaskedCell::new(None),
 };
 
 impl Shared {
+    /// Tells the vector which bytes it may send.
     #[inline(always)]
-    fn with_engine<R>(&self, masked: &Masked, body: impl FnOnce(&mut Engine) -> R) -> R {
-        let mut engine = self.engine.get(masked);
-        let result = body(&mut engine);
-        self.engine.set(masked, engine);
-        result
+    fn arm_outgoing(&'static self, masked: &Masked, engine: &Engine) {
+        let (next, number) = engine.sendable();
+        stream::OUTGOING.set(masked, Stream::new(&self.outgoing, next, number));
+    }
+
+    /// Tells the vector which bytes it may store.
+    #[inline(always)]
+    fn arm_incoming(&'static self, masked: &Masked, engine: &Engine) {
+        let (next, number) = engine.storable();
+        stream::INCOMING.set(masked, Stream::new(&self.incoming, next, number));
     }
 }
 
@@ -61,7 +68,10 @@ impl Twi {
         set_bit_rate();
         set_own_address(own);
         context.mask(|masked| {
-            SHARED.destination.set(masked, other << 1);
+            if let Some(address) = SHARED.outgoing.first() {
+                address.set(masked, other << 1);
+            }
+            SHARED.arm_incoming(masked, &Engine::new());
             SHARED.signal.set(masked, Some(signal));
             request(masked, ENABLED | ACKNOWLEDGE);
         });
@@ -78,34 +88,55 @@ impl Bus for Interface {
         if !task.mask(|masked| SHARED.engine.get(masked).is_idle()) {
             return;
         }
-        // Byte by byte, so that interrupts are never masked for long: in this state the interrupt reads none.
-        let mut length = 0;
-        for (cell, byte) in SHARED.outgoing.iter().zip(bytes) {
-            task.mask(|masked| cell.set(masked, *byte));
-            length += 1;
-        }
         task.mask(|masked| {
-            SHARED.with_engine(masked, |engine| engine.send(length));
-            request(masked, START);
+            let mut length = 1;
+            for (cell, byte) in SHARED.outgoing.iter().skip(1).zip(bytes) {
+                cell.set(masked, *byte);
+                length += 1;
+            }
+            SHARED.length.set(masked, length);
+        });
+        self.send_again(task);
+    }
+
+    /// While a transfer is under way, or its outcome was not taken, nothing happens.
+    fn send_again(&mut self, task: &mut Task) {
+        task.mask(|masked| {
+            let length = SHARED.length.get(masked);
+            let mut engine = SHARED.engine.get(masked);
+            if engine.is_idle() {
+                engine.send(length);
+                SHARED.engine.set(masked, engine);
+                SHARED.arm_outgoing(masked, &engine);
+                request(masked, START);
+            }
         });
     }
 
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer> {
-        task.mask(|masked| SHARED.with_engine(masked, Engine::outcome))
+        task.mask(|masked| {
+            let mut engine = SHARED.engine.get(masked);
+            let outcome = engine.outcome();
+            SHARED.engine.set(masked, engine);
+            outcome
+        })
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
-        let length = task.mask(|masked| SHARED.engine.get(masked).received())?;
-        let mut copied = 0;
-        for (slot, cell) in buffer.iter_mut().zip(&SHARED.incoming).take(usize::from(length)) {
-            *slot = task.mask(|masked| cell.get(masked));
-            copied += 1;
-        }
         task.mask(|masked| {
-            SHARED.with_engine(masked, Engine::release);
+            let mut engine = SHARED.engine.get(masked);
+            let length = engine.received()?;
+            let mut copied = 0;
+            for (slot, cell) in buffer.iter_mut().zip(&SHARED.incoming).take(usize::from(length)) {
+                *slot = cell.get(masked);
+                copied += 1;
+            }
+            engine.release();
+            SHARED.engine.set(masked, engine);
+            SHARED.arm_incoming(masked, &engine);
             request(masked, ACKNOWLEDGE);
-        });
-        Some(copied)
+            Some(copied)
+        })
     }
 }
 
@@ -126,39 +157,34 @@ pub(super) fn engine(masked: &Masked) -> Engine {
 #[inline(always)]
 pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: bool) {
     let signal = interrupt.mask(|masked| {
-        let (answer, mut control) = SHARED.with_engine(masked, |engine| {
-            let sent = stream::OUTGOING.get(masked).index(&SHARED.outgoing);
-            let received = stream::INCOMING.get(masked).index(&SHARED.incoming);
-            engine.catch_up(sent, received);
-            let answer = engine.answer(status);
-            let start = if engine.wants_start() { START } else { 0 };
-            let others_start = if transaction_waits && !engine.is_sending() { START } else { 0 };
-            let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
-            let (next, sendable) = engine.sendable();
-            stream::OUTGOING.set(masked, Stream::new(&SHARED.outgoing, next, sendable));
-            let (next, storable) = engine.storable();
-            stream::INCOMING.set(masked, Stream::new(&SHARED.incoming, next, storable));
-            (answer, ENABLED | INTERRUPT | start | others_start | acknowledge)
-        });
-        if answer.stops {
-            control |= STOP;
-        }
-        let byte = match answer.data {
-            Data::None => None,
-            Data::Address => Some(SHARED.destination.get(masked)),
-            Data::Send(index) => SHARED.outgoing.get(usize::from(index)).map(|cell| cell.get(masked)),
-            Data::Ones => Some(0xff),
+        let mut engine = SHARED.engine.get(masked);
+        let sent = stream::OUTGOING.get(masked).index(&SHARED.outgoing);
+        let received = stream::INCOMING.get(masked).index(&SHARED.incoming);
+        engine.catch_up(sent, received);
+        let answer = engine.answer(status);
+        match answer.data {
+            Data::None => {}
+            Data::Send(index) => {
+                if let Some(cell) = SHARED.outgoing.get(usize::from(index)) {
+                    set_data(cell.get(masked));
+                }
+            }
+            Data::Ones => set_data(0xff),
             Data::Store(index) => {
                 if let Some(cell) = SHARED.incoming.get(usize::from(index)) {
                     cell.set(masked, data());
                 }
-                None
             }
-        };
-        if let Some(byte) = byte {
-            set_data(byte);
         }
-        set_control(masked, control);
+        let others_start = transaction_waits && !engine.is_sending();
+        let start = if engine.wants_start() || others_start { START } else { 0 };
+        let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
+        let stop = if answer.stops { STOP } else { 0 };
+        set_control(masked, ENABLED | INTERRUPT | start | acknowledge | stop);
+        // The bus goes on, and the vector waits for this handler.
+        SHARED.engine.set(masked, engine);
+        SHARED.arm_outgoing(masked, &engine);
+        SHARED.arm_incoming(masked, &engine);
         if answer.signals { SHARED.signal.get(masked) } else { None }
     });
     if let Some(signal) = signal {

@@ -77,17 +77,16 @@ impl Crc8 {
         Crc8(0)
     }
 
+    /// Takes in one byte.
+    ///
+    /// The polynomial is x^8 + x^2 + x + 1, so x^8 leaves the remainder x^2 + x + 1. A byte times that reaches two bits
+    /// above itself, and those come down in the same way.
     const fn update(&mut self, byte: u8) {
-        self.0 ^= byte;
-        let mut bit = 0;
-        while bit < 8 {
-            let carry = self.0 & 0x80 != 0;
-            self.0 <<= 1;
-            if carry {
-                self.0 ^= 0x07;
-            }
-            bit += 1;
+        const fn times_x8(byte: u8) -> u8 {
+            byte ^ byte << 1 ^ byte << 2
         }
+        let quotient = self.0 ^ byte;
+        self.0 = times_x8(quotient) ^ times_x8(quotient >> 7 ^ quotient >> 6);
     }
 
     const fn value(self) -> u8 {
@@ -152,6 +151,19 @@ mod tests {
             crc.update(*byte);
         }
         crc.value()
+    }
+
+    #[test]
+    fn crc_8_agrees_with_long_division() {
+        for remainder in 0..=255 {
+            for byte in 0..=255 {
+                let mut crc = Crc8(remainder);
+                crc.update(byte);
+                let divided =
+                    (0..8).fold(remainder ^ byte, |rest, _| rest << 1 ^ if rest >> 7 != 0 { 7 } else { 0 });
+                assert_eq!(crc.0, divided);
+            }
+        }
     }
 
     #[test]

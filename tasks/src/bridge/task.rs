@@ -6,7 +6,6 @@ use kernel::{Mutex, Never, Priority, Task, Ticks};
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
 use crate::device::{Bus, Transfer};
 use crate::mailbox::Mailbox;
-use crate::message::Buffered;
 use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
 
@@ -63,56 +62,69 @@ pub fn run(
     mut bus: impl Bus,
     office: &'static PostOffice,
 ) -> Never {
-    let mut buffer = [0; MAX_PACKET];
-    let mut crossing: Option<Crossing> = None;
+    let mut incoming = [0; MAX_PACKET];
+    let mut next = Next::new();
+    let mut retries_left: Option<u8> = None; // of the transfer under way
     loop {
         bridge.mailbox().wait(task);
-        if let Some(length) = bus.receive(task, &mut buffer) {
-            take(task, bridge, office, buffer.get(..length).unwrap_or(&[]));
-        }
-        crossing = crossing.and_then(|crossing| match bus.outcome(task) {
-            None => Some(crossing),
-            Some(Transfer::Done) => {
-                bridge.count(task, |counters| &mut counters.messages_sent);
-                None
-            }
+        // The bus first, which is idle while it waits for this task.
+        let received = bus.receive(task, &mut incoming);
+        let outcome = bus.outcome(task);
+        match outcome {
+            None => {}
+            Some(Transfer::Done) => retries_left = None,
             Some(Transfer::Refused | Transfer::Fault) => {
-                let again = crossing.again();
-                bridge.count(task, |counters| match again {
-                    Some(_) => &mut counters.retries,
-                    None => &mut counters.gave_up,
-                });
-                if let Some(crossing) = &again {
+                retries_left = retries_left.and_then(|left| left.checked_sub(1));
+                if retries_left.is_some() {
                     task.delay(PAUSE);
-                    crossing.start(task, &mut bus, &mut buffer);
+                    bus.send_again(task);
                 }
-                again
             }
-        });
-        if crossing.is_none()
+        }
+        if retries_left.is_none() {
+            next.prepare(task, bridge);
+            if let Some(packet) = next.take() {
+                bus.send(task, packet);
+                retries_left = Some(RETRY_LIMIT);
+            }
+        }
+        if let Some(outcome) = outcome {
+            bridge.count(task, |counters| match outcome {
+                Transfer::Done => &mut counters.messages_sent,
+                _ => &mut counters.retries,
+            });
+        }
+        if let Some(length) = received {
+            take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
+        }
+        next.prepare(task, bridge);
+    }
+}
+
+/// The packet to be sent next. It is made while the one before is on the wire.
+struct Next {
+    packet: [u8; MAX_PACKET],
+    /// 0 if there is none.
+    length: usize,
+}
+
+impl Next {
+    const fn new() -> Next {
+        Next { packet: [0; MAX_PACKET], length: 0 }
+    }
+
+    /// Makes a packet of the first message that waits, unless there is one already.
+    fn prepare(&mut self, task: &mut Task, bridge: &'static Bridge) {
+        if self.length == 0
             && let Some(message) = bridge.mailbox().take(task)
         {
-            let first = Crossing { message, retries_left: RETRY_LIMIT };
-            first.start(task, &mut bus, &mut buffer);
-            crossing = Some(first);
+            self.length = protocol::encode(&message, &mut self.packet).len();
         }
     }
-}
 
-/// A message on its way to the other MCU.
-struct Crossing {
-    message: Buffered,
-    retries_left: u8,
-}
-
-impl Crossing {
-    fn start(&self, task: &mut Task, bus: &mut impl Bus, buffer: &mut [u8; MAX_PACKET]) {
-        bus.send(task, protocol::encode(&self.message, buffer));
-    }
-
-    /// One retry less; nothing when none is left.
-    fn again(self) -> Option<Crossing> {
-        Some(Crossing { retries_left: self.retries_left.checked_sub(1)?, ..self })
+    fn take(&mut self) -> Option<&[u8]> {
+        let length = core::mem::take(&mut self.length);
+        self.packet.get(..length).filter(|packet| !packet.is_empty())
     }
 }
 

@@ -12,9 +12,9 @@ const FULL: u8 = CAPACITY as u8;
 /// Every state of the outgoing packet.
 fn all_outgoing() -> Vec<Outgoing> {
     let mut all = Vec::from([Idle, Ended(Done), Ended(Refused), Ended(Fault)]);
-    for length in 0..=FULL {
+    for length in 1..=FULL + 1 {
         all.push(Waiting { length });
-        all.extend((0..=length).map(|next| Sending { next, length }));
+        all.extend((1..=length).map(|next| Sending { next, length }));
     }
     all
 }
@@ -61,7 +61,7 @@ fn what_the_task_has_not_asked_for_is_never_sent() {
         if !is_under_way(before.outgoing) {
             assert_eq!(after.outgoing, before.outgoing);
             assert!(!after.wants_start());
-            assert!(!matches!(answer.data, Data::Address | Data::Send(_)));
+            assert!(!matches!(answer.data, Data::Send(_)));
         }
     });
 }
@@ -81,7 +81,11 @@ fn a_packet_has_the_bus_from_its_start_to_its_stop_or_a_lost_arbitration() {
 fn indices_lie_within_the_packets() {
     exhaust(|_, before, after, answer| match answer.data {
         Data::Send(index) => {
-            let Sending { next, length } = before.outgoing else { panic!("{before:?}") };
+            let (next, length) = match before.outgoing {
+                Waiting { length } => (0, length),
+                Sending { next, length } => (next, length),
+                other => panic!("{other:?}"),
+            };
             assert_eq!(index, next);
             assert_eq!(after.outgoing, Sending { next: next + 1, length });
             assert!(index < length);
@@ -91,7 +95,7 @@ fn indices_lie_within_the_packets() {
             assert_eq!(after.incoming, Filling { length: index + 1 });
             assert!(index < FULL);
         }
-        Data::None | Data::Address | Data::Ones => {}
+        Data::None | Data::Ones => {}
     });
 }
 
@@ -153,19 +157,19 @@ fn every_status_of_the_datasheet() {
     let sending = |next| Sending { next, length: 3 };
 
     let as_master = [
-        (START, waiting, sending(0), Answer { data: Data::Address, ..go_on }),
-        (REPEATED_START, waiting, sending(0), Answer { data: Data::Address, ..go_on }),
-        (ADDRESS_ACKNOWLEDGED, sending(0), sending(1), Answer { data: Data::Send(0), ..go_on }),
-        (ADDRESS_ACKNOWLEDGED, Sending { next: 0, length: 0 }, Ended(Done), ends),
-        (ADDRESS_REFUSED, sending(0), Ended(Refused), ends),
+        (START, waiting, sending(1), Answer { data: Data::Send(0), ..go_on }),
+        (REPEATED_START, waiting, sending(1), Answer { data: Data::Send(0), ..go_on }),
+        (ADDRESS_ACKNOWLEDGED, sending(1), sending(2), Answer { data: Data::Send(1), ..go_on }),
+        (ADDRESS_ACKNOWLEDGED, Sending { next: 1, length: 1 }, Ended(Done), ends),
+        (ADDRESS_REFUSED, sending(1), Ended(Refused), ends),
         (DATA_ACKNOWLEDGED, sending(2), sending(3), Answer { data: Data::Send(2), ..go_on }),
         (DATA_ACKNOWLEDGED, sending(3), Ended(Done), ends),
         (DATA_REFUSED, sending(2), Ended(Refused), ends),
         (DATA_REFUSED, sending(3), Ended(Refused), ends),
-        (ARBITRATION_LOST, sending(0), waiting, go_on),
+        (ARBITRATION_LOST, sending(1), waiting, go_on),
         (ARBITRATION_LOST, sending(2), waiting, go_on),
-        (LOST_AND_CALLED, sending(0), waiting, go_on),
-        (LOST_AND_READ, sending(0), waiting, ones),
+        (LOST_AND_CALLED, sending(1), waiting, go_on),
+        (LOST_AND_READ, sending(1), waiting, ones),
     ];
     for (status, before, after, expected) in as_master {
         for incoming in all_incoming() {
@@ -205,7 +209,7 @@ fn every_status_of_the_datasheet() {
 
 #[test]
 fn the_loser_of_an_arbitration_receives_from_the_winner_and_then_starts_again() {
-    let mut engine = Engine { outgoing: Sending { next: 0, length: 2 }, incoming: Free };
+    let mut engine = Engine { outgoing: Sending { next: 1, length: 2 }, incoming: Free };
     engine.answer(status::LOST_AND_ADDRESSED);
     for _ in 0..3 {
         assert!(engine.wants_start() && engine.acknowledges());
@@ -214,7 +218,7 @@ fn the_loser_of_an_arbitration_receives_from_the_winner_and_then_starts_again() 
     assert!(engine.answer(status::STOP).signals);
     assert_eq!(engine.received(), Some(3));
     assert!(engine.wants_start() && !engine.acknowledges());
-    assert_eq!(engine.answer(status::START).data, Data::Address);
+    assert_eq!(engine.answer(status::START).data, Data::Send(0));
 }
 
 /// A fault is a bus error, a status out of place, or one of the master receiver.
@@ -249,11 +253,11 @@ fn a_fault_gives_up_both_packets_and_lets_go_of_the_bus() {
 #[test]
 fn three_bytes_cross() {
     let (mut master, mut slave) = (Engine::new(), Engine::new());
-    let packet = [7, 8, 9];
+    let packet = [0x22, 7, 8, 9];
     let mut buffer = [0; CAPACITY];
-    master.send(3);
+    master.send(4);
     assert!(master.wants_start());
-    assert_eq!(master.answer(status::START).data, Data::Address);
+    assert_eq!(master.answer(status::START).data, Data::Send(0));
     assert!(slave.acknowledges());
     slave.answer(status::ADDRESSED);
     let mut status = status::ADDRESS_ACKNOWLEDGED;
@@ -266,7 +270,7 @@ fn three_bytes_cross() {
     assert_eq!(master.outcome(), Some(Done));
     assert_eq!(master.outcome(), None);
     assert_eq!(slave.received(), Some(3));
-    assert_eq!(buffer[..3], packet);
+    assert_eq!(buffer[..3], packet[1..]);
     assert!(!slave.acknowledges());
     slave.release();
     assert!(slave.acknowledges() && slave.received().is_none());
@@ -284,45 +288,47 @@ fn a_packet_that_is_sent_while_one_is_under_way_is_ignored() {
 
 #[test]
 fn bytes_that_went_by_without_an_answer_count_as_if_they_had_one() {
-    for length in 0..=FULL {
-        for next in 0..=length {
-            let mut engine = Engine { outgoing: Sending { next, length }, incoming: Free };
-            let (index, number) = engine.sendable();
-            for sent in 0..=number {
-                let mut quick = engine;
-                quick.catch_up(index + sent, 0);
-                assert_eq!(quick, engine, "after {sent} bytes");
-                engine.answer(status::DATA_ACKNOWLEDGED);
-            }
-            assert_eq!(engine.outgoing, Ended(Done));
+    for length in 1..=FULL {
+        let mut engine = Engine { outgoing: Waiting { length }, incoming: Free };
+        assert_eq!(engine.sendable(), (0, length));
+        engine.answer(status::START);
+        for sent in 1..=length {
+            assert_eq!(engine.sendable(), (sent, length - sent));
+            let mut quick = Engine { outgoing: Waiting { length }, incoming: Free };
+            quick.catch_up(sent, 0);
+            assert_eq!(quick, engine, "after {sent} bytes");
+            engine.answer(status::DATA_ACKNOWLEDGED);
         }
+        assert_eq!(engine.outgoing, Ended(Done));
     }
-    for length in 0..=FULL {
-        let mut engine = Engine { outgoing: Idle, incoming: Filling { length } };
-        let (index, number) = engine.storable();
-        for stored in 0..=number {
-            assert!(engine.acknowledges() || stored == number);
-            let mut quick = engine;
-            quick.catch_up(0, index + stored);
-            assert_eq!(quick, engine, "after {stored} bytes");
-            engine.answer(status::RECEIVED);
-        }
-        assert!(!engine.acknowledges(), "the last one that fits is answered by the engine");
+    let mut engine = Engine::new();
+    assert_eq!(engine.storable(), (0, STORABLE));
+    engine.answer(status::ADDRESSED);
+    for stored in 1..=STORABLE {
+        assert!(engine.acknowledges());
+        engine.answer(status::RECEIVED);
+        assert_eq!(engine.storable(), (stored, STORABLE - stored));
+        let mut quick = Engine::new();
+        quick.catch_up(0, stored);
+        assert_eq!(quick, engine, "after {stored} bytes");
     }
+    engine.answer(status::RECEIVED);
+    assert!(!engine.acknowledges(), "the last one that fits is answered by the engine");
 }
 
 #[test]
-fn only_what_is_under_way_catches_up() {
+fn what_has_ended_or_is_whole_does_not_catch_up() {
     exhaust(|_, before, _, _| {
         let mut after = before;
         after.catch_up(3, 5);
-        match before.outgoing {
-            Sending { length, .. } => assert_eq!(after.outgoing, Sending { next: length.min(3), length }),
-            other => assert_eq!(after.outgoing, other),
+        assert_eq!(after.is_sending(), is_under_way(before.outgoing));
+        if !is_under_way(before.outgoing) {
+            assert_eq!(after.outgoing, before.outgoing);
         }
-        match before.incoming {
-            Filling { .. } => assert_eq!(after.incoming, Filling { length: 5 }),
-            other => assert_eq!(after.incoming, other),
-        }
+        let expected = match before.incoming {
+            Free | Filling { .. } => Filling { length: 5 },
+            whole => whole,
+        };
+        assert_eq!(after.incoming, expected);
     });
 }

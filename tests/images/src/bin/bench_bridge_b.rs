@@ -1,0 +1,17 @@
+//! The receiving side of the bridge test; see `bench_bridge/sides.rs`.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+#[path = "bench_bridge/sides.rs"]
+mod sides;
+
+use board::superbot::{MASTER, SLAVE};
+use tasks::router::Mcu;
+
+board::interrupts!(Interrupts: Tick, Twi);
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| sides::begin(boot, Interrupts, Mcu::Slave, &SLAVE, &MASTER))
+}
