@@ -64,7 +64,7 @@ mod stack {
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
     pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static BRIDGE: Stack<232> = Stack::new();
+    pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<276> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
     pub static AC_SEND: Stack<136> = Stack::new();

@@ -48,7 +48,7 @@ mod stack {
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
     pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static BRIDGE: Stack<232> = Stack::new();
+    pub static BRIDGE: Stack<240> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

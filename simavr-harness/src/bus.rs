@@ -72,6 +72,8 @@ pub struct Bus {
     phase: Phase,
     /// What the next byte is.
     next: NextByte,
+    /// Pulses on SCL until something lets go of SDA, which it holds low.
+    data_held_for: u32,
     counts: BusCounts,
 }
 
@@ -133,12 +135,54 @@ impl Bus {
             roles: vec![Role::None; nodes],
             phase: Phase::Free { since: 0, in_byte: false },
             next: NextByte::Address,
+            data_held_for: 0,
             counts: BusCounts::default(),
         }
     }
 
     pub fn counts(&self) -> BusCounts {
         self.counts
+    }
+
+    /// Something, as a slave that lost count, holds SDA low until it has seen so many pulses on SCL. A master that sends
+    /// loses the bus by that, a STOP does not come through, and no START is possible.
+    pub(crate) fn hold_data(&mut self, nodes: &mut [Mcu], clocks: u32) {
+        self.data_held_for = clocks;
+        for node in nodes {
+            node.take_clock_pulses();
+            node.set_data_wire(clocks == 0);
+        }
+    }
+
+    /// Lets SDA go when it has seen its pulses. As SCL is high, that is a STOP to all who listen.
+    fn see_clock_pulses(&mut self, nodes: &mut [Mcu]) {
+        if self.data_held_for == 0 {
+            return;
+        }
+        let pulses = nodes.iter_mut().map(Mcu::take_clock_pulses).sum();
+        self.data_held_for = self.data_held_for.saturating_sub(pulses);
+        if self.data_held_for > 0 {
+            return;
+        }
+        nodes.iter_mut().for_each(|node| node.set_data_wire(true));
+        let in_byte = matches!(self.phase, Phase::Free { in_byte: true, .. });
+        self.dismiss_slaves(nodes, if in_byte { status::BUS_ERROR } else { status::STOP_OR_REPEATED_START });
+        if let Phase::Free { .. } | Phase::Start { .. } = self.phase {
+            let since = nodes.iter().map(Mcu::cycle).max().unwrap_or(0);
+            self.phase = Phase::Free { since, in_byte: false };
+        }
+    }
+
+    /// What a master does on a bus whose SDA is held.
+    fn act_in_vain(&mut self, nodes: &mut [Mcu], now: u64) {
+        let in_byte = matches!(self.phase, Phase::Byte { .. });
+        for master in self.indices(Role::is_master) {
+            self.roles[master] = Role::None;
+            if in_byte {
+                report(&mut nodes[master], status::ARBITRATION_LOST);
+            }
+        }
+        self.phase = Phase::Free { since: now, in_byte };
     }
 
     /// The cycle at which the bus acts next; no node may run past it.
@@ -166,6 +210,7 @@ impl Bus {
     /// which the bus is due.
     pub(crate) fn advance(&mut self, nodes: &mut [Mcu]) {
         self.see_departures(nodes);
+        self.see_clock_pulses(nodes);
         loop {
             self.plan(nodes);
             let Some(due) = self.due() else { return };
@@ -218,7 +263,7 @@ impl Bus {
     /// End of the START that the first node to ask for one sends on the free bus.
     fn start_due(&self, nodes: &[Mcu], free_since: u64) -> Option<u64> {
         let abandoned = self.slaves().map(|slave| &nodes[slave]);
-        if abandoned.clone().any(holds_clock) {
+        if self.data_held_for > 0 || abandoned.clone().any(holds_clock) {
             return None;
         }
         let clock_free = abandoned.map(released_at).max().unwrap_or(0);
@@ -252,6 +297,9 @@ impl Bus {
     // --- Acting ---------------------------------------------------------------------------------
 
     fn act(&mut self, nodes: &mut [Mcu], now: u64) {
+        if self.data_held_for > 0 {
+            return self.act_in_vain(nodes, now);
+        }
         match self.phase {
             Phase::Start { in_byte, .. } => self.start(nodes, now, in_byte),
             Phase::RepeatedStart { .. } => self.repeated_start(nodes),

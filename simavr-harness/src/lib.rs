@@ -29,6 +29,7 @@ mod random;
 mod repair;
 mod robot;
 mod serial_pins;
+mod wires;
 
 pub use bus::{Bus, BusCounts};
 pub use engine::{Engine, Event, LONGEST_WINDOW};

@@ -18,6 +18,7 @@ use crate::repair::usart::{self, Character, Usart, UsartCounts};
 use crate::repair::watchdog;
 use crate::repair::{external, interrupt};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
+use crate::wires::{self, Wires};
 
 mod explore;
 
@@ -35,6 +36,8 @@ pub struct Mcu {
     cpu: Cpu,
     markers: Attached<Markers>,
     usarts: Vec<Attached<Usart>>,
+    /// The wires of a two-wire bus at the pins, if there is one.
+    wires: Option<Attached<Wires>>,
     twi: Attached<Twi>,
     eeprom: Attached<Eeprom>,
     /// Where it is not simavr's own.
@@ -126,6 +129,7 @@ impl Mcu {
             part,
             markers: marker::attach(cpu, part.marker),
             usarts: Option::ok_or_else(usarts, missing)?,
+            wires: None,
             twi: twi::attach(cpu, &part.twi).ok_or_else(missing)?,
             eeprom: eeprom::attach(cpu, &part.eeprom).ok_or_else(missing)?,
             adc: adc.transpose()?,
@@ -532,6 +536,22 @@ impl Mcu {
     /// Reads the node's state.
     pub(crate) fn twi<R>(&self, look: impl FnOnce(&Twi, Cpu) -> R) -> R {
         look(self.twi.get(), self.cpu)
+    }
+
+    /// Takes the pulses that the program has given on SCL by its pin.
+    pub(crate) fn take_clock_pulses(&mut self) -> u32 {
+        let cpu = self.cpu;
+        self.wires.as_mut().map_or(0, |wires| wires.with(cpu, Wires::take_pulses))
+    }
+
+    /// Joins the pins SCL and SDA to the wires of a bus.
+    pub(crate) fn add_wires(&mut self) {
+        self.wires = Some(wires::attach(self.cpu));
+    }
+
+    /// Shows the program the level of SDA.
+    pub(crate) fn set_data_wire(&mut self, level: bool) {
+        self.act_from_outside(|mcu| Wires::set_data(mcu.cpu, level));
     }
 
     /// Lets the bus act on the node.

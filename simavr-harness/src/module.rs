@@ -66,6 +66,7 @@ impl Module {
             let seed = Random::of_part(seed, part).next_u64();
             let mut mcu = Mcu::new(Part::ATMEGA128, Arc::clone(image), seed)?;
             mcu.add_serial_pins(SERIAL_PINS);
+            mcu.add_wires();
             Ok::<_, McuError>(mcu)
         };
         let mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
@@ -83,6 +84,11 @@ impl Module {
     /// What the bus between the MCUs has carried.
     pub fn bus_counts(&self) -> BusCounts {
         self.bus.counts()
+    }
+
+    /// Has something hold SDA of the bus low until it has seen so many pulses on SCL.
+    pub fn hold_data_wire(&mut self, clocks: u32) {
+        self.bus.hold_data(&mut self.mcus, clocks);
     }
 
     /// Sets the longest turn that one MCU runs before the other, in cycles. It changes the speed

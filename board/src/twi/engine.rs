@@ -267,6 +267,12 @@ impl Engine {
         }
     }
 
+    /// Forgets what is under way on the bus, which was freed. A packet that came whole stays.
+    pub fn reset(&mut self) {
+        self.outgoing = Outgoing::Idle;
+        self.drop_incoming();
+    }
+
     /// Whether no packet is under way, and the outcome of the last was taken.
     pub fn is_idle(&self) -> bool {
         self.outgoing == Outgoing::Idle

@@ -9,6 +9,7 @@ use super::registers::{
     set_own_address, status,
 };
 use super::stream::{self, Stream};
+use super::wires::{self, Wire};
 use crate::interrupts::Serves;
 
 /// What the task and the interrupt share.
@@ -89,12 +90,11 @@ impl Bus for Interface {
             return;
         }
         task.mask(|masked| {
-            let mut length = 1;
-            for (cell, byte) in SHARED.outgoing.iter().skip(1).zip(bytes) {
+            let [_, cells @ ..] = &SHARED.outgoing;
+            for (cell, byte) in cells.iter().zip(bytes) {
                 cell.set(masked, *byte);
-                length += 1;
             }
-            SHARED.length.set(masked, length);
+            SHARED.length.set(masked, 1 + bytes.len().min(CAPACITY) as u8);
         });
         self.send_again(task);
     }
@@ -110,6 +110,32 @@ impl Bus for Interface {
                 SHARED.arm_outgoing(masked, &engine);
                 request(masked, START);
             }
+        });
+    }
+
+    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds it for a byte's bit has lost count by then
+    /// (I2C-bus specification, "Bus clear"). Then a STOP, by which everyone knows that the bus is free.
+    fn free(&mut self, task: &mut Task) {
+        task.mask(|masked| set_control(masked, 0)); // the pins are the port's, and let go
+        for _ in 0..9 {
+            if wires::data_is_high() {
+                break;
+            }
+            wires::pull(task, Wire::Clock, true);
+            wires::pull(task, Wire::Clock, false);
+        }
+        wires::pull(task, Wire::Clock, true);
+        wires::pull(task, Wire::Data, true);
+        wires::pull(task, Wire::Clock, false);
+        wires::pull(task, Wire::Data, false);
+        task.mask(|masked| {
+            let mut engine = SHARED.engine.get(masked);
+            engine.reset();
+            SHARED.engine.set(masked, engine);
+            SHARED.arm_outgoing(masked, &engine);
+            SHARED.arm_incoming(masked, &engine);
+            let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
+            set_control(masked, ENABLED | acknowledge);
         });
     }
 

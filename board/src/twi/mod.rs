@@ -17,6 +17,8 @@ pub mod status;
 #[doc(hidden)]
 pub mod stream;
 pub mod transaction;
+#[cfg(target_arch = "avr")]
+mod wires;
 
 #[cfg(target_arch = "avr")]
 pub use i2c::{I2c, Master, status_changed_with_i2c};

@@ -37,9 +37,18 @@ pub fn links(mcu: &Mcu) -> impl Iterator<Item = LinkCounters> + '_ {
 
 /// The counts of an MCU's side of the bridge.
 pub fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
-    let [messages_sent, messages_received, retries, errors, gave_up, ignored, no_buffer] =
+    let [messages_sent, messages_received, retries, errors, gave_up, ignored, no_buffer, freed] =
         words(mcu, "BRIDGE")?;
-    Some(BridgeCounters { messages_sent, messages_received, retries, errors, gave_up, ignored, no_buffer })
+    Some(BridgeCounters {
+        messages_sent,
+        messages_received,
+        retries,
+        errors,
+        gave_up,
+        ignored,
+        no_buffer,
+        freed,
+    })
 }
 
 fn link_counters(words: &[u16; 11]) -> LinkCounters {

@@ -113,6 +113,8 @@ pub struct BridgeCounters {
     pub ignored: u16,
     /// Messages lost for want of a buffer.
     pub no_buffer: u16,
+    /// Transfers that took too long, so that the bus had to be freed.
+    pub freed: u16,
 }
 
 impl BridgeCounters {
@@ -126,6 +128,7 @@ impl BridgeCounters {
             gave_up: 0,
             ignored: 0,
             no_buffer: 0,
+            freed: 0,
         }
     }
 }

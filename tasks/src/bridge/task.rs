@@ -1,7 +1,7 @@
 //! The bridge's task, one on each MCU (paper, section 5): sends what is in its queue over I2C, and delivers
 //! what comes from there.
 
-use kernel::{Mutex, Never, Priority, Task, Ticks};
+use kernel::{Mutex, Never, Priority, Task, Ticks, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
 use crate::device::{Bus, Transfer};
@@ -12,11 +12,15 @@ use crate::router::Source;
 /// Messages that may wait to cross.
 const ROOM: u8 = 6;
 
-/// How often a transfer that was refused is tried again, each time after [`PAUSE`].
+/// How often a transfer that failed is tried again.
 const RETRY_LIMIT: u8 = 20;
 
-/// The pause before a refused transfer is tried again, in ticks of 1 ms.
+/// The pause before that, in ticks of 1 ms.
 const PAUSE: Ticks = 1;
+
+/// How long a transfer may take, in ticks of 1 ms. The longest takes 0.6 ms, and as much again behind the other MCU's; the
+/// rest is for what both MCUs have to do besides.
+const TRANSFER_AT_MOST: Ticks = 5;
 
 /// One side of the bridge. A `static`: its task runs on it, and readers of RAM find the [`BridgeCounters`] at its start.
 #[repr(C)]
@@ -64,40 +68,112 @@ pub fn run(
 ) -> Never {
     let mut incoming = [0; MAX_PACKET];
     let mut next = Next::new();
-    let mut retries_left: Option<u8> = None; // of the transfer under way
+    let mut sending = Sending { phase: Phase::Idle, retries_left: 0, deadline: 0 };
     loop {
         bridge.mailbox().wait(task);
         // The bus first, which is idle while it waits for this task.
-        let received = bus.receive(task, &mut incoming);
         let outcome = bus.outcome(task);
-        match outcome {
-            None => {}
-            Some(Transfer::Done) => retries_left = None,
-            Some(Transfer::Refused | Transfer::Fault) => {
-                retries_left = retries_left.and_then(|left| left.checked_sub(1));
-                if retries_left.is_some() {
-                    task.delay(PAUSE);
-                    bus.send_again(task);
-                }
-            }
+        if outcome == Some(Transfer::Done) {
+            sending.phase = Phase::Idle;
         }
-        if retries_left.is_none() {
-            next.prepare(task, bridge);
-            if let Some(packet) = next.take() {
-                bus.send(task, packet);
-                retries_left = Some(RETRY_LIMIT);
-            }
+        if sending.phase == Phase::Idle
+            && let Some(packet) = next.take()
+        {
+            bus.send(task, packet);
+            sending.begin(task);
         }
-        if let Some(outcome) = outcome {
-            bridge.count(task, |counters| match outcome {
-                Transfer::Done => &mut counters.messages_sent,
-                _ => &mut counters.retries,
-            });
-        }
+        let received = bus.receive(task, &mut incoming);
+        sending.look_after(task, bridge, &mut bus, outcome);
         if let Some(length) = received {
             take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
         }
         next.prepare(task, bridge);
+        match sending.phase {
+            Phase::Idle if next.is_ready() => bridge.mailbox().wake(task),
+            Phase::Idle => {}
+            Phase::OnBus | Phase::Pausing => {
+                let left = sending.left(task);
+                bridge.mailbox().wake_in(task, left);
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Nothing is to be sent.
+    Idle,
+    /// A packet is on the bus, or waits for it.
+    OnBus,
+    /// It failed, and is sent again after a while.
+    Pausing,
+}
+
+/// The packet that is under way to the other MCU.
+struct Sending {
+    phase: Phase,
+    retries_left: u8,
+    /// When it has taken too long, or is sent again.
+    deadline: Ticks,
+}
+
+impl Sending {
+    fn begin(&mut self, task: &mut Task) {
+        self.retries_left = RETRY_LIMIT;
+        self.enter(task, Phase::OnBus, TRANSFER_AT_MOST);
+    }
+
+    fn enter(&mut self, task: &mut Task, phase: Phase, ticks: Ticks) {
+        self.phase = phase;
+        self.deadline = now(task).wrapping_add(ticks);
+    }
+
+    /// How many ticks are left until the deadline; at least one.
+    fn left(&self, task: &mut Task) -> Ticks {
+        self.deadline.wrapping_sub(now(task)).clamp(1, TRANSFER_AT_MOST)
+    }
+
+    fn is_due(&self, task: &mut Task) -> bool {
+        // A deadline that has passed lies far ahead.
+        self.deadline.wrapping_sub(now(task)).wrapping_sub(1) >= TRANSFER_AT_MOST
+    }
+
+    /// Counts an `outcome`, and does what failures and time ask for.
+    fn look_after(
+        &mut self,
+        task: &mut Task,
+        bridge: &'static Bridge,
+        bus: &mut impl Bus,
+        outcome: Option<Transfer>,
+    ) {
+        match outcome {
+            Some(Transfer::Done) => bridge.count(task, |counters| &mut counters.messages_sent),
+            Some(Transfer::Refused | Transfer::Fault) => self.fail(task, bridge),
+            None if self.phase == Phase::Idle || !self.is_due(task) => {}
+            None if self.phase == Phase::OnBus => {
+                bus.free(task);
+                bridge.count(task, |counters| &mut counters.freed);
+                self.fail(task, bridge);
+            }
+            None => {
+                bus.send_again(task);
+                self.enter(task, Phase::OnBus, TRANSFER_AT_MOST);
+            }
+        }
+    }
+
+    fn fail(&mut self, task: &mut Task, bridge: &'static Bridge) {
+        match self.retries_left.checked_sub(1) {
+            Some(left) => {
+                self.retries_left = left;
+                self.enter(task, Phase::Pausing, PAUSE);
+                bridge.count(task, |counters| &mut counters.retries);
+            }
+            None => {
+                self.phase = Phase::Idle;
+                bridge.count(task, |counters| &mut counters.gave_up);
+            }
+        }
     }
 }
 
@@ -120,6 +196,10 @@ impl Next {
         {
             self.length = protocol::encode(&message, &mut self.packet).len();
         }
+    }
+
+    fn is_ready(&self) -> bool {
+        self.length > 0
     }
 
     fn take(&mut self) -> Option<&[u8]> {

@@ -1,7 +1,10 @@
 //! The bridge between the MCUs of a module: how much it carries, and what it survives.
 
-use simavr_harness::{CLOCK_HZ, Controller, Engine, Images, RobotBuilder};
+use std::mem::offset_of;
+
+use simavr_harness::{CLOCK_HZ, Controller, Engine, Images, Reset, RobotBuilder};
 use superbot_tests_simavr::{MILLISECOND, image};
+use tasks::bridge::protocol::BridgeCounters;
 
 /// Cycles that a message of 16 bytes takes on the wire at 400 kHz: START, address, 20 bytes with an acknowledgement each,
 /// STOP.
@@ -31,4 +34,76 @@ fn messages_take_four_fifths_of_what_the_wire_can_carry() {
     println!("{messages} messages a second, {efficiency:.3} of the wire's limit");
     assert_eq!(symbol(&engine, Controller::Slave, "OUT_OF_TURN"), 0);
     assert!(efficiency >= 0.8, "{efficiency}");
+}
+
+/// What the bridge of a side counts.
+fn count(engine: &Engine, side: Controller, offset: usize) -> u16 {
+    let module = engine.robot().module(0).expect("there is one");
+    let counters = module.mcu(side).read_symbol("BRIDGE").expect("the image has it");
+    u16::from_le_bytes([counters[offset], counters[offset + 1]])
+}
+
+/// The bus must carry messages again this long after a fault has ended.
+const RECOVERY: u64 = 20 * MILLISECOND;
+
+/// Asserts that messages come within `RECOVERY`, one at least, and that none is out of turn that was not lost before.
+fn assert_in_service(engine: &mut Engine, when: &str) {
+    let [before, lost] = ["IN_TURN", "OUT_OF_TURN"].map(|name| symbol(engine, Controller::Slave, name));
+    engine.run_until(engine.cycle() + RECOVERY);
+    let [after, lost_now] = ["IN_TURN", "OUT_OF_TURN"].map(|name| symbol(engine, Controller::Slave, name));
+    assert!(after != before, "{when}: nothing has come");
+    assert_eq!(lost_now, lost, "{when}: a message is missing");
+}
+
+#[test]
+fn a_bus_that_is_stuck_is_freed() {
+    let mut engine = pair();
+    engine.run_until(50 * MILLISECOND);
+    for clocks in 1..=9 {
+        // At any moment of a transfer.
+        engine.run_until(engine.cycle() + 12_345);
+        engine.robot_mut().module_mut(0).expect("there is one").hold_data_wire(clocks);
+        assert_in_service(&mut engine, &format!("{clocks} clocks"));
+    }
+    assert_eq!(count(&engine, Controller::Master, offset_of!(BridgeCounters, freed)), 9);
+    assert_eq!(count(&engine, Controller::Master, offset_of!(BridgeCounters, gave_up)), 0);
+}
+
+#[test]
+fn a_reset_of_either_side_is_recovered_from() {
+    let mut engine = pair();
+    engine.run_until(50 * MILLISECOND);
+    for controller in Controller::ALL {
+        for number in 0..20 {
+            engine.run_until(engine.cycle() + 7_777 * number % 20_000);
+            let module = engine.robot_mut().module_mut(0).expect("there is one");
+            module.mcu_mut(controller).reset(Reset::External);
+            let end = engine.cycle() + RECOVERY;
+            engine.run_until(end - 5 * MILLISECOND);
+            let received = offset_of!(BridgeCounters, messages_received);
+            let before = count(&engine, Controller::Slave, received);
+            engine.run_until(end);
+            let after = count(&engine, Controller::Slave, received);
+            assert!(after > before + 2, "reset {number} of the {controller:?}: {before}, {after}");
+        }
+    }
+}
+
+/// While one side is gone the other's messages are lost, and counted.
+#[test]
+fn what_is_lost_is_counted() {
+    let mut engine = pair();
+    engine.run_until(50 * MILLISECOND);
+    let gone = engine.cycle() + 200 * MILLISECOND;
+    while engine.cycle() < gone {
+        let module = engine.robot_mut().module_mut(0).expect("there is one");
+        module.mcu_mut(Controller::Slave).reset(Reset::External);
+        engine.run_until(engine.cycle() + 1_000);
+    }
+    let gave_up = count(&engine, Controller::Master, offset_of!(BridgeCounters, gave_up));
+    // Each is tried 21 times, about a millisecond apart.
+    assert!((5..=10).contains(&gave_up), "{gave_up}");
+    engine.run_until(engine.cycle() + RECOVERY);
+    let received = count(&engine, Controller::Slave, offset_of!(BridgeCounters, messages_received));
+    assert!(received > 2, "{received}");
 }
