@@ -4,8 +4,7 @@ use kernel::Task;
 
 /// The sending half of a dock's serial link.
 pub trait Transmit {
-    /// Whether a frame seems to be coming in. The line is half duplex, so to send now would be to drown it. If the
-    /// frame's end was lost this stays so until another frame comes or is sent.
+    /// Whether a frame is coming in. The line is half duplex, so to send now would be to drown it.
     fn is_busy(&self, task: &mut Task) -> bool;
 
     /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost.
@@ -16,6 +15,8 @@ pub trait Transmit {
 pub trait Receive {
     /// Blocks until the zero byte that ends a frame has come, and copies the frame, that zero
     /// included, to the start of `buffer`. Returns its length in bytes.
+    ///
+    /// A frame whose end was lost ends when the next one begins.
     ///
     /// A frame that does not fit is dropped up to its zero, and counted in
     /// [`overruns`](Self::overruns), as are bytes that the hardware or the FIFO lost.

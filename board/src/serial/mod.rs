@@ -12,8 +12,11 @@ mod io;
 use core::marker::PhantomData;
 use core::{ptr, slice};
 
-use kernel::{Context, Fifo, Interrupt, Masked, MaskedCell, Semaphore, Task};
+use kernel::{Context, Fifo, Interrupt, Masked, MaskedCell, Semaphore, Task, Ticks, now};
 use tasks::device::{Receive, Transmit};
+
+/// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it is not coming.
+const PAUSE: Ticks = 1;
 
 /// A line, named by its type.
 pub trait Line {
@@ -31,8 +34,9 @@ pub trait Line {
 pub struct Port {
     received: Fifo<32>,
     is_readable: Semaphore,
-    /// Whether the byte that came last was within a frame.
+    /// Whether the byte that came last was within a frame, and when it came.
     is_in_frame: MaskedCell<bool>,
+    heard_at: MaskedCell<Ticks>,
     /// Whether to post `is_readable` at any byte, for a reader that knows no frames.
     is_stream: MaskedCell<bool>,
     /// Bytes with framing errors, bytes lost before the FIFO, frames that did not fit.
@@ -47,6 +51,7 @@ impl Port {
             received: Fifo::new(),
             is_readable: Semaphore::new(0),
             is_in_frame: MaskedCell::new(false),
+            heard_at: MaskedCell::new(0),
             is_stream: MaskedCell::new(false),
             lost: MaskedCell::new(0),
             unsent: MaskedCell::new(&[]),
@@ -57,9 +62,21 @@ impl Port {
     /// A byte has come.
     #[inline(always)]
     pub(crate) fn put(&self, interrupt: &mut Interrupt, byte: u8) {
-        interrupt.mask(|masked| self.is_in_frame.set(masked, byte != 0));
+        let time = now(interrupt);
+        let was_cut_off = interrupt.mask(|masked| {
+            let is_late = time.wrapping_sub(self.heard_at.get(masked)) > PAUSE;
+            let was_in_frame = self.is_in_frame.get(masked);
+            self.heard_at.set(masked, time);
+            self.is_in_frame.set(masked, byte != 0);
+            was_in_frame && is_late
+        });
+        if was_cut_off {
+            // Its end was lost. The frame that begins now shall not be taken for the rest of it.
+            self.received.put(interrupt, 0);
+        }
         let space = self.received.put(interrupt, byte);
-        if byte == 0 || space == Some(0) || interrupt.mask(|masked| self.is_stream.get(masked)) {
+        if byte == 0 || was_cut_off || space == Some(0) || interrupt.mask(|masked| self.is_stream.get(masked))
+        {
             self.is_readable.post(interrupt);
         }
     }
@@ -114,7 +131,11 @@ impl<L: Line> Receiver<L> {
 
 impl<L: Line> Transmit for Transmitter<L> {
     fn is_busy(&self, task: &mut Task) -> bool {
-        task.mask(|masked| L::port().is_in_frame.get(masked))
+        let time = now(task);
+        task.mask(|masked| {
+            let is_late = time.wrapping_sub(L::port().heard_at.get(masked)) > PAUSE;
+            L::port().is_in_frame.get(masked) && !is_late
+        })
     }
 
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]) {
@@ -136,22 +157,27 @@ impl<L: Line> Transmit for Transmitter<L> {
 impl<L: Line> Receive for Receiver<L> {
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
         let port = L::port();
-        let mut length = 0usize;
         loop {
-            while let Some(byte) = port.received.take(task) {
-                if let Some(slot) = buffer.get_mut(length) {
+            let room = buffer.len();
+            let mut slots = buffer.iter_mut();
+            let fits = loop {
+                let Some(byte) = port.received.take(task) else {
+                    port.is_readable.wait(task);
+                    continue;
+                };
+                let slot = slots.next();
+                let fits = slot.is_some();
+                if let Some(slot) = slot {
                     *slot = byte;
                 }
-                length = length.saturating_add(1);
                 if byte == 0 {
-                    if length <= buffer.len() {
-                        return length;
-                    }
-                    task.mask(|masked| port.lost.count(masked));
-                    length = 0;
+                    break fits;
                 }
+            };
+            if fits {
+                return room - slots.len();
             }
-            port.is_readable.wait(task);
+            task.mask(|masked| port.lost.count(masked));
         }
     }
 

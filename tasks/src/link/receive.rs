@@ -30,25 +30,31 @@ pub fn run(
     loop {
         let length = line.receive(task, &mut wire);
         let overruns = line.overruns(task);
-        port.with(task, |state| state.counters.overruns = overruns);
-        match wire.get_mut(..length).map(Frame::decode) {
-            Some(Ok(frame)) => {
-                let time = now(task);
-                if time.wrapping_sub(heard_at) > SILENCE {
-                    port.with(task, |state| state.endpoint.forget_neighbour());
-                }
-                heard_at = time;
-                port.count(task, |counters| &mut counters.frames_received);
-                take(task, port, office, frame);
+        let frame = wire.get_mut(..length).and_then(|wire| Frame::decode(wire).ok());
+        let time = now(task);
+        let is_stranger = frame.is_some() && time.wrapping_sub(heard_at) > SILENCE;
+        let arrival = port.with(task, |state| {
+            state.counters.overruns = overruns;
+            let Some(frame) = frame else {
+                state.counters.errors = state.counters.errors.wrapping_add(1);
+                return None;
+            };
+            state.counters.frames_received = state.counters.frames_received.wrapping_add(1);
+            if is_stranger {
+                state.endpoint.forget_neighbour();
             }
-            _ => port.count(task, |counters| &mut counters.errors),
+            Some(state.endpoint.on_frame(frame))
+        });
+        if let Some(arrival) = arrival {
+            heard_at = time;
+            take(task, port, office, arrival);
         }
     }
 }
 
-/// Does what a frame asks for.
-fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, frame: Frame) {
-    match port.with(task, |state| state.endpoint.on_frame(frame)) {
+/// Does what an arrival asks for.
+fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, arrival: Arrival) {
+    match arrival {
         Arrival::Message { label, to, payload } => {
             // Acknowledged unless there is no room now: what nobody here wants, no repetition helps.
             if deliver(task, port, office, to, payload) {

@@ -11,27 +11,28 @@ use super::port::Port;
 use crate::device::Transmit;
 use crate::message::{Address, Buffered, Message};
 
-/// How long an ACK may take from the end of the message's frame, in ticks of 1 ms: at 38400 baud it is 1.6 ms on the wire.
-/// A neighbour that heard the message was not sending, so the ACK is the next that it sends.
-const ACK_TIMEOUT: Ticks = 5;
-
-/// How long a frame that comes in is waited for, in ticks of 1 ms: the longest takes 6.0 ms.
-const LONGEST_FRAME: u8 = 7;
+/// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that heard the
+/// message was not sending, so the ACK is the next that it sends; once something comes in, its end is waited for.
+const ACK_TIMEOUT: Ticks = 3;
 
 /// Runs the sending task of `port`. `seed` should differ from dock to dock and from module to module.
 pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16) -> Never {
-    let wire = WireBuffer::new();
-    let mut sender = Sender { port, line, wire, backoff: Backoff::new(seed), waiting: None };
+    let mut sender = Sender {
+        port,
+        line,
+        wire: WireBuffer::new(),
+        in_wire: None,
+        backoff: Backoff::new(seed),
+        is_repeated: false,
+        waiting: None,
+    };
     let mut outstanding = None;
-    let mut patience = LONGEST_FRAME;
     loop {
         port.mailbox().wait(task);
-        if patience > 0 && sender.line.is_busy(task) {
-            patience -= 1;
+        if sender.line.is_busy(task) {
             port.mailbox().wake_in(task, 1);
             continue;
         }
-        patience = LONGEST_FRAME;
         if let Some(label) = port.take_ack_due(task) {
             sender.transmit(task, Frame::Ack(label));
         }
@@ -70,7 +71,11 @@ struct Sender<Line> {
     port: &'static Port,
     line: Line,
     wire: WireBuffer,
+    /// The message whose frame is in `wire`.
+    in_wire: Option<Label>,
     backoff: Backoff,
+    /// Whether the message under way was sent before.
+    is_repeated: bool,
     waiting: Option<Waiting>,
 }
 
@@ -86,7 +91,8 @@ impl<Line: Transmit> Sender<Line> {
             return None;
         }
         let label = self.port.with(task, |state| state.endpoint.sender.start());
-        Some(self.send(task, message, label))
+        self.is_repeated = false;
+        Some(self.send(task, message, label, ACK_TIMEOUT))
     }
 
     /// Sends the datagram that waits, if its moment has come. If not, returns how many ticks are left.
@@ -118,7 +124,10 @@ impl<Line: Transmit> Sender<Line> {
         match self.port.with(task, |state| state.endpoint.sender.on_timeout())? {
             Timeout::Retransmit => {
                 self.port.count(task, |counters| &mut counters.retries);
-                Some(self.send(task, message, label))
+                // Two ends that have collided again and again repeat after the same time.
+                let part = if self.is_repeated { Ticks::from(self.backoff.next_ms()) } else { 0 };
+                self.is_repeated = true;
+                Some(self.send(task, message, label, ACK_TIMEOUT + part))
             }
             Timeout::GaveUp => {
                 self.port.count(task, |counters| &mut counters.gave_up);
@@ -128,16 +137,22 @@ impl<Line: Transmit> Sender<Line> {
     }
 
     /// Sends a message under ARQ.
-    fn send(&mut self, task: &mut Task, message: Buffered, label: Label) -> Outstanding {
+    fn send(&mut self, task: &mut Task, message: Buffered, label: Label, patience: Ticks) -> Outstanding {
         let (to, payload) = (beyond(&message), message.payload());
         self.transmit(task, Frame::Data { label, to, payload });
-        let patience = ACK_TIMEOUT + Ticks::from(self.backoff.next_ms());
-        Outstanding { message, label, deadline: now(task).wrapping_add(patience) }
+        let deadline = now(task).wrapping_add(patience);
+        Outstanding { message, label, deadline }
     }
 
     fn transmit(&mut self, task: &mut Task, frame: Frame) {
+        let message = match frame {
+            Frame::Data { label, .. } => Some(label),
+            _ => None,
+        };
+        let is_there = message.is_some() && message == self.in_wire;
+        self.in_wire = message;
         // A message holds no more than a frame, so this never fails; if it did, nothing would go out.
-        if frame.encode(&mut self.wire).is_ok() {
+        if is_there || frame.encode(&mut self.wire).is_ok() {
             self.line.transmit(task, self.wire.bytes());
             self.port.count(task, |counters| &mut counters.frames_sent);
         }

@@ -138,7 +138,7 @@ fn a_hormone_whose_frame_is_lost_is_repeated() {
     // Not before the wait for an ACK is over.
     let received = Behaviour::HormoneReceived(Dock::Front, HIT);
     let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
-    assert!(late >= in_time + 9 * MILLISECOND && late <= in_time + 20 * MILLISECOND, "{late} {in_time}");
+    assert!(late >= in_time + 4 * MILLISECOND && late <= in_time + 10 * MILLISECOND, "{late} {in_time}");
 }
 
 #[test]

@@ -163,6 +163,21 @@ fn on_a_perfect_line_every_message_is_delivered() {
     assert_eq!((counts.delivered, counts.received, counts.gave_up), (2000, 2000, 0), "{counts:?}");
 }
 
+/// A million messages, half of them each way, with 30 % of the frames lost each way. `run` fails if one is lost without
+/// notice, comes twice or out of turn.
+#[test]
+fn a_million_messages_at_thirty_percent_loss() {
+    let rates = Rates { lose: 77, ..PERFECT };
+    let (mut delivered, mut gave_up) = (0, 0);
+    for seed in 0..20 {
+        let counts = run(Link::new(ends([7 + seed, 9], 8), 4), rates, seed.into(), 25_000);
+        delivered += counts.delivered;
+        gave_up += counts.gave_up;
+    }
+    assert_eq!(delivered + gave_up, 1_000_000);
+    assert!((1_500..=3_000).contains(&gave_up), "{gave_up}");
+}
+
 /// 30 % of the frames lost each way: a round trip fails with 1 - 0.7^2 = 0.51, and 9 of them in a row
 /// with 0.0023.
 #[test]

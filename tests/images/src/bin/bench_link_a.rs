@@ -1,0 +1,14 @@
+//! The sending side of the link test; see `bench_link/sides.rs`.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+#[path = "bench_link/sides.rs"]
+mod sides;
+
+board::interrupts!(Interrupts: Tick, Usart0);
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| sides::begin(boot, Interrupts, true))
+}
