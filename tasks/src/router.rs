@@ -19,6 +19,9 @@ pub enum Mcu {
 pub struct TaskSet([u8; 4]);
 
 impl TaskSet {
+    /// Every task there can be.
+    pub const ALL: TaskSet = TaskSet([0xff; 4]);
+
     /// The set of the tasks listed.
     pub const fn of(mut tasks: &[TaskCode]) -> TaskSet {
         let mut bits = 0_u32;

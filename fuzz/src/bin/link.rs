@@ -1,0 +1,80 @@
+//! What comes in at a dock, byte by byte: whatever a neighbour says reaches behaviours only.
+//!
+//! A CRC keeps noise out, but not a neighbour. So each frame is given a right one.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use tasks::dock::{Dock, DockSet};
+use tasks::link::cobs::WireBuffer;
+use tasks::link::endpoint::{Arrival, Endpoint};
+use tasks::link::frame::{Frame, Label};
+use tasks::link::signature::Signature;
+use tasks::message::{Address, MAX_PAYLOAD, Message};
+use tasks::router::{Mcu, Residence, Residents, Route, Router, Source, TaskSet};
+
+/// Every task there can be is on both MCUs, and every dock.
+const ALL: Residents = Residents { docks: DockSet::of(&Dock::ALL), tasks: TaskSet::ALL };
+
+/// A frame made of the first bytes of `input`, as a neighbour may send it.
+fn frame<'i>(input: &mut &'i [u8]) -> Option<Frame<'i>> {
+    let [control, epoch, to, rest @ ..] = *input else { return None };
+    let dock = Dock::from_index(control & 7)?;
+    let signature = Signature { dock, epoch: *epoch };
+    let label = Label { signature, sequence: control & 8 != 0, fresh: control & 16 != 0 };
+    let (payload, rest) = rest.split_at(rest.len().min(usize::from(control >> 5) * 3).min(MAX_PAYLOAD));
+    *input = rest;
+    let to = Address::from_byte(*to)?;
+    Some(match epoch & 3 {
+        0 => Frame::Ack(label),
+        1 => Frame::Datagram { signature, to, payload },
+        _ => Frame::Data { label, to, payload },
+    })
+}
+
+/// Both MCUs' routers must keep a neighbour's message from docks and system tasks.
+fn check(at: Dock, to: Address, payload: &[u8]) {
+    let from = Address::beyond(at, to.task());
+    let message = Message::new(to, from, payload).expect("a frame holds no more than a message");
+    for mcu in [Mcu::Master, Mcu::Slave] {
+        match Router::new(mcu, Residence { master: ALL, slave: ALL }).route(&message, Source::Dock(at)) {
+            Route::Task(task) => assert!(task.is_behaviour() && to.dock().is_none(), "{to:?}"),
+            Route::Refused => assert!(!to.task().is_behaviour() || to.dock().is_some(), "{to:?}"),
+            route => panic!("{to:?} goes to {route:?}"),
+        }
+    }
+}
+
+fuzz_target!(|input: &[u8]| {
+    let [dock, epoch, step, rest @ ..] = input else { return };
+    let Some(at) = Dock::from_index(dock & 7) else { return };
+    let mut endpoint = Endpoint::new(at, u16::from_be_bytes([*step, *epoch]), 3);
+    let mut rest = rest;
+    while let Some(sent) = frame(&mut rest) {
+        if dock & 8 != 0 && !endpoint.sender.is_busy() {
+            let _ = endpoint.sender.start();
+        }
+        let mut wire = WireBuffer::new();
+        sent.encode(&mut wire).expect("the payload is short");
+        let mut bytes = wire.bytes().to_vec();
+        let frame = Frame::decode(&mut bytes).expect("it was just made");
+        assert_eq!(frame, sent);
+        match endpoint.on_frame(frame) {
+            Arrival::Message { label, to, payload } => {
+                check(at, to, payload);
+                endpoint.accept(label);
+                assert!(matches!(endpoint.on_frame(sent), Arrival::Duplicate(again) if again == label));
+            }
+            Arrival::Datagram { to, payload } => check(at, to, payload),
+            Arrival::Delivered => assert!(!endpoint.sender.is_busy()),
+            Arrival::Duplicate(_) | Arrival::StaleAck | Arrival::Reflection => {}
+        }
+    }
+    // Bytes as they are: almost all are refused.
+    for wire in input.split_inclusive(|byte| *byte == 0) {
+        if let Ok(Frame::Data { to, payload, .. } | Frame::Datagram { to, payload, .. }) =
+            Frame::decode(&mut wire.to_vec())
+        {
+            check(at, to, payload);
+        }
+    }
+});

@@ -1,0 +1,35 @@
+//! Edges at any times: the next character after a pause is understood.
+#![no_main]
+
+use board::soft_uart::decoder::{Character, EdgeDecoder};
+use board::soft_uart::encoder::{Pulse, PulseEncoder};
+use libfuzzer_sys::fuzz_target;
+
+const BIT: u16 = 417;
+
+fuzz_target!(|input: &[u8]| {
+    let [byte, noise @ ..] = input else { return };
+    let mut decoder = EdgeDecoder::<BIT>::new();
+    let mut time = 0u16;
+    for edge in noise.chunks_exact(2) {
+        let [low, high] = edge else { continue };
+        time = time.wrapping_add(u16::from_le_bytes([*low, high & 0x3f]));
+        match high >> 6 {
+            0 => drop(decoder.edge(time, false)),
+            1 => drop(decoder.edge(time, true)),
+            2 => drop(decoder.untimed_edge(low & 1 != 0)),
+            _ => drop(decoder.ended(low & 1 != 0)),
+        }
+    }
+    // The line is high, and what is left was looked at.
+    decoder.edge(time, true);
+    while decoder.ended(true).is_some() {}
+    let mut encoder = PulseEncoder::<BIT>::new();
+    encoder.begin(*byte);
+    while let Some(Pulse { low, length, .. }) = encoder.next(|| None) {
+        decoder.edge(time, false);
+        decoder.edge(time.wrapping_add(low), true);
+        time = time.wrapping_add(length);
+    }
+    assert_eq!(decoder.ended(true), Some(Character::Byte(*byte)));
+});
