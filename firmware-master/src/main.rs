@@ -58,9 +58,9 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<228> = Stack::new();
-    pub static RECEIVE_USART1: Stack<228> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<228> = Stack::new();
+    pub static RECEIVE_USART0: Stack<220> = Stack::new();
+    pub static RECEIVE_USART1: Stack<220> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<220> = Stack::new();
     pub static SEND_USART0: Stack<206> = Stack::new();
     pub static SEND_USART1: Stack<206> = Stack::new();
     pub static SEND_SOFT_UART: Stack<206> = Stack::new();

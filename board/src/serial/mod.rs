@@ -1,7 +1,7 @@
 //! Serial lines: what the tasks of a USART, or of the UART in software, share with its interrupts.
 //!
 //! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end or
-//! when the FIFO is full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
+//! when the FIFO is half full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
 //! the wire.
 //!
 //! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its own
@@ -14,6 +14,12 @@ use core::{ptr, slice};
 
 use kernel::{Context, Fifo, Interrupt, Masked, MaskedCell, Semaphore, Task, Ticks, now};
 use tasks::device::{Receive, Transmit};
+
+/// Bytes that wait for the task.
+const CAPACITY: usize = 32;
+
+/// When so many have come the task takes them, so that there is less to do at the end of a long frame.
+const HALF: u8 = CAPACITY as u8 / 2;
 
 /// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it is not coming.
 const PAUSE: Ticks = 1;
@@ -32,7 +38,7 @@ pub trait Line {
 /// What the tasks and the interrupts of a line share.
 #[doc(hidden)]
 pub struct Port {
-    received: Fifo<32>,
+    received: Fifo<CAPACITY>,
     is_readable: Semaphore,
     /// Whether the byte that came last was within a frame, and when it came.
     is_in_frame: MaskedCell<bool>,
@@ -75,7 +81,10 @@ impl Port {
             self.received.put(interrupt, 0);
         }
         let space = self.received.put(interrupt, byte);
-        if byte == 0 || was_cut_off || space == Some(0) || interrupt.mask(|masked| self.is_stream.get(masked))
+        if byte == 0
+            || was_cut_off
+            || matches!(space, Some(0 | HALF))
+            || interrupt.mask(|masked| self.is_stream.get(masked))
         {
             self.is_readable.post(interrupt);
         }

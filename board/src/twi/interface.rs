@@ -89,13 +89,12 @@ impl Bus for Interface {
         if !task.mask(|masked| SHARED.engine.get(masked).is_idle()) {
             return;
         }
-        task.mask(|masked| {
-            let [_, cells @ ..] = &SHARED.outgoing;
-            for (cell, byte) in cells.iter().zip(bytes) {
-                cell.set(masked, *byte);
-            }
-            SHARED.length.set(masked, 1 + bytes.len().min(CAPACITY) as u8);
-        });
+        // Byte by byte, so that interrupts are never masked for long: in this state the interrupt reads none.
+        let [_, cells @ ..] = &SHARED.outgoing;
+        for (cell, byte) in cells.iter().zip(bytes) {
+            task.mask(|masked| cell.set(masked, *byte));
+        }
+        task.mask(|masked| SHARED.length.set(masked, 1 + bytes.len().min(CAPACITY) as u8));
         self.send_again(task);
     }
 
@@ -149,20 +148,19 @@ impl Bus for Interface {
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
+        let length = usize::from(task.mask(|masked| SHARED.engine.get(masked).received())?);
+        // Likewise: a packet that is whole stays so until it is released.
+        for (slot, cell) in buffer.iter_mut().zip(&SHARED.incoming).take(length) {
+            *slot = task.mask(|masked| cell.get(masked));
+        }
         task.mask(|masked| {
             let mut engine = SHARED.engine.get(masked);
-            let length = engine.received()?;
-            let mut copied = 0;
-            for (slot, cell) in buffer.iter_mut().zip(&SHARED.incoming).take(usize::from(length)) {
-                *slot = cell.get(masked);
-                copied += 1;
-            }
             engine.release();
             SHARED.engine.set(masked, engine);
             SHARED.arm_incoming(masked, &engine);
             request(masked, ACKNOWLEDGE);
-            Some(copied)
-        })
+        });
+        Some(length.min(buffer.len()))
     }
 }
 
