@@ -61,9 +61,9 @@ mod stack {
     pub static RECEIVE_USART0: Stack<220> = Stack::new();
     pub static RECEIVE_USART1: Stack<220> = Stack::new();
     pub static RECEIVE_SOFT_UART: Stack<220> = Stack::new();
-    pub static SEND_USART0: Stack<206> = Stack::new();
-    pub static SEND_USART1: Stack<206> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<206> = Stack::new();
+    pub static SEND_USART0: Stack<208> = Stack::new();
+    pub static SEND_USART1: Stack<208> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<276> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
