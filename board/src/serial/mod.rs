@@ -96,17 +96,12 @@ impl Port {
         interrupt.mask(|masked| self.lost.count(masked));
     }
 
-    /// The next byte to send.
+    /// The next byte to send, and whether it is the last.
     #[inline(always)]
-    pub(crate) fn next(&self, masked: &Masked) -> Option<u8> {
+    pub(crate) fn next(&self, masked: &Masked) -> Option<(u8, bool)> {
         let (byte, rest) = self.unsent.get(masked).split_first()?;
         self.unsent.set(masked, rest);
-        Some(*byte)
-    }
-
-    #[inline(always)]
-    pub(crate) fn is_all_sent(&self, masked: &Masked) -> bool {
-        self.unsent.get(masked).is_empty()
+        Some((*byte, rest.is_empty()))
     }
 
     /// The last stop bit is on the wire.

@@ -57,15 +57,29 @@ impl Line for SoftUart {
     }
 
     fn begin(task: &mut Task) {
+        let mut encoder = PulseEncoder::new();
+        let Some((byte, _)) = task.mask(|masked| Self::port().next(masked)) else { return };
+        encoder.begin(byte);
+        let first = encoder.next(|| task.mask(next_byte));
         task.mask(|masked| {
-            let Some(byte) = Self::port().next(masked) else { return };
             STATE.set(masked, State::Sending);
-            registers::begin_pulses(LEAD);
-            let mut encoder = PulseEncoder::new();
-            encoder.begin(byte);
             ENCODER.set(masked, encoder);
-            set_next_pulse(masked);
+            registers::begin_pulses(LEAD);
+            set_pulse(first);
         });
+    }
+}
+
+fn next_byte(masked: &Masked) -> Option<u8> {
+    SoftUart::port().next(masked).map(|(byte, _)| byte)
+}
+
+#[inline(always)]
+fn set_pulse(pulse: Option<Pulse>) {
+    match pulse {
+        Some(Pulse { low, length, is_last: false }) => registers::set_pulse(low, length),
+        Some(Pulse { low, length, is_last: true }) => registers::set_last_pulse(low, length),
+        None => {}
     }
 }
 
@@ -73,19 +87,12 @@ impl Line for SoftUart {
 #[doc(hidden)]
 #[inline(always)]
 pub fn pulse_begun() {
-    in_handler(set_next_pulse);
-}
-
-#[inline(always)]
-fn set_next_pulse(masked: &Masked) {
-    let mut encoder = ENCODER.get(masked);
-    let pulse = encoder.next(|| SoftUart::port().next(masked));
-    ENCODER.set(masked, encoder);
-    match pulse {
-        Some(Pulse { low, length, is_last: false }) => registers::set_pulse(low, length),
-        Some(Pulse { low, length, is_last: true }) => registers::set_last_pulse(low, length),
-        None => {}
-    }
+    in_handler(|masked| {
+        let mut encoder = ENCODER.get(masked);
+        let pulse = encoder.next(|| next_byte(masked));
+        ENCODER.set(masked, encoder);
+        set_pulse(pulse);
+    });
 }
 
 /// INT7: the line has changed.

@@ -65,11 +65,11 @@ pub fn receive_complete<U: Usart>(interrupt: &mut Interrupt) {
 #[inline(always)]
 pub fn data_register_empty<U: Usart>(interrupt: &mut Interrupt) {
     interrupt.mask(|masked| {
-        let Some(byte) = U::port().next(masked) else {
+        let Some((byte, is_last)) = U::port().next(masked) else {
             return U::set_control(RECEIVING);
         };
         U::set_data(byte);
-        if U::port().is_all_sent(masked) {
+        if is_last {
             // The flag may stand from the byte before. Cleared now it can only come from the last one,
             // which takes a frame's time from here.
             U::set_status(DOUBLE_SPEED | TRANSMIT_COMPLETE);

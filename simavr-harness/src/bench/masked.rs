@@ -1,4 +1,4 @@
-//! The longest time with interrupts off, over the whole run of every test image.
+//! The longest time with interrupts off, over the whole run of every test image of the kernel.
 
 use std::path::Path;
 
@@ -8,8 +8,14 @@ use crate::masked::{MaskedWindow, OpenedBy};
 /// So long runs an image that does not end, in cycles: 0.25 s.
 const RUN: u64 = 4_000_000;
 
+/// How the names of images begin that show drivers and the tasks above them.
+const DRIVERS: [&str; 3] = ["board_", "bench_bridge_", "bench_link_"];
+
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
-    let windows = windows_of(images)?;
+    // Drivers have handlers of their own, and their images tests of their own.
+    let is_of_kernel = |name: &str| !DRIVERS.iter().any(|driver| name.starts_with(driver));
+    let mut windows = windows_of(images)?;
+    windows.retain(|(name, _)| is_of_kernel(name));
     let longest = |name, is_counted: fn(OpenedBy) -> bool| {
         let (image, window) = windows
             .iter()

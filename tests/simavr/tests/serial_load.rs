@@ -1,7 +1,7 @@
 //! Every serial line and the bus as busy as they can be, on two modules joined at all docks: nothing is lost.
 
-use simavr_harness::{Controller, Engine, Face, Images, RobotBuilder};
-use superbot_tests_simavr::{MILLISECOND, image};
+use simavr_harness::{Character, Controller, Engine, Face, Images, OpenedBy, Pin, RobotBuilder, SerialPins};
+use superbot_tests_simavr::{MILLISECOND, image, mcu};
 use tasks::dock::Dock;
 
 /// What came on a line, as `board_serial` counts it.
@@ -11,6 +11,9 @@ struct Counts {
     wrong: u16,
     lost: u16,
 }
+
+/// Cycles of a byte at 38400 baud, as the divisor makes it.
+const FRAME: u64 = 4160;
 
 const LINES: [&str; 4] = ["FOR_SOFT_UART", "FOR_USART0", "FOR_USART1", "FOR_BUS"];
 
@@ -62,6 +65,28 @@ fn run(seed: u64, bytes: u32) {
     for (line, now) in LINES.into_iter().zip(LINES.map(|line| counts(&engine, line))) {
         println!("{line}: {:?} bytes in {} ms", now.map(|counts| counts.right), engine.cycle() / MILLISECOND);
     }
+}
+
+/// The most that an interrupt of the UART in software may have to wait, less what it takes itself; see `board/README.md`.
+const MASKED_AT_MOST: u64 = 550;
+
+#[test]
+fn nothing_keeps_the_uart_in_software_waiting_for_too_long() {
+    let mut mcu = mcu("board_serial_a");
+    mcu.add_serial_pins(SerialPins {
+        receive: Pin { port: 'E', bit: 7 },
+        transmit: Pin { port: 'E', bit: 5 },
+    });
+    for number in 0..400_u16 {
+        let start = 300_000 + u64::from(number) * FRAME;
+        let value = if number % 23 == 22 { 0 } else { (number % 23) as u8 + 1 };
+        for line in 0..3 {
+            mcu.receive(line, Character { value, start, end: start + FRAME });
+        }
+    }
+    let windows = mcu.masked_windows(120 * MILLISECOND);
+    let longest = windows.iter().find(|window| window.opened_by != OpenedBy::Start).expect("there are some");
+    assert!(longest.cycles <= MASKED_AT_MOST, "{longest:?}");
 }
 
 #[test]
