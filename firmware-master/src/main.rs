@@ -10,8 +10,7 @@
 use board::Board;
 use board::debug::mark;
 use board::superbot::{MASTER, RESIDENCE, SLAVE};
-use hormone::controller::Controller;
-use hormone::gait::centipede;
+use hormone::gait::GaitName;
 use hormone::status::Status;
 use hormone::task::{AdaptiveCommunication, ac_receive, ac_send, hormone as hormone_task};
 use kernel::{Boot, Mutex, Priority, Stack};
@@ -65,7 +64,7 @@ mod stack {
     pub static SEND_USART1: Stack<208> = Stack::new();
     pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
-    pub static HORMONE: Stack<276> = Stack::new();
+    pub static HORMONE: Stack<332> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
     pub static AC_SEND: Stack<136> = Stack::new();
 }
@@ -116,8 +115,7 @@ fn start(boot: &mut Boot) -> Option<()> {
     let api = Api::new(&OFFICE, mark);
     stack::HORMONE
         .start(boot, Priority::P4, move |task| {
-            let controller = Controller::new(&centipede::RULES, centipede::PERIOD, kernel::now(task));
-            hormone_task::run(task, &HORMONE, controller, &MODULE_STATUS, api)
+            hormone_task::run(task, &HORMONE, GaitName::Centipede, seed0 as u8, &MODULE_STATUS, api)
         })
         .ok()?;
     stack::AC_RECEIVE

@@ -1,41 +1,122 @@
-//! What a module does with its motors (paper, section 7).
+//! What a module does with its motors: an action is a motion of the three joints, in a file of its own.
+//!
+//! A motion is a row of postures, spread evenly over the beats that the action takes. The last one is held until the next
+//! action. To add an action, write its file and add its line to the registry at the end of this one.
 
-/// A local action.
+use kernel::flash::Flash;
+
+/// Target angles of the three joints, in degrees, -127..=127.
+///
+/// At roll 0 Motor0 and Motor2 bend the module in one plane. Positive angles bend both halves towards Up.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-#[repr(u8)]
-pub enum Action {
-    /// All motors at 0 degrees.
-    Straight = 0,
-    /// Lift the leg, swing it forward, put it down.
-    Swing = 1,
-    /// Hold the leg on the ground while the hip turns back under the swing of the others.
-    Holding = 2,
-    /// Keep still: the safe action of a module that no rule has told what to do.
-    Rest = 3,
+pub struct Posture {
+    /// The joint of the half with the Front dock.
+    pub motor0: i8,
+    /// The joint between the halves.
+    pub roll: i8,
+    /// The joint of the half with the Back dock. Of a leg it is the hip.
+    pub motor2: i8,
 }
 
-impl Action {
-    /// The action with code `byte`, as [`Status`](crate::status::Status) carries it.
-    pub const fn from_byte(byte: u8) -> Option<Action> {
-        match byte {
-            0 => Some(Action::Straight),
-            1 => Some(Action::Swing),
-            2 => Some(Action::Holding),
-            3 => Some(Action::Rest),
-            _ => None,
+/// A [`Posture`], in the order of the motors' numbers.
+pub const fn posture(motor0: i8, roll: i8, motor2: i8) -> Posture {
+    Posture { motor0, roll, motor2 }
+}
+
+/// The postures of an action. None means that the joints stay where they are.
+pub type Motion = Flash<[Posture]>;
+
+/// Declares the motion of an action's file.
+macro_rules! motion {
+    ($($posture:expr),* $(,)?) => {
+        const POSTURES: &[$crate::action::Posture] = &[$($posture),*];
+        kernel::flash! {
+            /// The action's postures.
+            pub static MOTION: [$crate::action::Posture; POSTURES.len()] = $crate::table::array(POSTURES);
         }
-    }
+    };
+}
+
+/// Declares [`Action`] and the modules of its motions.
+macro_rules! actions {
+    ($($(#[$attribute:meta])* $name:ident = $code:literal in $file:ident,)*) => {
+        $(mod $file;)*
+
+        /// A local action.
+        #[derive(Clone, Copy, PartialEq, Eq)]
+        #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+        #[repr(u8)]
+        pub enum Action {
+            $($(#[$attribute])* $name = $code,)*
+        }
+
+        impl Action {
+            /// The action with code `byte`, as [`Status`](crate::status::Status) carries it.
+            pub const fn from_byte(byte: u8) -> Option<Action> {
+                match byte {
+                    $($code => Some(Action::$name),)*
+                    _ => None,
+                }
+            }
+
+            /// The postures that make up the action.
+            pub fn motion(self) -> &'static Motion {
+                match self {
+                    $(Action::$name => &$file::MOTION,)*
+                }
+            }
+        }
+    };
+}
+
+actions! {
+    /// All motors at 0 degrees.
+    Straight = 0 in straight,
+    /// Lift the leg, swing it forward, put it down.
+    Swing = 1 in swing,
+    /// Hold the leg on the ground while the hip turns back under the swing of the others.
+    Holding = 2 in holding,
+    /// Keep still: the safe action of a module that no rule has told what to do.
+    Rest = 3 in rest,
+    /// A vertical wave of the body.
+    Wave = 4 in wave,
+    /// A wave of the body in the plane of the ground.
+    Undulate = 5 in undulate,
+    /// Bend as a part of a rolling track.
+    Roll = 6 in roll,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn all() -> impl Iterator<Item = Action> {
+        (0..=u8::MAX).filter_map(Action::from_byte)
+    }
+
     #[test]
     fn every_action_survives_its_byte() {
-        for byte in 0..=u8::MAX {
-            assert_eq!(Action::from_byte(byte).map(|action| action as u8), (byte < 4).then_some(byte));
+        assert!((0..=u8::MAX).filter_map(Action::from_byte).map(|action| action as u8).eq(0..7));
+    }
+
+    #[test]
+    fn no_joint_is_sent_past_its_end() {
+        // Pitch and yaw turn 90 degrees each way, roll farther than a byte tells.
+        for frame in all().flat_map(|action| action.motion().iter()) {
+            assert!(frame.motor0.abs() <= 90 && frame.motor2.abs() <= 90);
+            assert_ne!(frame.roll, i8::MIN, "the other sign can be taken");
         }
+    }
+
+    #[test]
+    fn a_swing_ends_where_holding_begins_and_the_other_way_round() {
+        let ends = |action: Action| {
+            let postures: Vec<Posture> = action.motion().iter().collect();
+            (postures[0], postures[postures.len() - 1])
+        };
+        assert_eq!(ends(Action::Swing).1, ends(Action::Holding).0);
+        assert_eq!(ends(Action::Swing).0.motor2, ends(Action::Holding).1.motor2);
+        assert!(ends(Action::Swing).0.motor0 > 0, "lifted first");
     }
 }

@@ -2,100 +2,178 @@
 //! perform and which hormone to propagate, from the topology, the local timer and the received
 //! hormone.
 
-use core::num::NonZeroU16;
+use core::num::{NonZeroU8, NonZeroU16};
 
-use kernel::flash::Flash;
 use tasks::dock::{Dock, DockSet};
 
-use crate::action::Action;
+use crate::action::{Action, Posture};
+use crate::data::Data;
+use crate::event::Event;
+use crate::gait::{GAITS, Gait, Leader};
+use crate::grace::Grace;
 use crate::hormone::Hormone;
-use crate::local_timer::{LocalTimer, Phase};
 use crate::module_type::ModuleType;
-use crate::rule::{Outgoing, Rule, Trigger};
+use crate::pacemaker::Pacemaker;
+use crate::rule::{Rule, Send, Source};
 use crate::status::Status;
-use crate::time::until;
-use crate::topology::{NO_NEIGHBOUR, Neighbours, to_bytes};
+use crate::topology::{Neighbours, to_bytes};
 
 const ALL_DOCKS: DockSet = DockSet::of(&Dock::ALL);
+
+/// A hormone to send, and through which docks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Outgoing {
+    /// What to send.
+    pub hormone: Hormone,
+    /// The docks it leaves by; at least one.
+    pub docks: DockSet,
+}
+
+impl Outgoing {
+    /// As it goes on from a module that received it; `None` if its life ends there.
+    fn aged(self) -> Option<Outgoing> {
+        Some(Outgoing { hormone: self.hormone.aged()?, ..self })
+    }
+}
 
 /// What HORMONE has to do after an input.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[must_use]
 pub struct Response {
-    /// The action to perform from now on.
-    pub action: Action,
-    /// The hormone to send, through docks that have a neighbour; at least one.
+    /// What happened.
+    pub event: Option<Event>,
+    /// The hormone to send, through docks that have a neighbour.
     pub send: Option<Outgoing>,
+    /// The action to perform from now on, be it the one before; `None` to go on as before.
+    pub action: Option<Action>,
 }
 
-/// The state of HORMONE, driven by a table of `N` rules.
+const NOTHING: Response = Response { event: None, send: None, action: None };
+
+/// Which part of its action a module performs in the present beat.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Beats of the action before this one.
+    before: u8,
+    /// Beats of the whole action.
+    of: u8,
+}
+
+/// The state of HORMONE.
 ///
 /// A module whose type no rule covers keeps still. One of type [`ModuleType::Other`] besides passes a
 /// hormone on, unchanged, to all its neighbours but the one it came from, so that a robot of an
 /// unknown shape is not cut off behind it.
-pub struct Controller<const N: usize> {
-    rules: &'static Flash<[Rule; N]>,
-    timer: LocalTimer,
+pub struct Controller {
+    pacemaker: Pacemaker,
+    grace: Grace,
+    /// The type that the module acts as: by the neighbours of `grace`, not only those known now.
+    acting: ModuleType,
+    /// Where the rhythm comes from.
+    source: Option<Dock>,
+    /// What this module adds to the rhythm of what it sends.
+    rhythm: u8,
+    part: Part,
     status: Status,
 }
 
-impl<const N: usize> Controller<N> {
-    /// A module at power-up, at `now`. `period` is in milliseconds, at most 32 767.
-    pub const fn new(rules: &'static Flash<[Rule; N]>, period: NonZeroU16, now: u16) -> Self {
-        Controller { rules, timer: LocalTimer::new(period, now), status: Status::POWER_UP }
+impl Controller {
+    /// A module at power-up, at `now`, that walks by `gait` until a hormone of another of the [`GAITS`] comes. `seed`
+    /// should differ from module to module and from boot to boot.
+    pub const fn new(gait: Gait, seed: u8, now: u16) -> Self {
+        Controller {
+            pacemaker: Pacemaker::new(gait, now),
+            grace: Grace::new(),
+            acting: ModuleType::Other,
+            source: None,
+            rhythm: seed,
+            part: Part { before: 0, of: 1 },
+            status: Status { gait: gait.name, ..Status::POWER_UP },
+        }
     }
 
     /// The module's neighbours are now these. A module that changes its type rests until the rules of
     /// its new type speak.
+    #[inline(never)]
     pub fn topology(&mut self, neighbours: &Neighbours, now: u16) -> Response {
         let module_type = ModuleType::of(neighbours);
-        if module_type != self.status.module_type {
-            self.status.module_type = module_type;
-            self.status.action = Action::Rest;
-            // Else a new head would take up what the timer came by while it was none.
-            self.timer.advance(now);
-        }
+        self.status.module_type = module_type;
         self.status.neighbours = to_bytes(neighbours);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
-        self.respond(None)
+        self.grace.update(neighbours, now);
+        Response { event: Some(Event::TopologyChanged(module_type)), ..self.settle(now) }
     }
 
-    /// The local timer is to be looked at: after [`next_due`](Self::next_due), or at any other time. A
-    /// caller late by half a Period skips a beat and does not make up for it.
+    /// The clock is to be looked at: after [`next_due`](Self::next_due), or at any other time. Call again until it is
+    /// `None`. A caller late by a beat skips one and does not make up for it.
+    #[inline(never)]
     pub fn timer(&mut self, now: u16) -> Option<Response> {
-        self.timer.advance(now);
-        let timer = &self.timer;
-        let rule = self.rule(|trigger| matches!(trigger, Trigger::Timer(phase) if timer.passed(phase)))?;
-        if let Some(outgoing) = rule.send {
-            self.status.hormone = outgoing.hormone.data as u8;
+        if self.grace.expire(now) {
+            return Some(self.settle(now));
         }
-        Some(self.perform(rule))
+        if self.is_leader() {
+            let data = self.pacemaker.lead(now)?;
+            self.status.hormone = data as u8;
+            let response = self.act(Source::Timer, data, self.rhythm, None);
+            return Some(Response { event: Some(Event::HormoneGenerated(data)), ..response });
+        }
+        let data = self.pacemaker.make_good(now)?;
+        if !self.pacemaker.is_following() {
+            return Some(self.rest());
+        }
+        self.status.made_good = self.status.made_good.wrapping_add(1);
+        let response = self.act(Source::Hormone, data, self.passed_rhythm(), None);
+        Some(Response { event: Some(Event::MadeGood(data)), ..response })
     }
 
-    /// Milliseconds from `now` until [`timer`](Self::timer) is to be called; `None` while no rule of
-    /// the module's type waits for the timer.
+    /// Milliseconds from `now` until [`timer`](Self::timer) is to be called; `None` while nothing waits for it.
     pub fn next_due(&self, now: u16) -> Option<u16> {
-        self.rules_of_type()
-            .filter_map(|rule| match rule.trigger {
-                Trigger::Timer(phase) => Some(self.due_at(phase)),
-                Trigger::Received(_) => None,
-            })
-            .map(|due| until(due, now))
-            .min()
+        let beat = if self.is_leader() {
+            Some(self.pacemaker.until_beat(now))
+        } else {
+            self.pacemaker.until_overdue(now)
+        };
+        [beat, self.grace.next_due(now)].into_iter().flatten().min()
     }
 
-    /// `hormone` came in by `dock`.
-    pub fn received(&mut self, dock: Dock, hormone: Hormone) -> Response {
+    /// `hormone` came in by `dock` at `now`.
+    #[inline(never)]
+    pub fn received(&mut self, dock: Dock, hormone: Hormone, now: u16) -> Response {
         self.status.hormones_received = self.status.hormones_received.wrapping_add(1);
-        self.status.hormone = hormone.data as u8;
-        match self.rule(|trigger| trigger == Trigger::Received(hormone)) {
-            Some(rule) => self.perform(rule),
-            None if self.status.module_type == ModuleType::Other => {
-                let mut docks = ALL_DOCKS;
-                docks.remove(dock);
-                self.respond(Some(Outgoing { hormone, docks }))
-            }
-            None => self.respond(None),
+        let response = if self.takes_up(dock, hormone, now) {
+            let response = self.act(Source::Hormone, hormone.data, self.passed_rhythm(), hormone.lifetime);
+            Response { send: response.send.and_then(Outgoing::aged), ..response }
+        } else {
+            self.status.dropped = self.status.dropped.wrapping_add(1);
+            NOTHING
+        };
+        Response { event: Some(Event::HormoneReceived(dock, hormone.data)), ..response }
+    }
+
+    /// The target of the joints at `now`, or `None` if they are to stay where they are.
+    ///
+    /// A right leg is a left one turned round: its hip turns the other way.
+    pub fn posture(&self, now: u16) -> Option<Posture> {
+        let motion = self.status.action.motion();
+        let (_, beat_at) = self.pacemaker.last();
+        let beat = self.gait().beat.get();
+        let elapsed = beat.wrapping_mul(self.part.before.into()).wrapping_add(now.wrapping_sub(beat_at));
+        let steps = NonZeroU16::new(motion.len() as u16)?;
+        let step = NonZeroU16::new(beat.wrapping_mul(self.part.of.into()) / steps)?;
+        let posture = motion.get(usize::from((elapsed / step).min(steps.get() - 1)))?;
+        if self.acting == ModuleType::RightLeg {
+            return Some(Posture { motor2: posture.motor2.wrapping_neg(), ..posture });
+        }
+        Some(posture)
+    }
+
+    /// Whether this module beats the time.
+    pub fn is_leader(&self) -> bool {
+        match self.gait().leader {
+            Leader::Head => self.acting == ModuleType::Head,
+            Leader::Elected => false,
         }
     }
 
@@ -119,187 +197,109 @@ impl<const N: usize> Controller<N> {
         &self.status
     }
 
-    fn perform(&mut self, rule: Rule) -> Response {
-        self.status.action = rule.action;
-        self.respond(rule.send)
+    /// Takes up the type that the neighbours make it.
+    fn settle(&mut self, now: u16) -> Response {
+        let acting = ModuleType::of(self.grace.neighbours());
+        let is_new = acting != self.acting;
+        if is_new {
+            self.acting = acting;
+            // Whoever is behind gets another beat than before, and shall not wait for the old one.
+            self.rhythm = self.rhythm.wrapping_add(1);
+            // Else a new leader would take up what the timer came by while it was none.
+            self.pacemaker.skip(now);
+        }
+        let source_is_there = self.source.is_some_and(|dock| self.grace.neighbour(dock).is_some());
+        if self.is_leader() || !source_is_there {
+            self.source = None;
+            self.pacemaker.forget();
+        }
+        if is_new { self.rest() } else { NOTHING }
     }
 
-    /// The current action, and what of `send` can leave.
-    fn respond(&self, send: Option<Outgoing>) -> Response {
-        let send = send
-            .map(|outgoing| Outgoing { docks: self.connected(outgoing.docks), ..outgoing })
-            .filter(|outgoing| !outgoing.docks.is_empty());
-        Response { action: self.status.action, send }
+    fn gait(&self) -> &Gait {
+        self.pacemaker.gait()
     }
 
-    /// The first rule of the module's type whose trigger is the one asked for.
-    fn rule(&self, is_triggered: impl Fn(Trigger) -> bool) -> Option<Rule> {
-        self.rules_of_type().find(|rule| is_triggered(rule.trigger))
+    fn rest(&mut self) -> Response {
+        self.status.action = Action::Rest;
+        Response { action: Some(Action::Rest), ..NOTHING }
     }
 
-    fn rules_of_type(&self) -> impl Iterator<Item = Rule> {
-        self.rules.iter().filter(|rule| rule.module_type == self.status.module_type)
+    /// Whether a hormone is news: one of a gait that the module knows, and for a beat that has not been.
+    fn takes_up(&mut self, dock: Dock, hormone: Hormone, now: u16) -> bool {
+        if self.is_leader() {
+            return false;
+        }
+        let Some(gait) = self.gait_of(hormone) else { return false };
+        if !self.pacemaker.hear(gait, hormone, self.source == Some(dock), now) {
+            return false;
+        }
+        self.status.gait = gait.name;
+        self.status.hormone = hormone.data as u8;
+        self.source = Some(dock);
+        true
     }
 
-    fn due_at(&self, phase: Phase) -> u16 {
-        self.timer.read_at().wrapping_add(self.timer.until(phase))
+    /// The gait that a hormone paces; `None` if the module knows none with this name and letter.
+    fn gait_of(&self, hormone: Hormone) -> Option<Gait> {
+        let gait = if hormone.name == self.gait().name {
+            *self.gait()
+        } else {
+            GAITS.iter().find(|gait| gait.name == hormone.name)?
+        };
+        ((hormone.data as u8) < gait.beats).then_some(gait)
+    }
+
+    /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
+    fn act(&mut self, source: Source, data: Data, rhythm: u8, lifetime: Option<NonZeroU8>) -> Response {
+        let beats = self.gait().beats;
+        let (action, send) = match self.rule(source, data) {
+            Some(rule) => {
+                self.status.action = rule.action;
+                self.part = Part { before: data.since(rule.first, beats), of: rule.beats(beats) };
+                (Some(rule.action), rule.sends(data, beats))
+            }
+            None => (None, self.passes_on(data)),
+        };
+        let send = send.and_then(|Send { data, docks }| {
+            let hormone = Hormone { name: self.gait().name, data, rhythm, lifetime };
+            let docks = self.connected(docks);
+            (!docks.is_empty()).then_some(Outgoing { hormone, docks })
+        });
+        Response { event: None, send, action }
+    }
+
+    fn rule(&self, source: Source, data: Data) -> Option<Rule> {
+        let covers = |rule: &Rule| {
+            rule.module_type == self.acting && rule.source == source && rule.covers(data, self.gait().beats)
+        };
+        self.gait().rules.iter().find(covers)
+    }
+
+    /// What a module of no known type sends: the same, to all the others.
+    fn passes_on(&self, data: Data) -> Option<Send> {
+        if self.acting != ModuleType::Other {
+            return None;
+        }
+        let mut docks = ALL_DOCKS;
+        docks.remove(self.source?);
+        Some(Send { data, docks })
+    }
+
+    /// The rhythm of what goes on from here.
+    fn passed_rhythm(&self) -> u8 {
+        self.pacemaker.rhythm().wrapping_add(self.rhythm)
     }
 
     /// Those of `docks` that have a neighbour.
     fn connected(&self, docks: DockSet) -> DockSet {
         let mut connected = DockSet::EMPTY;
-        for dock in docks.iter() {
-            let neighbour = self.status.neighbours.get(usize::from(dock.index()));
-            if neighbour.is_some_and(|&neighbour| neighbour != NO_NEIGHBOUR) {
-                connected.insert(dock);
-            }
+        for dock in docks.iter().filter(|&dock| self.grace.neighbour(dock).is_some()) {
+            connected.insert(dock);
         }
         connected
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gait::centipede;
-    use crate::hormone::{Data, HormoneName};
-    use Dock::{Back, Down, Front, Left, Right, Up};
-
-    const A: Hormone = Hormone { name: HormoneName::CP, data: Data::A };
-    const B: Hormone = Hormone { name: HormoneName::CP, data: Data::B };
-
-    const HEAD: Neighbours = [None, Some(Front), None, None, None, None];
-    const TAIL: Neighbours = [Some(Back), None, None, None, None, None];
-    const LEFT_LEG: Neighbours = [None, Some(Left), None, None, None, None];
-    const RIGHT_LEG: Neighbours = [None, Some(Right), None, None, None, None];
-    const SPINE: Neighbours = [Some(Back), Some(Front), None, None, None, None];
-    const BRANCH: Neighbours = [Some(Back), Some(Front), Some(Back), Some(Back), None, None];
-    /// A spine with one leg, and something on top.
-    const OTHER: Neighbours = [Some(Back), Some(Front), None, Some(Back), Some(Down), None];
-
-    fn module(neighbours: &Neighbours) -> Controller<10> {
-        let mut controller = Controller::new(&centipede::RULES, centipede::PERIOD, 0);
-        controller.topology(neighbours, 0);
-        controller
-    }
-
-    fn sends(hormone: Hormone, docks: &[Dock]) -> Option<Outgoing> {
-        Some(Outgoing { hormone, docks: DockSet::of(docks) })
-    }
-
-    #[test]
-    fn each_type_answers_a_and_b_as_the_text_says() {
-        use Action::{Holding, Rest, Straight, Swing};
-        let body = &[Left, Right, Back];
-        let rows = [
-            (SPINE, [(Straight, sends(A, &[Back])), (Straight, sends(B, &[Back]))]),
-            (BRANCH, [(Straight, sends(B, body)), (Straight, sends(A, body))]),
-            (LEFT_LEG, [(Swing, None), (Holding, None)]),
-            (RIGHT_LEG, [(Holding, None), (Swing, None)]),
-            (TAIL, [(Rest, None), (Rest, None)]),
-            (HEAD, [(Rest, None), (Rest, None)]),
-        ];
-        for (neighbours, answers) in rows {
-            let mut controller = module(&neighbours);
-            for (hormone, (action, send)) in [A, B].into_iter().zip(answers) {
-                assert_eq!(controller.received(Front, hormone), Response { action, send });
-                assert_eq!(controller.status().hormone(), Some(hormone.data));
-            }
-            assert_eq!(controller.status().hormones_received, 2);
-        }
-    }
-
-    #[test]
-    fn the_head_beats_a_at_0_and_b_at_half_a_period() {
-        let mut head = module(&HEAD);
-        for beat in 1..=200_u16 {
-            let wait = head.next_due((beat - 1).wrapping_mul(500));
-            assert_eq!(wait, Some(500));
-            let now = beat.wrapping_mul(500);
-            assert_eq!(head.timer(now.wrapping_sub(1)), None);
-            let hormone = if beat % 2 == 0 { A } else { B };
-            let send = sends(hormone, &[Back]);
-            assert_eq!(head.timer(now), Some(Response { action: Action::Straight, send }));
-            assert_eq!(head.timer(now), None);
-            assert_eq!(head.status().hormone(), Some(hormone.data));
-        }
-    }
-
-    #[test]
-    fn only_a_head_waits_for_the_timer() {
-        for neighbours in [TAIL, LEFT_LEG, RIGHT_LEG, SPINE, BRANCH, OTHER] {
-            let mut controller = module(&neighbours);
-            assert_eq!(controller.next_due(0), None);
-            assert_eq!(controller.timer(500), None);
-        }
-    }
-
-    #[test]
-    fn a_new_head_does_not_take_up_a_beat_from_before() {
-        let mut controller = module(&SPINE);
-        assert_eq!(controller.topology(&HEAD, 30_700).send, None);
-        assert_eq!(controller.timer(30_700), None);
-        assert_eq!(controller.next_due(30_700), Some(300));
-    }
-
-    #[test]
-    fn a_head_keeps_its_beat_through_a_flicker() {
-        let mut controller = module(&HEAD);
-        controller.topology(&[None; 6], 510);
-        controller.topology(&HEAD, 800);
-        assert_eq!(controller.timer(1000).unwrap().send, sends(A, &[Back]));
-    }
-
-    #[test]
-    fn a_head_told_that_it_still_is_one_misses_no_beat() {
-        let mut controller = module(&HEAD);
-        controller.topology(&HEAD, 500);
-        assert_eq!(controller.timer(500).unwrap().send, sends(B, &[Back]));
-    }
-
-    #[test]
-    fn the_unknown_keeps_still_and_passes_on_to_all_others() {
-        let mut controller = module(&OTHER);
-        for (from, others) in [(Front, [Back, Right, Up]), (Right, [Front, Back, Up])] {
-            let response = controller.received(from, B);
-            assert_eq!(response, Response { action: Action::Rest, send: sends(B, &others) });
-        }
-        let mut alone = module(&[None; 6]);
-        assert_eq!(alone.received(Front, A), Response { action: Action::Rest, send: None });
-    }
-
-    #[test]
-    fn another_type_rests_until_told() {
-        let mut controller = module(&LEFT_LEG);
-        assert_eq!(controller.received(Back, A).action, Action::Swing);
-        assert_eq!(controller.topology(&LEFT_LEG, 10).action, Action::Swing);
-        assert_eq!(controller.topology(&RIGHT_LEG, 20).action, Action::Rest);
-        assert_eq!(controller.received(Back, A).action, Action::Holding);
-    }
-
-    #[test]
-    fn the_status_shows_and_counts() {
-        let mut controller = Controller::new(&centipede::RULES, centipede::PERIOD, 0);
-        assert_eq!(*controller.status(), Status::POWER_UP);
-        controller.topology(&LEFT_LEG, 0);
-        controller.received(Back, A);
-        controller.received(Back, B);
-        controller.received(Back, A);
-        controller.malformed();
-        controller.malformed();
-        controller.sent();
-        controller.unsent();
-        let seen = Status {
-            hormones_received: 3,
-            hormones_sent: 1,
-            topology_changes: 1,
-            malformed: 2,
-            hormones_unsent: 1,
-            neighbours: to_bytes(&LEFT_LEG),
-            module_type: ModuleType::LeftLeg,
-            hormone: Data::A as u8,
-            action: Action::Swing,
-        };
-        assert_eq!(*controller.status(), seen);
-    }
-}
+mod tests;

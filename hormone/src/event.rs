@@ -5,18 +5,27 @@
 //! |---|---|
 //! | `0x10 + type` | the topology changed, and with it perhaps the type |
 //! | `0x20 + data` | a hormone was generated here |
-//! | `0x40 + 2·dock + data` | a hormone was received at a dock |
-//! | `0x50 + 2·dock + data` | a hormone was handed to a dock's link |
+//! | `0x30 + action` | an action began, or goes on into another beat |
+//! | `0x40 + 2·dock + data` | a hormone with data A or B was received at a dock |
+//! | `0x50 + 2·dock + data` | a hormone with data A or B was handed to a dock's link |
+//! | `0x60 + data` | a beat was acted on without its hormone, which did not come |
+//! | `0x80 + 8·dock + data` | a hormone with data C to F was received at a dock |
+//! | `0xC0 + 8·dock + data` | a hormone with data C to F was handed to a dock's link |
 
 use tasks::dock::Dock;
 
-use crate::hormone::Data;
+use crate::action::Action;
+use crate::data::Data;
 use crate::module_type::ModuleType;
 
 const TOPOLOGY_CHANGED: u8 = 0x10;
 const HORMONE_GENERATED: u8 = 0x20;
 const HORMONE_RECEIVED: u8 = 0x40;
 const HORMONE_SENT: u8 = 0x50;
+const ACTION_BEGUN: u8 = 0x30;
+const MADE_GOOD: u8 = 0x60;
+const LATER_RECEIVED: u8 = 0x80;
+const LATER_SENT: u8 = 0xC0;
 
 /// Something that happened in a behaviour.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -30,6 +39,10 @@ pub enum Event {
     HormoneReceived(Dock, Data),
     /// A hormone with this data was handed to the link of this dock.
     HormoneSent(Dock, Data),
+    /// The module performs this action from now on, for this beat and perhaps others.
+    ActionBegun(Action),
+    /// The hormone of this beat did not come, and the module acted as if it had.
+    MadeGood(Data),
 }
 
 impl Event {
@@ -38,8 +51,10 @@ impl Event {
         match self {
             Event::TopologyChanged(module_type) => TOPOLOGY_CHANGED | module_type as u8,
             Event::HormoneGenerated(data) => HORMONE_GENERATED | data as u8,
-            Event::HormoneReceived(dock, data) => HORMONE_RECEIVED | dock.index() << 1 | data as u8,
-            Event::HormoneSent(dock, data) => HORMONE_SENT | dock.index() << 1 | data as u8,
+            Event::HormoneReceived(dock, data) => at_dock(HORMONE_RECEIVED, LATER_RECEIVED, dock, data),
+            Event::HormoneSent(dock, data) => at_dock(HORMONE_SENT, LATER_SENT, dock, data),
+            Event::ActionBegun(action) => ACTION_BEGUN | action as u8,
+            Event::MadeGood(data) => MADE_GOOD | data as u8,
         }
     }
 
@@ -49,12 +64,30 @@ impl Event {
         match byte & 0xF0 {
             TOPOLOGY_CHANGED => Some(Event::TopologyChanged(ModuleType::from_byte(low)?)),
             HORMONE_GENERATED => Some(Event::HormoneGenerated(Data::from_byte(low)?)),
+            ACTION_BEGUN => Some(Event::ActionBegun(Action::from_byte(low)?)),
+            MADE_GOOD => Some(Event::MadeGood(Data::from_byte(low)?)),
             HORMONE_RECEIVED => {
                 Some(Event::HormoneReceived(Dock::from_index(low >> 1)?, Data::from_byte(low & 1)?))
             }
             HORMONE_SENT => Some(Event::HormoneSent(Dock::from_index(low >> 1)?, Data::from_byte(low & 1)?)),
-            _ => None,
+            _ => {
+                let dock = Dock::from_index(byte >> 3 & 7)?;
+                let data = Data::from_byte(byte & 7).filter(|&data| data as u8 > Data::B as u8)?;
+                match byte & 0xC0 {
+                    LATER_RECEIVED => Some(Event::HormoneReceived(dock, data)),
+                    LATER_SENT => Some(Event::HormoneSent(dock, data)),
+                    _ => None,
+                }
+            }
         }
+    }
+}
+
+/// The code of what happened at a dock. `first` holds A and B, `later` the letters after them.
+const fn at_dock(first: u8, later: u8, dock: Dock, data: Data) -> u8 {
+    match data {
+        Data::A | Data::B => first | dock.index() << 1 | data as u8,
+        _ => later | dock.index() << 3 | data as u8,
     }
 }
 
@@ -68,7 +101,7 @@ mod tests {
             .filter_map(|byte| Some((byte, Event::from_byte(byte)?)))
             .inspect(|&(byte, event)| assert_eq!(event.to_byte(), byte))
             .count();
-        assert_eq!(readable, 7 + 2 + 12 + 12);
+        assert_eq!(readable, 7 + 6 + 7 + 6 + 2 * 6 * 6);
     }
 
     #[test]
@@ -77,5 +110,9 @@ mod tests {
         assert_eq!(Event::HormoneGenerated(Data::B).to_byte(), 0x21);
         assert_eq!(Event::HormoneReceived(Dock::Down, Data::B).to_byte(), 0x4B);
         assert_eq!(Event::HormoneSent(Dock::Back, Data::A).to_byte(), 0x52);
+        assert_eq!(Event::HormoneReceived(Dock::Front, Data::E).to_byte(), 0x84);
+        assert_eq!(Event::HormoneSent(Dock::Down, Data::C).to_byte(), 0xEA);
+        assert_eq!(Event::ActionBegun(Action::Holding).to_byte(), 0x32);
+        assert_eq!(Event::MadeGood(Data::F).to_byte(), 0x65);
     }
 }

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | AC_SEND | [`schedule`], [`probe`] |
 //! | AC_RECV | [`topology`], [`probe`] |
-//! | HORMONE | [`controller`]: [`module_type`], [`local_timer`], [`rule`], a table of [`gait`] |
+//! | HORMONE | [`controller`]: [`module_type`], [`grace`], [`pacemaker`], and the [`rule`]s of a [`gait`] |
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds in
 //! a `u16` that wraps (see [`time`]), and carries out what comes back.
@@ -17,15 +17,18 @@
 
 pub mod action;
 pub mod controller;
+pub mod data;
 pub mod event;
 pub mod gait;
+pub mod grace;
 pub mod hormone;
-pub mod local_timer;
 pub mod module_type;
+pub mod pacemaker;
 pub mod probe;
 pub mod rule;
 pub mod schedule;
 pub mod status;
+pub mod table;
 pub mod task;
 pub mod time;
 pub mod topology;

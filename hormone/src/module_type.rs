@@ -1,6 +1,6 @@
 //! The module types of the centipede (paper, section 7).
 
-use tasks::dock::Dock::{Back, Front, Left, Right};
+use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
 use crate::topology::Neighbours;
 
@@ -38,6 +38,18 @@ impl ModuleType {
             [Some(Back), Some(Front), None, None, None, None] => ModuleType::Spine,
             [Some(Back), Some(Front), Some(Back), Some(Back), None, None] => ModuleType::Branch,
             _ => ModuleType::Other,
+        }
+    }
+
+    /// Whether a module of this type can be the neighbour at another's `dock`.
+    pub const fn sits_at(self, dock: Dock) -> bool {
+        match self {
+            ModuleType::Head => matches!(dock, Front),
+            ModuleType::Tail => matches!(dock, Back),
+            ModuleType::LeftLeg => matches!(dock, Left),
+            ModuleType::RightLeg => matches!(dock, Right),
+            ModuleType::Spine | ModuleType::Branch => matches!(dock, Front | Back),
+            ModuleType::Other => true,
         }
     }
 

@@ -19,10 +19,13 @@ pub const NO_HORMONE: u8 = 0xFF;
 /// | 4 | 2 | `topology_changes` |
 /// | 6 | 2 | `malformed` |
 /// | 8 | 2 | `hormones_unsent` |
-/// | 10 | 6 | `neighbours` |
-/// | 16 | 1 | `module_type` |
-/// | 17 | 1 | `hormone` |
-/// | 18 | 1 | `action` |
+/// | 10 | 2 | `made_good` |
+/// | 12 | 2 | `dropped` |
+/// | 14 | 6 | `neighbours` |
+/// | 20 | 1 | `module_type` |
+/// | 21 | 1 | `hormone` |
+/// | 22 | 1 | `action` |
+/// | 23 | 1 | `gait` |
 ///
 /// Two-byte fields stand first, little-endian, so that the offsets do not depend on the alignment of
 /// the machine that reads them.
@@ -40,6 +43,10 @@ pub struct Status {
     pub malformed: u16,
     /// Hormone messages that found no room in a link's queue, and are lost.
     pub hormones_unsent: u16,
+    /// Beats that were acted on without a hormone, because none came.
+    pub made_good: u16,
+    /// Hormones that came for a beat that had been, from another leader than the present one, or of an unknown gait.
+    pub dropped: u16,
     /// Per dock the index of the neighbour's dock, or 0xFF for none.
     pub neighbours: [u8; 6],
     /// The module's type.
@@ -48,6 +55,8 @@ pub struct Status {
     pub hormone: u8,
     /// The action being performed.
     pub action: Action,
+    /// The [name](crate::gait::Gait::name) of the gait.
+    pub gait: u8,
 }
 
 const _: () = {
@@ -56,15 +65,18 @@ const _: () = {
     assert!(offset_of!(Status, topology_changes) == 4);
     assert!(offset_of!(Status, malformed) == 6);
     assert!(offset_of!(Status, hormones_unsent) == 8);
-    assert!(offset_of!(Status, neighbours) == 10);
-    assert!(offset_of!(Status, module_type) == 16);
-    assert!(offset_of!(Status, hormone) == 17);
-    assert!(offset_of!(Status, action) == 18);
+    assert!(offset_of!(Status, made_good) == 10);
+    assert!(offset_of!(Status, dropped) == 12);
+    assert!(offset_of!(Status, neighbours) == 14);
+    assert!(offset_of!(Status, module_type) == 20);
+    assert!(offset_of!(Status, hormone) == 21);
+    assert!(offset_of!(Status, action) == 22);
+    assert!(offset_of!(Status, gait) == 23);
 };
 
 impl Status {
     /// Bytes to read out of the module's RAM.
-    pub const SIZE: usize = 19;
+    pub const SIZE: usize = 24;
 
     /// A module at power-up.
     pub const POWER_UP: Status = Status {
@@ -73,16 +85,38 @@ impl Status {
         topology_changes: 0,
         malformed: 0,
         hormones_unsent: 0,
+        made_good: 0,
+        dropped: 0,
         neighbours: [NO_NEIGHBOUR; 6],
         module_type: ModuleType::Other,
         hormone: NO_HORMONE,
         action: Action::Rest,
+        gait: 0,
     };
 
     /// The status in `bytes` as read from a module, or `None` if they hold a value that no status has.
     pub fn from_bytes(bytes: &[u8; Status::SIZE]) -> Option<Status> {
-        let &[r0, r1, s0, s1, t0, t1, m0, m1, u0, u1, ref neighbours @ .., module_type, hormone, action] =
-            bytes;
+        let &[
+            r0,
+            r1,
+            s0,
+            s1,
+            t0,
+            t1,
+            m0,
+            m1,
+            u0,
+            u1,
+            g0,
+            g1,
+            d0,
+            d1,
+            ref neighbours @ ..,
+            module_type,
+            hormone,
+            action,
+            gait,
+        ] = bytes;
         from_bytes(neighbours)?;
         if hormone != NO_HORMONE {
             Data::from_byte(hormone)?;
@@ -93,10 +127,13 @@ impl Status {
             topology_changes: u16::from_le_bytes([t0, t1]),
             malformed: u16::from_le_bytes([m0, m1]),
             hormones_unsent: u16::from_le_bytes([u0, u1]),
+            made_good: u16::from_le_bytes([g0, g1]),
+            dropped: u16::from_le_bytes([d0, d1]),
             neighbours: *neighbours,
             module_type: ModuleType::from_byte(module_type)?,
             hormone,
             action: Action::from_byte(action)?,
+            gait,
         })
     }
 
@@ -121,12 +158,16 @@ mod tests {
         topology_changes: 0x0605,
         malformed: 0x0807,
         hormones_unsent: 0x0A09,
+        made_good: 0x0C0B,
+        dropped: 0x0E0D,
         neighbours: [1, 0xFF, 5, 0, 0xFF, 2],
         module_type: ModuleType::Branch,
         hormone: Data::B as u8,
         action: Action::Holding,
+        gait: 3,
     };
-    const BYTES: [u8; Status::SIZE] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 1, 0xFF, 5, 0, 0xFF, 2, 5, 1, 2];
+    const BYTES: [u8; Status::SIZE] =
+        [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 1, 0xFF, 5, 0, 0xFF, 2, 5, 1, 2, 3];
 
     #[test]
     fn bytes_read_from_a_module_are_its_status() {
@@ -137,7 +178,7 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_status_are_refused() {
-        for (offset, value) in [(10, 6), (15, 0x80), (16, 7), (17, 2), (18, 4)] {
+        for (offset, value) in [(14, 6), (19, 0x80), (20, 7), (21, 6), (22, 99)] {
             let mut bytes = BYTES;
             bytes[offset] = value;
             assert_eq!(Status::from_bytes(&bytes), None, "{value} at {offset}");

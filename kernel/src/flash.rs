@@ -5,8 +5,10 @@
 //! flash and reads it with `lpm` (ATmega128 datasheet, "ELPM/LPM – Load Program Memory").
 
 /// A constant in program memory. Made by [`flash!`](crate::flash!), which places it there.
+///
+/// A reference to an array of any length is a reference to a table, `&Flash<[T]>`, where one is asked for.
 #[repr(transparent)]
-pub struct Flash<T>(T);
+pub struct Flash<T: ?Sized>(T);
 
 impl<T> Flash<T> {
     /// Wraps `value`.
@@ -38,6 +40,28 @@ impl<T: Copy, const N: usize> Flash<[T; N]> {
     /// Copies of all elements, in order.
     pub fn iter(&self) -> impl Iterator<Item = T> + '_ {
         (0..N).filter_map(|index| self.get(index))
+    }
+}
+
+impl<T: Copy> Flash<[T]> {
+    /// The number of elements.
+    pub const fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there are no elements.
+    pub const fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// A copy of element `index`, or `None` past the end.
+    pub fn get(&self, index: usize) -> Option<T> {
+        load(&self.0, index)
+    }
+
+    /// Copies of all elements, in order.
+    pub fn iter(&self) -> impl Iterator<Item = T> + '_ {
+        (0..self.len()).filter_map(|index| self.get(index))
     }
 }
 
@@ -83,6 +107,9 @@ fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
 /// }
 /// assert_eq!(SQUARES.get(3), Some(9));
 /// assert_eq!(SQUARES.get(4), None);
+///
+/// let table: &kernel::flash::Flash<[u8]> = &SQUARES;
+/// assert_eq!(table.iter().sum::<u8>(), 14);
 /// ```
 #[macro_export]
 macro_rules! flash {

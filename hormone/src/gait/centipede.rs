@@ -7,42 +7,26 @@
 //! through the spine modules as it is": by the table's row every leg behind the first spine would get
 //! the same data twice a Period and never alternate.
 
-use core::num::NonZeroU16;
-
-use tasks::dock::{Dock, DockSet};
-
+use super::Leader;
 use crate::action::Action::{Holding, Straight, Swing};
-use crate::hormone::{Data, Hormone, HormoneName};
-use crate::local_timer::Phase;
+use crate::data::Data::{A, B};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
-use crate::rule::Trigger::{Received, Timer};
-use crate::rule::{Outgoing, Rule};
+use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
 
-/// Milliseconds from one A to the next. Sets the pace: a shorter Period walks faster.
-pub const PERIOD: NonZeroU16 = NonZeroU16::new(1000).unwrap();
-
-const A: Hormone = Hormone { name: HormoneName::CP, data: Data::A };
-const B: Hormone = Hormone { name: HormoneName::CP, data: Data::B };
-
-const BACK: DockSet = DockSet::of(&[Dock::Back]);
-const LEFT_RIGHT_BACK: DockSet = DockSet::of(&[Dock::Left, Dock::Right, Dock::Back]);
-
-const fn send(hormone: Hormone, docks: DockSet) -> Option<Outgoing> {
-    Some(Outgoing { hormone, docks })
-}
-
-kernel::flash! {
-    /// Table 1, by the text.
-    pub static RULES: [Rule; 10] = [
-        Rule::new(Head, Timer(Phase::START), Straight, send(A, LEFT_RIGHT_BACK)),
-        Rule::new(Head, Timer(Phase::HALF), Straight, send(B, LEFT_RIGHT_BACK)),
-        Rule::new(Spine, Received(A), Straight, send(A, BACK)),
-        Rule::new(Spine, Received(B), Straight, send(B, BACK)),
-        Rule::new(Branch, Received(A), Straight, send(B, LEFT_RIGHT_BACK)),
-        Rule::new(Branch, Received(B), Straight, send(A, LEFT_RIGHT_BACK)),
-        Rule::new(LeftLeg, Received(A), Swing, None),
-        Rule::new(RightLeg, Received(A), Holding, None),
-        Rule::new(LeftLeg, Received(B), Holding, None),
-        Rule::new(RightLeg, Received(B), Swing, None),
-    ];
+crate::gait! {
+    beats: 2,
+    beat: 500,
+    leader: Leader::Head,
+    rules: [
+        timer(Head, A).perform(Straight).send(A, LEFT_RIGHT_BACK),
+        timer(Head, B).perform(Straight).send(B, LEFT_RIGHT_BACK),
+        received(Spine, A).perform(Straight).send(A, BACK),
+        received(Spine, B).perform(Straight).send(B, BACK),
+        received(Branch, A).perform(Straight).send(B, LEFT_RIGHT_BACK),
+        received(Branch, B).perform(Straight).send(A, LEFT_RIGHT_BACK),
+        received(LeftLeg, A).perform(Swing),
+        received(RightLeg, A).perform(Holding),
+        received(LeftLeg, B).perform(Holding),
+        received(RightLeg, B).perform(Swing),
+    ],
 }

@@ -6,40 +6,41 @@ use tasks::dock::Dock;
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
 
-use crate::controller::{Controller, Response};
+use crate::controller::{Controller, Outgoing, Response};
 use crate::event::Event;
+use crate::gait::GaitName;
 use crate::hormone::Hormone;
-use crate::rule::Outgoing;
 use crate::status::Status;
 use crate::topology;
 
-/// Runs HORMONE on `mailbox`. `status` shows its view of the module to whoever reads RAM.
-pub fn run<const N: usize>(
+/// Runs HORMONE on `mailbox`, walking by `gait` until told otherwise; see [`Controller::new`] for `seed`. `status` shows its
+/// view of the module to whoever reads RAM.
+pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,
-    mut controller: Controller<N>,
+    gait: GaitName,
+    seed: u8,
     status: &'static Mutex<Status>,
     api: Api,
 ) -> Never {
+    let mut controller = Controller::new(gait.gait(), seed, now(task));
     loop {
         while let Some(message) = mailbox.take(task) {
             let response = match message.from().dock() {
-                Some(dock) => receive(&mut controller, dock, message.payload(), api),
-                None => learn(task, &mut controller, message.payload(), api),
+                Some(dock) => receive(task, &mut controller, dock, message.payload()),
+                None => learn(task, &mut controller, message.payload()),
             };
             // Its buffer is needed for what goes out.
             drop(message);
+            match response {
+                Some(response) => follow(task, &mut controller, response, api),
+                None => controller.malformed(),
+            }
+        }
+        while let Some(response) = controller.timer(now(task)) {
             follow(task, &mut controller, response, api);
         }
-        let time = now(task);
-        if let Some(response) = controller.timer(time) {
-            if let Some(Outgoing { hormone, .. }) = response.send {
-                api.trace(Event::HormoneGenerated(hormone.data).to_byte());
-            }
-            follow(task, &mut controller, Some(response), api);
-        }
-        let view = *controller.status();
-        status.with(task, |status| *status = view);
+        status.with(task, |status| *status = *controller.status());
         if let Some(wait) = controller.next_due(now(task)) {
             mailbox.wake_in(task, wait);
         }
@@ -47,55 +48,39 @@ pub fn run<const N: usize>(
     }
 }
 
-/// A neighbour sent a hormone.
-fn receive<const N: usize>(
-    controller: &mut Controller<N>,
-    dock: Dock,
-    payload: &[u8],
-    api: Api,
-) -> Option<Response> {
-    let Some(hormone) = Hormone::from_payload(payload) else {
-        controller.malformed();
-        return None;
-    };
-    api.trace(Event::HormoneReceived(dock, hormone.data).to_byte());
-    Some(controller.received(dock, hormone))
+/// A neighbour sent a hormone. `None` if it is none.
+fn receive(task: &mut Task, controller: &mut Controller, dock: Dock, payload: &[u8]) -> Option<Response> {
+    let hormone = Hormone::from_payload(payload)?;
+    Some(controller.received(dock, hormone, now(task)))
 }
 
-/// AC_RECV reported the neighbours.
-fn learn<const N: usize>(
-    task: &mut Task,
-    controller: &mut Controller<N>,
-    payload: &[u8],
-    api: Api,
-) -> Option<Response> {
-    let Some(neighbours) = topology::from_bytes(payload) else {
-        controller.malformed();
-        return None;
-    };
-    let response = controller.topology(&neighbours, now(task));
-    api.trace(Event::TopologyChanged(controller.status().module_type).to_byte());
-    Some(response)
+/// AC_RECV reported the neighbours. `None` if these can't be.
+fn learn(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
+    let neighbours = topology::from_bytes(payload)?;
+    Some(controller.topology(&neighbours, now(task)))
 }
 
-/// Sends what is to be sent. The action is in the status, and goes to the motors' tasks once there are any.
-fn follow<const N: usize>(
-    task: &mut Task,
-    controller: &mut Controller<N>,
-    response: Option<Response>,
-    api: Api,
-) {
-    let Some(Outgoing { hormone, docks }) = response.and_then(|response| response.send) else { return };
-    for dock in docks.iter() {
-        let to = Address::beyond(dock, TaskCode::HORMONE);
-        let from = Address::here(TaskCode::HORMONE);
-        let Ok(message) = Message::new(to, from, &hormone.to_payload()) else { continue };
-        match api.send(task, message) {
-            Ok(()) => {
-                controller.sent();
-                api.trace(Event::HormoneSent(dock, hormone.data).to_byte());
+/// Sends what is to be sent, and tells what happened. The action is in the status, and goes to the motors' tasks once there
+/// are any.
+fn follow(task: &mut Task, controller: &mut Controller, response: Response, api: Api) {
+    if let Some(event) = response.event {
+        api.trace(event.to_byte());
+    }
+    if let Some(Outgoing { hormone, docks }) = response.send {
+        for dock in docks.iter() {
+            let to = Address::beyond(dock, TaskCode::HORMONE);
+            let from = Address::here(TaskCode::HORMONE);
+            let Ok(message) = Message::new(to, from, hormone.to_payload().bytes()) else { continue };
+            match api.send(task, message) {
+                Ok(()) => {
+                    controller.sent();
+                    api.trace(Event::HormoneSent(dock, hormone.data).to_byte());
+                }
+                Err(_) => controller.unsent(),
             }
-            Err(_) => controller.unsent(),
         }
+    }
+    if let Some(action) = response.action {
+        api.trace(Event::ActionBegun(action).to_byte());
     }
 }

@@ -83,7 +83,8 @@ impl Observer {
         let Some(seen) = self.modules.get_mut(module) else { return };
         match behaviour {
             Behaviour::TopologyChanged(_) => seen.topology_changes += 1,
-            Behaviour::HormoneGenerated(_) => seen.taken_up = cycle,
+            Behaviour::HormoneGenerated(_) | Behaviour::MadeGood(_) => seen.taken_up = cycle,
+            Behaviour::ActionBegun(_) => {}
             Behaviour::HormoneSent(dock, data) => {
                 let hop = Hop { data, taken_up: seen.taken_up, sent: cycle };
                 self.sent += 1;

@@ -43,7 +43,10 @@ impl Hormones {
                 Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) => {
                     panic!("{deed:?}: off the chain")
                 }
-                Behaviour::HormoneGenerated(_) | Behaviour::TopologyChanged(_) => {}
+                Behaviour::HormoneGenerated(_)
+                | Behaviour::TopologyChanged(_)
+                | Behaviour::ActionBegun(_)
+                | Behaviour::MadeGood(_) => {}
             }
         }
         let overdue = |sent: &&(u64, Data)| sent.0 + HOP_AT_MOST < now;

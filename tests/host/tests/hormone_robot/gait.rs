@@ -1,20 +1,15 @@
 //! The gait by the text's rules, and how the printed table's would fail.
 
-use hormone::action::Action::{self, Holding, Straight, Swing};
-use hormone::gait::centipede;
-use hormone::hormone::{Data, Hormone, HormoneName};
-use hormone::local_timer::Phase;
-use hormone::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
-use hormone::rule::Trigger::{Received, Timer};
-use hormone::rule::{Outgoing, Rule};
-use tasks::dock::{Dock, DockSet};
+use hormone::action::Action;
+use hormone::data::Data;
+use hormone::gait::GaitName::Centipede;
 
 use crate::robot::{Robot, Segment, hundred_modules};
 
 #[test]
 fn a_chain_of_five_passes_the_beat_to_its_tail() {
     for longest_delay in 1..=10 {
-        let mut robot = Robot::centipede(&centipede::RULES, &[Segment::Spine; 3], longest_delay.into());
+        let mut robot = Robot::with_body(Centipede.gait(), &[Segment::Spine; 3], longest_delay.into());
         robot.longest_delay = longest_delay;
         robot.discover(150).unwrap();
         let known = robot.now;
@@ -33,7 +28,7 @@ fn a_hundred_modules_walk() {
     let branches_first = [[Segment::Branch; 24].as_slice(), &[Segment::Spine; 26]].concat();
     let spines_first = [[Segment::Spine; 26].as_slice(), &[Segment::Branch; 24]].concat();
     for body in [alternating, branches_first, spines_first, hundred_modules(7), hundred_modules(8)] {
-        let mut robot = Robot::centipede(&centipede::RULES, &body, 9);
+        let mut robot = Robot::with_body(Centipede.gait(), &body, 9);
         robot.longest_delay = 5;
         robot.probe_loss = 5;
         robot.discover(1_000).unwrap();
@@ -43,29 +38,31 @@ fn a_hundred_modules_walk() {
     }
 }
 
-const A: Hormone = Hormone { name: HormoneName::CP, data: Data::A };
-const B: Hormone = Hormone { name: HormoneName::CP, data: Data::B };
+/// Table 1 as printed: its spine answers A with B.
+mod as_printed {
+    use hormone::action::Action::{Holding, Straight, Swing};
+    use hormone::data::Data::{A, B};
+    use hormone::gait::Leader;
+    use hormone::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
+    use hormone::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
 
-const fn send(hormone: Hormone, docks: &[Dock]) -> Option<Outgoing> {
-    Some(Outgoing { hormone, docks: DockSet::of(docks) })
-}
-
-const LEFT_RIGHT_BACK: &[Dock] = &[Dock::Left, Dock::Right, Dock::Back];
-
-kernel::flash! {
-    /// Table 1 as printed: its spine answers A with B.
-    static AS_PRINTED: [Rule; 10] = [
-        Rule::new(Head, Timer(Phase::START), Straight, send(A, LEFT_RIGHT_BACK)),
-        Rule::new(Head, Timer(Phase::HALF), Straight, send(B, LEFT_RIGHT_BACK)),
-        Rule::new(Spine, Received(A), Straight, send(B, &[Dock::Back])),
-        Rule::new(Spine, Received(B), Straight, send(B, &[Dock::Back])),
-        Rule::new(Branch, Received(A), Straight, send(B, LEFT_RIGHT_BACK)),
-        Rule::new(Branch, Received(B), Straight, send(A, LEFT_RIGHT_BACK)),
-        Rule::new(LeftLeg, Received(A), Swing, None),
-        Rule::new(RightLeg, Received(A), Holding, None),
-        Rule::new(LeftLeg, Received(B), Holding, None),
-        Rule::new(RightLeg, Received(B), Swing, None),
-    ];
+    hormone::gait! {
+        beats: 2,
+        beat: 500,
+        leader: Leader::Head,
+        rules: [
+            timer(Head, A).perform(Straight).send(A, LEFT_RIGHT_BACK),
+            timer(Head, B).perform(Straight).send(B, LEFT_RIGHT_BACK),
+            received(Spine, A).perform(Straight).send(B, BACK),
+            received(Spine, B).perform(Straight).send(B, BACK),
+            received(Branch, A).perform(Straight).send(B, LEFT_RIGHT_BACK),
+            received(Branch, B).perform(Straight).send(A, LEFT_RIGHT_BACK),
+            received(LeftLeg, A).perform(Swing),
+            received(RightLeg, A).perform(Holding),
+            received(LeftLeg, B).perform(Holding),
+            received(RightLeg, B).perform(Swing),
+        ],
+    }
 }
 
 #[test]
@@ -73,19 +70,15 @@ fn by_the_printed_table_legs_behind_a_spine_never_alternate() {
     for (body, walks) in
         [(&[Segment::Branch, Segment::Spine], true), (&[Segment::Spine, Segment::Branch], false)]
     {
-        let mut robot = Robot::centipede(&AS_PRINTED, body, 1);
+        let mut robot = Robot::with_body(as_printed::GAIT.named(1), body, 1);
         robot.discover(150).unwrap();
         let known = robot.now;
         robot.run(5_000);
         assert_eq!(robot.gait_violations(known, robot.now) == 0, walks, "{body:?}");
         // The legs come after their branch, which comes after the head and, if it is first, the spine.
         let left_leg = if body[0] == Segment::Branch { 2 } else { 3 };
-        let actions: Vec<Action> = robot
-            .hormones_received(left_leg)
-            .iter()
-            .filter(|beat| beat.at > known)
-            .map(|beat| beat.action)
-            .collect();
+        let actions: Vec<Action> =
+            robot.acts(left_leg).iter().filter(|act| act.at > known).map(|act| act.action).collect();
         let alternates = actions.windows(2).all(|pair| pair[0] != pair[1]);
         let stuck = actions.windows(2).all(|pair| pair[0] == pair[1]);
         assert_eq!([alternates, stuck], [walks, !walks], "{actions:?}");

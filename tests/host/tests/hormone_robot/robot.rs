@@ -1,18 +1,17 @@
 //! A robot made of the pure machines, and the gait's definition to hold it against.
 
 use std::collections::BTreeMap;
-use std::num::NonZeroU16;
 
-use hormone::action::Action;
+use hormone::action::{Action, Posture};
 use hormone::controller::{Controller, Response};
-use hormone::gait::centipede;
-use hormone::hormone::{Data, Hormone};
+use hormone::data::Data;
+use hormone::event::Event;
+use hormone::gait::Gait;
+use hormone::hormone::Hormone;
 use hormone::module_type::ModuleType;
 use hormone::probe::Probe;
-use hormone::rule::Rule;
 use hormone::schedule::Schedule;
 use hormone::topology::{Neighbours, Topology};
-use kernel::flash::Flash;
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
 /// A dock of one of the robot's modules.
@@ -35,27 +34,34 @@ impl Random {
     }
 }
 
-/// One hormone as a module took it: received, or generated if the module is a head.
+/// A hormone that a module received or generated.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Beat {
     pub at: u32,
     pub data: Data,
+}
+
+/// An action that began, or went on into another beat.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Act {
+    pub at: u32,
     pub action: Action,
 }
 
 struct Module {
     topology: Topology,
     schedule: Schedule,
-    controller: Controller<10>,
+    controller: Controller,
     /// Its clock is the robot's plus this: the modules were not switched on together.
     clock_offset: u16,
     generated: Vec<Beat>,
     received: Vec<Beat>,
+    acts: Vec<Act>,
 }
 
 enum Content {
     Probe(u8),
-    Hormone([u8; 2]),
+    Hormone(Vec<u8>),
 }
 
 /// A segment of a centipede's body.
@@ -84,19 +90,21 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// `count` modules, none attached.
-    pub fn new(rules: &'static Flash<[Rule; 10]>, period: NonZeroU16, count: usize, seed: u64) -> Self {
+    /// `count` modules, none attached, that walk by `gait`.
+    pub fn new(gait: Gait, count: usize, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let module = |_| {
             let clock_offset = random.below(1 << 16) as u16;
             let phase = random.below(1_000) as u16;
+            let rhythm = random.below(256) as u8;
             Module {
                 topology: Topology::new(),
                 schedule: Schedule::new(clock_offset.wrapping_add(phase % 40)),
-                controller: Controller::new(rules, period, clock_offset.wrapping_sub(phase)),
+                controller: Controller::new(gait, rhythm, clock_offset.wrapping_sub(phase)),
                 clock_offset,
                 generated: Vec::new(),
                 received: Vec::new(),
+                acts: Vec::new(),
             }
         };
         Robot {
@@ -114,10 +122,10 @@ impl Robot {
 
     /// A head, `body` in this order, a tail. Their indices are in the same order, each branch followed
     /// by its left and its right leg.
-    pub fn centipede(rules: &'static Flash<[Rule; 10]>, body: &[Segment], seed: u64) -> Self {
+    pub fn with_body(gait: Gait, body: &[Segment], seed: u64) -> Self {
         let legs = 2 * body.iter().filter(|&&segment| segment == Segment::Branch).count();
         let count = 2 + body.len() + legs;
-        let mut robot = Robot::new(rules, centipede::PERIOD, count, seed);
+        let mut robot = Robot::new(gait, count, seed);
         let mut last = 0;
         let mut next = 1;
         for segment in body {
@@ -134,7 +142,7 @@ impl Robot {
         robot
     }
 
-    /// The types of [`centipede`](Self::centipede)'s modules by construction.
+    /// The types of [`with_body`](Self::with_body)'s modules by construction.
     pub fn planned_types(body: &[Segment]) -> Vec<ModuleType> {
         let mut types = vec![ModuleType::Head];
         for segment in body {
@@ -205,6 +213,20 @@ impl Robot {
         &self.modules[module].received
     }
 
+    pub fn generated(&self, module: usize) -> &[Beat] {
+        &self.modules[module].generated
+    }
+
+    /// What `module` did, in order.
+    pub fn acts(&self, module: usize) -> &[Act] {
+        &self.modules[module].acts
+    }
+
+    /// The joints' targets of `module` now.
+    pub fn posture(&self, module: usize) -> Option<Posture> {
+        self.modules[module].controller.posture(self.clock(module))
+    }
+
     pub fn hormones_under_way(&self) -> usize {
         self.air.values().filter(|(_, _, content)| matches!(content, Content::Hormone(_))).count()
     }
@@ -248,8 +270,8 @@ impl Robot {
     }
 
     /// `payload` reaches HORMONE of `to` as if its neighbour had sent it.
-    pub fn inject(&mut self, to: Port, payload: [u8; 2]) {
-        self.arrive(to, Content::Hormone(payload));
+    pub fn inject(&mut self, to: Port, payload: &[u8]) {
+        self.arrive(to, Content::Hormone(payload.to_vec()));
     }
 
     /// `byte` reaches AC_RECV of `to` as if a neighbour had sent it.
@@ -270,12 +292,10 @@ impl Robot {
             }
         }
         let module = &mut self.modules[index];
-        if module.controller.next_due(now) == Some(0)
-            && let Some(response) = module.controller.timer(now)
-        {
-            let beat = Beat::new(self.now, &module.controller);
-            module.generated.push(beat);
-            self.propagate(index, response);
+        if module.controller.next_due(now) == Some(0) {
+            while let Some(response) = self.modules[index].controller.timer(now) {
+                self.follow(index, response);
+            }
         }
     }
 
@@ -297,10 +317,8 @@ impl Robot {
             }
             Content::Hormone(payload) => match Hormone::from_payload(&payload) {
                 Some(hormone) => {
-                    let response = module.controller.received(dock, hormone);
-                    let beat = Beat::new(self.now, &module.controller);
-                    module.received.push(beat);
-                    self.propagate(index, response);
+                    let response = module.controller.received(dock, hormone, now);
+                    self.follow(index, response);
                 }
                 None => module.controller.malformed(),
             },
@@ -311,16 +329,24 @@ impl Robot {
         let now = self.clock(index);
         let module = &mut self.modules[index];
         let response = module.controller.topology(&module.topology.neighbours(), now);
-        self.propagate(index, response);
+        self.follow(index, response);
     }
 
-    fn propagate(&mut self, index: usize, response: Response) {
+    fn follow(&mut self, index: usize, response: Response) {
+        let at = self.now;
+        let module = &mut self.modules[index];
+        match response.event {
+            Some(Event::HormoneGenerated(data)) => module.generated.push(Beat { at, data }),
+            Some(Event::HormoneReceived(_, data)) => module.received.push(Beat { at, data }),
+            _ => {}
+        }
+        module.acts.extend(response.action.map(|action| Act { at, action }));
         let Some(outgoing) = response.send else {
             return;
         };
         for dock in outgoing.docks.iter() {
             self.modules[index].controller.sent();
-            self.send((index, dock), Content::Hormone(outgoing.hormone.to_payload()));
+            self.send((index, dock), Content::Hormone(outgoing.hormone.to_payload().bytes().to_vec()));
         }
     }
 
@@ -335,39 +361,43 @@ impl Robot {
         (self.now as u16).wrapping_add(self.modules[index].clock_offset)
     }
 
-    /// How often the gait was wrong in the beats of `from..to`, by its definition: in each half Period
-    /// every module but the head gets one hormone, a leg swings and holds in turn, the two legs of a
+    /// How often the centipede's gait was wrong in the beats of `from..to`, by its definition: in each half Period
+    /// every module but head and tail acts once, a leg swings and holds in turn, the two legs of a
     /// branch never do the same, and nothing else moves.
     pub fn gait_violations(&self, from: u32, to: u32) -> usize {
-        let of_type =
-            |wanted| (0..self.len()).filter(move |&module| ModuleType::of(&self.wiring(module)) == wanted);
-        of_type(ModuleType::Head)
+        self.of_type(ModuleType::Head)
             .map(|head| {
-                let starts: Vec<u32> = self.modules[head].generated.iter().map(|beat| beat.at).collect();
-                let half_periods: Vec<[u32; 2]> = starts
-                    .windows(2)
-                    .map(|pair| [pair[0], pair[1]])
-                    .filter(|&[start, end]| start >= from && end <= to)
-                    .collect();
+                let half_periods = self.beats_of(head, from, to);
                 assert!(half_periods.len() >= 3, "too short to tell a gait");
-                let body: Vec<usize> =
-                    self.attached_to(head).into_iter().filter(|&module| module != head).collect();
-                body.iter().map(|&module| self.violations_of(module, &half_periods)).sum::<usize>()
+                let body = self.attached_to(head).into_iter().filter(|&module| module != head);
+                body.map(|module| self.violations_of(module, &half_periods)).sum::<usize>()
             })
             .sum()
     }
 
+    /// The modules that are truly of this type.
+    pub fn of_type(&self, wanted: ModuleType) -> impl Iterator<Item = usize> {
+        (0..self.len()).filter(move |&module| ModuleType::of(&self.wiring(module)) == wanted)
+    }
+
+    /// From each beat of a leader to its next, within `from..to`.
+    pub fn beats_of(&self, leader: usize, from: u32, to: u32) -> Vec<[u32; 2]> {
+        let starts: Vec<u32> = self.generated(leader).iter().map(|beat| beat.at).collect();
+        let beats = starts.windows(2).map(|pair| [pair[0], pair[1]]);
+        beats.filter(|&[start, end]| start >= from && end <= to).collect()
+    }
+
     fn violations_of(&self, module: usize, half_periods: &[[u32; 2]]) -> usize {
         let module_type = ModuleType::of(&self.wiring(module));
-        let is_leg = |action| matches!(action, Action::Swing | Action::Holding);
         let actions = self.actions(module, half_periods);
-        let missing_or_wrong = |action: &&Option<Action>| match (module_type, **action) {
-            (_, None) => true,
-            (ModuleType::LeftLeg | ModuleType::RightLeg, Some(action)) => !is_leg(action),
-            (ModuleType::Tail, Some(action)) => action != Action::Rest,
-            (_, Some(action)) => action != Action::Straight,
+        let is_wrong = |action: &&Option<Action>| match module_type {
+            ModuleType::LeftLeg | ModuleType::RightLeg => {
+                !matches!(action, Some(Action::Swing | Action::Holding))
+            }
+            ModuleType::Tail => action.is_some(),
+            _ => **action != Some(Action::Straight),
         };
-        let wrong = actions.iter().filter(missing_or_wrong).count();
+        let wrong = actions.iter().filter(is_wrong).count();
         let Some(other_leg) = self.other_leg(module) else {
             return wrong;
         };
@@ -377,17 +407,16 @@ impl Robot {
         wrong + repeated + together
     }
 
-    /// What `module` did in each half Period; `None` where it did not get exactly one hormone.
-    fn actions(&self, module: usize, half_periods: &[[u32; 2]]) -> Vec<Option<Action>> {
-        let in_half_period = |&[start, end]: &[u32; 2]| {
-            let mut beats =
-                self.modules[module].received.iter().filter(|beat| (start..end).contains(&beat.at));
-            match (beats.next(), beats.next()) {
-                (Some(beat), None) => Some(beat.action),
+    /// What `module` did in each beat; `None` where it did not begin exactly one action.
+    pub fn actions(&self, module: usize, beats: &[[u32; 2]]) -> Vec<Option<Action>> {
+        let in_beat = |&[start, end]: &[u32; 2]| {
+            let mut acts = self.acts(module).iter().filter(|act| (start..end).contains(&act.at));
+            match (acts.next(), acts.next()) {
+                (Some(act), None) => Some(act.action),
                 _ => None,
             }
         };
-        half_periods.iter().map(in_half_period).collect()
+        beats.iter().map(in_beat).collect()
     }
 
     /// The leg on the other side of the branch, if `module` is a leg.
@@ -414,13 +443,6 @@ impl Robot {
             }
         }
         found
-    }
-}
-
-impl Beat {
-    fn new(at: u32, controller: &Controller<10>) -> Self {
-        let status = controller.status();
-        Beat { at, data: status.hormone().unwrap(), action: status.action }
     }
 }
 

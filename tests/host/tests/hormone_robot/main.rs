@@ -1,4 +1,4 @@
-//! The centipede's behaviours as whole robots: many modules, perfect links with a delay, and probes
+//! Behaviours as whole robots: many modules, perfect links with a delay, and probes
 //! that may be lost. The modules are the pure machines of the crate `hormone`, a millisecond a step.
 
 mod changes;
@@ -6,3 +6,5 @@ mod discovery;
 mod gait;
 mod robot;
 mod tree;
+mod walks;
+mod waves;

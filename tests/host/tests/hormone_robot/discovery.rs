@@ -1,6 +1,6 @@
 //! Modules find their neighbours and their types, and notice a loss, in time.
 
-use hormone::gait::centipede;
+use hormone::gait::GaitName::Centipede;
 use hormone::module_type::ModuleType;
 use hormone::schedule::PROBE_PERIOD;
 use tasks::dock::Dock::{Back, Front};
@@ -15,7 +15,7 @@ const LOST: u32 = 300;
 fn a_hundred_modules_find_their_types_in_any_order_of_the_body() {
     for seed in 0..5 {
         let body = hundred_modules(seed);
-        let mut robot = Robot::centipede(&centipede::RULES, &body, seed);
+        let mut robot = Robot::with_body(Centipede.gait(), &body, seed);
         robot.longest_delay = 5;
         let took = robot.discover(FOUND).expect("every type within 150 ms");
         assert!(took > 5, "probes take time");
@@ -30,7 +30,7 @@ fn a_hundred_modules_find_their_types_in_any_order_of_the_body() {
 #[test]
 fn an_answer_at_once_spares_the_wait_for_the_next_turn() {
     for seed in 0..20 {
-        let mut robot = Robot::new(&centipede::RULES, centipede::PERIOD, 2, seed);
+        let mut robot = Robot::new(Centipede.gait(), 2, seed);
         robot.run(200);
         robot.attach((0, Back), (1, Front));
         let took = robot.discover(FOUND).unwrap();
@@ -41,7 +41,7 @@ fn an_answer_at_once_spares_the_wait_for_the_next_turn() {
 
 #[test]
 fn the_topology_holds_with_probes_lost() {
-    let mut robot = Robot::centipede(&centipede::RULES, &hundred_modules(1), 1);
+    let mut robot = Robot::with_body(Centipede.gait(), &hundred_modules(1), 1);
     robot.longest_delay = 5;
     robot.probe_loss = 5;
     robot.discover(1_000).expect("found in spite of lost probes");
@@ -53,7 +53,7 @@ fn the_topology_holds_with_probes_lost() {
 
 #[test]
 fn a_loss_is_noticed_in_time_and_not_before_six_probes_are_missing() {
-    let mut robot = Robot::centipede(&centipede::RULES, &[], 3);
+    let mut robot = Robot::with_body(Centipede.gait(), &[], 3);
     robot.discover(FOUND).unwrap();
     robot.run(1_000);
     robot.detach((0, Back));
@@ -64,7 +64,7 @@ fn a_loss_is_noticed_in_time_and_not_before_six_probes_are_missing() {
 #[test]
 fn with_a_dock_blind_in_one_direction_neither_end_counts_the_other() {
     for blind in [(0, Back), (1, Front)] {
-        let mut robot = Robot::centipede(&centipede::RULES, &[], 4);
+        let mut robot = Robot::with_body(Centipede.gait(), &[], 4);
         robot.blind.push(blind);
         robot.run(1_000);
         assert_eq!([robot.neighbours(0), robot.neighbours(1)], [[None; 6]; 2]);

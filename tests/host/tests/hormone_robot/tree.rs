@@ -3,18 +3,19 @@
 
 use std::num::NonZeroU16;
 
-use hormone::gait::centipede;
+use hormone::gait::Gait;
+use hormone::gait::GaitName::Centipede;
 use proptest::prelude::*;
 use tasks::dock::Dock;
 
 use crate::robot::Robot;
 
 /// So long that no head beats during a test.
-const NEVER: NonZeroU16 = NonZeroU16::new(32_767).unwrap();
+const NEVER: NonZeroU16 = NonZeroU16::new(16_383).unwrap();
 
 /// Hangs module after module on an earlier one; `choices` says where and by which docks.
 fn tree(choices: &[(usize, usize, usize)], seed: u64) -> Robot {
-    let mut robot = Robot::new(&centipede::RULES, NEVER, choices.len() + 1, seed);
+    let mut robot = Robot::new(Gait { beat: NEVER, ..Centipede.gait() }, choices.len() + 1, seed);
     for (number, &(parent, parent_dock, dock)) in choices.iter().enumerate() {
         let new = number + 1;
         let free: Vec<(usize, Dock)> = (0..new)
@@ -70,7 +71,7 @@ proptest! {
         let mut robot = tree(&shape, seed);
         robot.discover(150);
         let count = robot.len();
-        robot.inject((module % count, Dock::ALL[dock]), [1, data]);
+        robot.inject((module % count, Dock::ALL[dock]), &[0x10 | data, 0]);
         // Down the tree and back once at most, a millisecond a hop.
         robot.run(2 * count as u32);
         prop_assert_eq!(robot.hormones_under_way(), 0);
@@ -88,7 +89,7 @@ proptest! {
         let mut robot = tree(&shape, seed);
         for (module, dock, payload, probe, pause) in noise {
             let port = (module % robot.len(), Dock::ALL[dock]);
-            robot.inject(port, payload);
+            robot.inject(port, &payload);
             robot.inject_probe(port, probe);
             robot.run(pause);
         }

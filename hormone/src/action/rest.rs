@@ -1,0 +1,3 @@
+//! Rest: no target, the joints stay where they are.
+
+motion![];

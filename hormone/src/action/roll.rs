@@ -1,0 +1,13 @@
+//! A rolling track's bend: in step s of 6 each joint is at 30 - 30 cos(s pi / 3) degrees, Motor2 a step ahead of Motor0, as it
+//! is the next joint of the ring. Over the twelve joints of six modules, two waves, that makes 360 degrees.
+
+use super::posture;
+
+motion![
+    posture(0, 0, 15),
+    posture(15, 0, 45),
+    posture(45, 0, 60),
+    posture(60, 0, 45),
+    posture(45, 0, 15),
+    posture(15, 0, 0),
+];

@@ -1,0 +1,257 @@
+use super::*;
+use crate::gait::GaitName;
+use Action::{Holding, Rest, Straight, Swing};
+use Data::{A, B};
+use Dock::{Back, Down, Front, Left, Right, Up};
+
+const HEAD: Neighbours = [None, Some(Front), None, None, None, None];
+const TAIL: Neighbours = [Some(Back), None, None, None, None, None];
+const LEFT_LEG: Neighbours = [None, Some(Left), None, None, None, None];
+const RIGHT_LEG: Neighbours = [None, Some(Right), None, None, None, None];
+const SPINE: Neighbours = [Some(Back), Some(Front), None, None, None, None];
+const BRANCH: Neighbours = [Some(Back), Some(Front), Some(Back), Some(Back), None, None];
+/// A spine with one leg, and something on top.
+const OTHER: Neighbours = [Some(Back), Some(Front), None, Some(Back), Some(Down), None];
+
+const BEAT: u16 = 500;
+
+fn module(neighbours: &Neighbours) -> Controller {
+    let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
+    let _ = controller.topology(neighbours, 0);
+    controller
+}
+
+/// The centipede's pace.
+fn cp(data: Data) -> Hormone {
+    Hormone { name: 1, data, rhythm: 0x30, lifetime: None }
+}
+
+/// What leaves, but for the rhythm.
+fn sent(response: Response) -> Option<(Data, DockSet)> {
+    response.send.map(|outgoing| (outgoing.hormone.data, outgoing.docks))
+}
+
+fn by(data: Data, docks: &[Dock]) -> Option<(Data, DockSet)> {
+    Some((data, DockSet::of(docks)))
+}
+
+#[test]
+fn each_type_answers_a_and_b_as_the_text_says() {
+    let body = &[Left, Right, Back];
+    let rows = [
+        (SPINE, [(Some(Straight), by(A, &[Back])), (Some(Straight), by(B, &[Back]))]),
+        (BRANCH, [(Some(Straight), by(B, body)), (Some(Straight), by(A, body))]),
+        (LEFT_LEG, [(Some(Swing), None), (Some(Holding), None)]),
+        (RIGHT_LEG, [(Some(Holding), None), (Some(Swing), None)]),
+        (TAIL, [(None, None), (None, None)]),
+    ];
+    for (neighbours, answers) in rows {
+        let mut controller = module(&neighbours);
+        for (now, (data, (action, send))) in (1..).zip([A, B].into_iter().zip(answers)) {
+            let response = controller.received(Front, cp(data), now * BEAT);
+            assert_eq!((response.action, sent(response)), (action, send));
+            assert_eq!(response.event, Some(Event::HormoneReceived(Front, data)));
+            assert_eq!(controller.status().action, action.unwrap_or(Rest));
+            assert_eq!(controller.status().hormone(), Some(data));
+        }
+        assert_eq!(controller.status().hormones_received, 2);
+    }
+}
+
+#[test]
+fn the_head_beats_a_at_0_and_b_at_half_a_period() {
+    let mut head = module(&HEAD);
+    for beat in 1..=200_u16 {
+        assert_eq!(head.next_due((beat - 1).wrapping_mul(BEAT)), Some(BEAT));
+        let now = beat.wrapping_mul(BEAT);
+        assert_eq!(head.timer(now.wrapping_sub(1)), None);
+        let data = if beat % 2 == 0 { A } else { B };
+        let response = head.timer(now).unwrap();
+        assert_eq!((response.action, sent(response)), (Some(Straight), by(data, &[Back])));
+        assert_eq!(response.event, Some(Event::HormoneGenerated(data)));
+        assert_eq!(head.timer(now), None);
+        assert_eq!(head.status().hormone(), Some(data));
+    }
+}
+
+#[test]
+fn a_head_listens_to_nobody() {
+    let mut head = module(&HEAD);
+    assert_eq!(sent(head.received(Back, cp(A), 10)), None);
+    assert_eq!(head.status().dropped, 1);
+}
+
+#[test]
+fn who_has_heard_no_hormone_waits_for_no_timer() {
+    for neighbours in [TAIL, LEFT_LEG, RIGHT_LEG, SPINE, BRANCH, OTHER] {
+        let mut controller = module(&neighbours);
+        assert_eq!(controller.next_due(0), None);
+        assert_eq!(controller.timer(BEAT), None);
+    }
+}
+
+#[test]
+fn a_new_head_does_not_take_up_a_beat_from_before() {
+    let mut controller = module(&SPINE);
+    // Its neighbour in front is lost, but acted for until the grace ends.
+    let _ = controller.topology(&HEAD, 30_300);
+    assert_eq!(controller.timer(30_699), None);
+    assert_eq!(sent(controller.timer(30_700).unwrap()), None);
+    assert_eq!(controller.timer(30_700), None);
+    assert_eq!(controller.next_due(30_700), Some(300));
+    assert_eq!(sent(controller.timer(31_000).unwrap()), by(A, &[Back]));
+}
+
+#[test]
+fn a_head_keeps_its_beat_through_a_flicker() {
+    let mut controller = module(&HEAD);
+    let _ = controller.timer(BEAT);
+    let _ = controller.topology(&[None; 6], 510);
+    let _ = controller.topology(&HEAD, 800);
+    assert_eq!(sent(controller.timer(1000).unwrap()), by(A, &[Back]));
+}
+
+#[test]
+fn a_head_told_that_it_still_is_one_misses_no_beat() {
+    let mut controller = module(&HEAD);
+    let _ = controller.topology(&HEAD, BEAT);
+    assert_eq!(sent(controller.timer(BEAT).unwrap()), by(B, &[Back]));
+}
+
+#[test]
+fn the_unknown_keeps_still_and_passes_on_to_all_others() {
+    for (from, others) in [(Front, [Back, Right, Up]), (Right, [Front, Back, Up])] {
+        let mut controller = module(&OTHER);
+        let response = controller.received(from, cp(B), 0);
+        assert_eq!((response.action, sent(response)), (None, by(B, &others)));
+        assert_eq!(controller.status().action, Rest);
+    }
+    let mut alone = module(&[None; 6]);
+    assert_eq!(sent(alone.received(Front, cp(A), 0)), None);
+}
+
+#[test]
+fn a_hormone_that_does_not_come_is_made_good_and_dropped_when_it_comes_late() {
+    let mut branch = module(&BRANCH);
+    let first = branch.received(Front, cp(A), 0);
+    assert_eq!(branch.timer(BEAT + 11), None);
+    let response = branch.timer(BEAT + 12).unwrap();
+    assert_eq!(sent(response), by(A, &[Left, Right, Back]));
+    assert_eq!(response.event, Some(Event::MadeGood(B)));
+    assert_eq!(response.send.unwrap().hormone.rhythm, first.send.unwrap().hormone.rhythm);
+    assert_eq!(branch.timer(BEAT + 12), None);
+    assert_eq!(sent(branch.received(Front, cp(B), BEAT + 140)), None);
+    assert_eq!((branch.status().made_good, branch.status().dropped), (1, 1));
+    assert_eq!(sent(branch.received(Front, cp(A), 2 * BEAT)), by(B, &[Left, Right, Back]));
+}
+
+#[test]
+fn after_eight_beats_without_a_hormone_a_leg_rests() {
+    let mut leg = module(&LEFT_LEG);
+    let _ = leg.received(Back, cp(A), 0);
+    let mut now = 0;
+    let mut actions = Vec::new();
+    while let Some(wait) = leg.next_due(now) {
+        now += wait;
+        actions.extend(leg.timer(now).and_then(|response| response.action));
+    }
+    assert_eq!(actions, [Holding, Swing, Holding, Swing, Holding, Swing, Holding, Rest]);
+    assert_eq!(leg.status().action, Rest);
+}
+
+#[test]
+fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
+    let mut leg = module(&LEFT_LEG);
+    let other = Hormone { rhythm: 0x31, ..cp(A) };
+    assert_eq!(leg.received(Back, cp(A), 0).action, Some(Swing));
+    assert_eq!(leg.received(Up, other, 200).action, None, "the present one still beats");
+    assert_eq!(leg.received(Back, cp(B), BEAT).action, Some(Holding));
+    assert_eq!(leg.timer(2 * BEAT + 12).unwrap().action, Some(Swing));
+    assert_eq!(leg.received(Up, Hormone { data: B, ..other }, 1_100).action, Some(Holding));
+    assert_eq!(leg.received(Up, other, 1_600).action, Some(Swing));
+    assert_eq!(leg.received(Up, cp(A), 1_700).action, Some(Swing), "by the same dock it is at once");
+}
+
+#[test]
+fn behind_a_module_that_changed_its_type_the_rhythm_is_another() {
+    let mut controller = module(&SPINE);
+    let before = controller.received(Front, cp(A), 0).send.unwrap().hormone.rhythm;
+    let _ = controller.topology(&BRANCH, 100);
+    assert_ne!(controller.received(Front, cp(B), BEAT).send.unwrap().hormone.rhythm, before);
+}
+
+#[test]
+fn another_type_rests_until_told() {
+    let mut controller = module(&LEFT_LEG);
+    assert_eq!(controller.received(Back, cp(A), 0).action, Some(Swing));
+    assert_eq!(controller.topology(&LEFT_LEG, 10).action, None);
+    assert_eq!(controller.topology(&RIGHT_LEG, 20).action, Some(Rest));
+    assert_eq!(controller.received(Back, cp(B), BEAT).action, Some(Swing));
+}
+
+#[test]
+fn a_module_walks_the_gait_of_the_hormone_that_comes() {
+    let mut controller = module(&SPINE);
+    let wave = Hormone { name: GaitName::Caterpillar as u8, data: Data::E, rhythm: 0, lifetime: None };
+    let response = controller.received(Front, wave, 10);
+    assert_eq!((response.action, sent(response)), (Some(Action::Wave), by(A, &[Back])));
+    assert_eq!(controller.status().gait, GaitName::Caterpillar as u8);
+    let unknown = Hormone { name: 15, ..wave };
+    assert_eq!(controller.received(Front, unknown, 900).action, None);
+    assert_eq!(controller.status().dropped, 1);
+}
+
+#[test]
+fn a_motion_is_spread_over_the_beats_of_its_rule() {
+    let mut leg = module(&LEFT_LEG);
+    assert_eq!(leg.posture(0), None);
+    let _ = leg.received(Back, cp(A), 0);
+    let swing: Vec<Posture> = Swing.motion().iter().collect();
+    let at = [0, 124, 125, 250, 499, 511].map(|now| leg.posture(now).unwrap());
+    assert_eq!(at, [0, 0, 1, 2, 3, 3].map(|step| swing[step]));
+
+    let mut spine = module(&SPINE);
+    let _ = spine.received(Front, Hormone { name: 2, ..cp(B) }, 0);
+    let wave: Vec<Posture> = Action::Wave.motion().iter().collect();
+    let at = [0, 50, 199].map(|now| spine.posture(now).unwrap());
+    assert_eq!(at, [4, 5, 7].map(|step| wave[step]), "B is the second of five beats, four steps each");
+}
+
+#[test]
+fn a_right_legs_hip_turns_the_other_way() {
+    let (mut left, mut right) = (module(&LEFT_LEG), module(&RIGHT_LEG));
+    let _ = (left.received(Back, cp(A), 0), right.received(Back, cp(B), 0));
+    let (left, right) = (left.posture(0).unwrap(), right.posture(0).unwrap());
+    assert_eq!(right, Posture { motor2: -left.motor2, ..left });
+    assert_ne!(left.motor2, 0);
+}
+
+#[test]
+fn the_status_shows_and_counts() {
+    let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
+    assert_eq!(*controller.status(), Status { gait: 1, ..Status::POWER_UP });
+    let _ = controller.topology(&LEFT_LEG, 0);
+    for (beat, data) in [A, B, A, A].into_iter().enumerate() {
+        let _ = controller.received(Back, cp(data), [0, BEAT, 2 * BEAT, 2 * BEAT][beat]);
+    }
+    let _ = controller.timer(3 * BEAT + 12);
+    controller.malformed();
+    controller.malformed();
+    controller.sent();
+    controller.unsent();
+    let seen = Status {
+        hormones_received: 4,
+        hormones_sent: 1,
+        topology_changes: 1,
+        malformed: 2,
+        hormones_unsent: 1,
+        made_good: 1,
+        dropped: 1,
+        neighbours: to_bytes(&LEFT_LEG),
+        module_type: ModuleType::LeftLeg,
+        hormone: A as u8,
+        action: Holding,
+        gait: 1,
+    };
+    assert_eq!(*controller.status(), seen);
+}

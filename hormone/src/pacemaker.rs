@@ -1,0 +1,145 @@
+//! The local timer of Table 1, from beat to beat, from power-up; and how hormones set it.
+//!
+//! A leader beats by it. Every other module takes a hormone up when it comes, sets the timer by it, and when one does
+//! not come, lost on the way, acts by the timer as if it had come. So a gait goes on evenly over links that lose three
+//! frames of four.
+//!
+//! ```text
+//!   beat         beat         beat
+//!    |------------|------------|---
+//!    hormone      late: the timer has acted, and what comes then is dropped
+//! ```
+//!
+//! A hormone that is early is the one least delayed, so it sets the timer; one that is late moves it by 1 ms only.
+
+use crate::data::Data;
+use crate::gait::Gait;
+use crate::hormone::Hormone;
+
+/// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer than it is ever
+/// delayed on the way without a loss.
+const PATIENCE: u16 = 12;
+
+/// So many beats are made good without a hormone; then the module knows no rhythm any more.
+const MOST_MISSED: u8 = 8;
+
+/// A timer that counts beats.
+pub struct Pacemaker {
+    gait: Gait,
+    /// The last beat that was, and when.
+    last: Data,
+    last_at: u16,
+    rhythm: u8,
+    /// Beats since the last hormone.
+    missed: u8,
+}
+
+impl Pacemaker {
+    /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm.
+    pub const fn new(gait: Gait, now: u16) -> Self {
+        Pacemaker { gait, last: Data::A, last_at: now, rhythm: 0, missed: MOST_MISSED }
+    }
+
+    /// The gait whose beats it counts.
+    pub fn gait(&self) -> &Gait {
+        &self.gait
+    }
+
+    /// The last beat, and when it was.
+    pub fn last(&self) -> (Data, u16) {
+        (self.last, self.last_at)
+    }
+
+    /// The rhythm that the module follows.
+    pub fn rhythm(&self) -> u8 {
+        self.rhythm
+    }
+
+    /// Whether the module follows a rhythm.
+    pub fn is_following(&self) -> bool {
+        self.missed < MOST_MISSED
+    }
+
+    /// Follows no rhythm from now on. The timer runs on.
+    pub fn forget(&mut self) {
+        self.missed = MOST_MISSED;
+    }
+
+    /// Passes over the beats that are long gone, those of a time when nobody asked.
+    pub fn skip(&mut self, now: u16) {
+        let gone = now.wrapping_sub(self.last_at) / self.gait.beat;
+        self.last_at = self.last_at.wrapping_add(gone.wrapping_mul(self.gait.beat.get()));
+        self.last = self.last.later((gone % u16::from(self.gait.beats.max(1))) as u8, self.gait.beats);
+    }
+
+    /// The beat that a leader has come to, if it has come to one since the last. Who asks a beat late skips one.
+    pub fn lead(&mut self, now: u16) -> Option<Data> {
+        if now.wrapping_sub(self.last_at) < self.gait.beat.get() {
+            return None;
+        }
+        self.skip(now);
+        Some(self.last)
+    }
+
+    /// Milliseconds from `now` to a leader's next beat.
+    pub fn until_beat(&self, now: u16) -> u16 {
+        self.gait.beat.get().saturating_sub(now.wrapping_sub(self.last_at))
+    }
+
+    /// The beat whose hormone has not come though it is due, if there is one.
+    pub fn make_good(&mut self, now: u16) -> Option<Data> {
+        if !self.is_following() || now.wrapping_sub(self.last_at) < self.gait.beat.get() + PATIENCE {
+            return None;
+        }
+        self.skip(now.wrapping_sub(PATIENCE));
+        self.missed += 1;
+        Some(self.last)
+    }
+
+    /// Milliseconds from `now` until a hormone is overdue; `None` if none is awaited.
+    pub fn until_overdue(&self, now: u16) -> Option<u16> {
+        let patience = self.gait.beat.get() + PATIENCE;
+        self.is_following().then(|| patience.saturating_sub(now.wrapping_sub(self.last_at)))
+    }
+
+    /// Takes in a hormone. Returns whether it is news: one for a beat that was already, be it made good, is
+    /// not, nor one from another leader while the present one beats. `same_way` says that it came by the dock
+    /// that the rhythm comes by: then another rhythm is that of a new leader, or of a new place in the robot.
+    pub fn hear(&mut self, gait: Gait, hormone: Hormone, same_way: bool, now: u16) -> bool {
+        let beat = self.gait.beat.get();
+        let elapsed = now.wrapping_sub(self.last_at);
+        let is_same = hormone.rhythm == self.rhythm && self.gait.name == gait.name;
+        if self.is_following() && is_same {
+            if hormone.data == self.last && elapsed < beat - beat / 4 {
+                if self.missed > 0 {
+                    self.last_at = self.last_at.wrapping_add(1);
+                }
+                self.missed = 0;
+                return false;
+            }
+            let is_next = hormone.data == self.last.later(1, self.gait.beats);
+            if is_next && elapsed >= beat - beat / 4 && elapsed < beat + beat / 2 {
+                let due = self.last_at.wrapping_add(beat);
+                self.take(hormone, if elapsed > beat { due.wrapping_add(1) } else { now });
+                return true;
+            }
+        }
+        let is_beating = self.is_following() && self.missed == 0 && elapsed < beat - beat / 8;
+        if is_beating && (is_same || !same_way) {
+            return false;
+        }
+        *self = Pacemaker::new(gait, now);
+        self.take(hormone, now);
+        true
+    }
+
+    fn take(&mut self, hormone: Hormone, at: u16) {
+        self.last = hormone.data;
+        self.last_at = at;
+        self.rhythm = hormone.rhythm;
+        self.missed = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,147 @@
+use super::*;
+use crate::gait::GaitName;
+use Data::{A, B};
+
+const BEAT: u16 = 500;
+
+fn pacemaker(now: u16) -> Pacemaker {
+    Pacemaker::new(GaitName::Centipede.gait(), now)
+}
+
+fn cp(data: Data) -> Hormone {
+    Hormone { name: 1, data, rhythm: 7, lifetime: None }
+}
+
+/// Hears a hormone that comes by the dock of those before.
+fn hear(timer: &mut Pacemaker, hormone: Hormone, now: u16) -> bool {
+    timer.hear(GaitName::Centipede.gait(), hormone, true, now)
+}
+
+#[test]
+fn a_leader_beats_evenly_however_the_clock_is_read_also_when_it_wraps() {
+    for stride in [1_u32, 7, 33, 250, 499] {
+        let start = 65_000_u16;
+        let mut timer = pacemaker(start);
+        let mut beats = Vec::new();
+        for elapsed in (stride..=70_000).step_by(stride as usize) {
+            beats.extend(timer.lead(start.wrapping_add(elapsed as u16)).map(|data| (elapsed, data)));
+        }
+        assert_eq!(beats.len() as u32, 70_000 / stride * stride / 500);
+        for (number, (elapsed, data)) in (1_u32..).zip(beats) {
+            assert!(
+                (number * 500..number * 500 + stride).contains(&elapsed),
+                "{elapsed} with stride {stride}"
+            );
+            assert_eq!(data, if number % 2 == 0 { A } else { B });
+        }
+    }
+}
+
+#[test]
+fn until_beat_leads_to_the_beat() {
+    let mut timer = pacemaker(0);
+    assert_eq!(timer.until_beat(0), BEAT);
+    assert_eq!(timer.until_beat(499), 1);
+    assert_eq!(timer.lead(499), None);
+    assert_eq!(timer.lead(500), Some(B));
+    assert_eq!(timer.lead(500), None);
+    assert_eq!(timer.until_beat(500), BEAT);
+}
+
+#[test]
+fn beats_of_a_time_when_nobody_asked_are_passed_over_and_the_letters_stay_right() {
+    let mut timer = pacemaker(0);
+    assert_eq!(timer.lead(2_700), Some(B), "the fifth beat");
+    assert_eq!(timer.until_beat(2_700), 300);
+    timer.skip(63_100);
+    assert_eq!(timer.lead(63_499), None);
+    assert_eq!(timer.lead(63_500), Some(B), "the 127th");
+}
+
+#[test]
+fn an_early_hormone_sets_the_timer_and_a_late_one_moves_it_a_millisecond() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 100));
+    assert!(hear(&mut timer, cp(B), 560), "40 ms early");
+    assert_eq!(timer.last(), (B, 560));
+    assert!(hear(&mut timer, cp(A), 1_065));
+    assert_eq!(timer.last(), (A, 1_061));
+}
+
+#[test]
+fn what_comes_twice_is_news_once() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert!(!hear(&mut timer, cp(A), 3));
+    assert!(!hear(&mut timer, cp(B), 4), "a beat that can't be yet");
+    assert!(hear(&mut timer, cp(B), BEAT));
+}
+
+#[test]
+fn beats_are_made_good_after_the_patience_and_late_hormones_are_no_news() {
+    let mut timer = pacemaker(0);
+    assert_eq!(timer.make_good(60_000), None, "no rhythm yet");
+    assert_eq!(timer.until_overdue(0), None);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert_eq!(timer.until_overdue(0), Some(BEAT + PATIENCE));
+    assert_eq!(timer.make_good(BEAT + PATIENCE - 1), None);
+    assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
+    assert_eq!(timer.last(), (B, BEAT));
+    assert!(!hear(&mut timer, cp(B), BEAT + 140));
+    assert_eq!(timer.last(), (B, BEAT + 1));
+    assert!(hear(&mut timer, cp(A), 2 * BEAT));
+}
+
+#[test]
+fn the_rhythm_is_forgotten_after_so_many_beats_and_each_hormone_renews_it() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    for round in 0..4 {
+        let start = round * 6 * BEAT;
+        for beat in 1..6 {
+            assert!(timer.make_good(start + beat * BEAT + PATIENCE).is_some());
+        }
+        assert!(hear(&mut timer, cp(A), start + 6 * BEAT));
+    }
+    let last = 24 * BEAT;
+    let made_good = (1..20).filter(|beat| timer.make_good(last + beat * BEAT + PATIENCE).is_some()).count();
+    assert_eq!(made_good, usize::from(MOST_MISSED));
+    assert!(!timer.is_following());
+    assert!(hear(&mut timer, cp(B), last + 30 * BEAT), "any hormone starts afresh");
+}
+
+#[test]
+fn a_hormone_out_of_beat_is_taken_up_once_nothing_in_beat_comes() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert!(
+        !hear(&mut timer, cp(A), 400),
+        "again A, too late to be the same one and too early to be the next"
+    );
+    assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
+    assert!(hear(&mut timer, cp(A), 900));
+    assert_eq!(timer.last(), (A, 900));
+}
+
+#[test]
+fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_another() {
+    let gait = GaitName::Centipede.gait();
+    let other = Hormone { rhythm: 8, ..cp(A) };
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert!(!timer.hear(gait, other, false, 100));
+    assert!(!timer.hear(gait, other, false, 400));
+    assert!(timer.hear(gait, other, true, 401));
+    assert_eq!((timer.rhythm(), timer.last()), (8, (A, 401)));
+    assert_eq!(timer.make_good(401 + BEAT + PATIENCE), Some(B));
+    assert!(timer.hear(gait, cp(A), false, 950));
+}
+
+#[test]
+fn another_gait_is_another_rhythm() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    let wave = Hormone { name: 2, ..cp(B) };
+    assert!(timer.hear(GaitName::Caterpillar.gait(), wave, true, 10));
+    assert_eq!(timer.until_overdue(10), Some(200 + PATIENCE));
+}

@@ -1,0 +1,95 @@
+//! A gait's table of rules, checked when it is compiled.
+//!
+//! Types, docks, letters and actions that do not exist are refused by the compiler as such. The rest is checked
+//! here: [`gait!`](crate::gait!) runs [`check`] in a constant.
+
+use tasks::dock::Dock;
+
+use crate::data::{Data, MOST_BEATS};
+use crate::module_type::ModuleType;
+use crate::rule::{Rule, Source};
+
+/// Refuses a table that can't be meant.
+///
+/// # Panics
+/// When compiled, if `beats` is not 1 to [`MOST_BEATS`], a letter lies past the last beat, a rule is for
+/// [`ModuleType::Other`], two rules are for one case, or nobody who can sit at the dock has a rule for what is sent there.
+pub const fn check(rules: &[Rule], beats: u8) {
+    assert!(beats >= 1 && beats <= MOST_BEATS, "a Period has one to six beats");
+    let mut index = 0;
+    while index < rules.len() {
+        let rule = &rules[index];
+        assert!(
+            !matches!(rule.module_type, ModuleType::Other),
+            "Other takes no rule: it keeps still and passes hormones on"
+        );
+        check_letters(rule, beats);
+        let mut other = 0;
+        while other < index {
+            assert!(!is_one_case(rule, &rules[other], beats), "two rules for one case");
+            other += 1;
+        }
+        check_receivers(rule, rules, beats);
+        index += 1;
+    }
+}
+
+const fn check_letters(rule: &Rule, beats: u8) {
+    assert!(
+        (rule.first as u8) < beats && (rule.last as u8) < beats,
+        "a letter past the last beat of the Period"
+    );
+    if let Some(send) = rule.send {
+        assert!((send.data as u8) < beats, "a letter past the last beat of the Period");
+    }
+}
+
+const fn is_one_case(one: &Rule, other: &Rule, beats: u8) -> bool {
+    one.module_type as u8 == other.module_type as u8
+        && one.source as u8 == other.source as u8
+        && (one.covers(other.first, beats) || other.covers(one.first, beats))
+}
+
+const fn check_receivers(rule: &Rule, rules: &[Rule], beats: u8) {
+    let mut count = 0;
+    while count < rule.beats(beats) {
+        if let Some(send) = rule.sends(rule.first.later(count, beats), beats) {
+            let mut index = 0;
+            while index < Dock::ALL.len() {
+                let dock = Dock::ALL[index];
+                assert!(
+                    !send.docks.contains(dock) || is_received(send.data, dock, rules, beats),
+                    "a hormone that nobody receives"
+                );
+                index += 1;
+            }
+        }
+        count += 1;
+    }
+}
+
+/// Whether there is a rule for `data` in a module that can sit at its neighbour's `dock`.
+const fn is_received(data: Data, dock: Dock, rules: &[Rule], beats: u8) -> bool {
+    let mut index = 0;
+    while index < rules.len() {
+        let rule = &rules[index];
+        if matches!(rule.source, Source::Hormone)
+            && rule.module_type.sits_at(dock)
+            && rule.covers(data, beats)
+        {
+            return true;
+        }
+        index += 1;
+    }
+    false
+}
+
+/// A table's rows as an array, for a `static`.
+///
+/// # Panics
+/// When compiled, if there are not `N` of them.
+pub const fn array<T: Copy, const N: usize>(rows: &[T]) -> [T; N] {
+    let Some(array) = rows.first_chunk() else { panic!("fewer rows than said") };
+    assert!(rows.len() == N, "more rows than said");
+    *array
+}
