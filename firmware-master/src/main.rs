@@ -64,7 +64,7 @@ mod stack {
     pub static SEND_USART1: Stack<208> = Stack::new();
     pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
-    pub static HORMONE: Stack<332> = Stack::new();
+    pub static HORMONE: Stack<358> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
     pub static AC_SEND: Stack<136> = Stack::new();
 }
@@ -115,7 +115,7 @@ fn start(boot: &mut Boot) -> Option<()> {
     let api = Api::new(&OFFICE, mark);
     stack::HORMONE
         .start(boot, Priority::P4, move |task| {
-            hormone_task::run(task, &HORMONE, GaitName::Centipede, seed0 as u8, &MODULE_STATUS, api)
+            hormone_task::run(task, &HORMONE, GaitName::Centipede, seed0, &MODULE_STATUS, api)
         })
         .ok()?;
     stack::AC_RECEIVE

@@ -8,13 +8,16 @@ use tasks::dock::{Dock, DockSet};
 
 use crate::action::{Action, Posture};
 use crate::data::Data;
+use crate::election::Election;
 use crate::event::Event;
 use crate::gait::{GAITS, Gait, Leader};
 use crate::grace::Grace;
 use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
+use crate::order::{Course, Helm, Order, What};
+use crate::pace::Pace;
 use crate::pacemaker::Pacemaker;
-use crate::rule::{Rule, Send, Source};
+use crate::rule::{BACK, Rule, Send, Source};
 use crate::status::Status;
 use crate::topology::{Neighbours, to_bytes};
 
@@ -28,13 +31,6 @@ pub struct Outgoing {
     pub hormone: Hormone,
     /// The docks it leaves by; at least one.
     pub docks: DockSet,
-}
-
-impl Outgoing {
-    /// As it goes on from a module that received it; `None` if its life ends there.
-    fn aged(self) -> Option<Outgoing> {
-        Some(Outgoing { hormone: self.hormone.aged()?, ..self })
-    }
 }
 
 /// What HORMONE has to do after an input.
@@ -73,23 +69,30 @@ pub struct Controller {
     acting: ModuleType,
     /// Where the rhythm comes from.
     source: Option<Dock>,
+    /// Of the last hormone that came.
+    lifetime: Option<NonZeroU8>,
     /// What this module adds to the rhythm of what it sends.
     rhythm: u8,
     part: Part,
+    election: Election,
+    helm: Helm,
     status: Status,
 }
 
 impl Controller {
     /// A module at power-up, at `now`, that walks by `gait` until a hormone of another of the [`GAITS`] comes. `seed`
     /// should differ from module to module and from boot to boot.
-    pub const fn new(gait: Gait, seed: u8, now: u16) -> Self {
+    pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
             pacemaker: Pacemaker::new(gait, now),
             grace: Grace::new(),
             acting: ModuleType::Other,
             source: None,
-            rhythm: seed,
+            lifetime: None,
+            rhythm: seed as u8,
             part: Part { before: 0, of: 1 },
+            election: Election::new(seed, now),
+            helm: Helm::new(),
             status: Status { gait: gait.name, ..Status::POWER_UP },
         }
     }
@@ -113,10 +116,17 @@ impl Controller {
         if self.grace.expire(now) {
             return Some(self.settle(now));
         }
+        self.helm.expire(now);
+        if self.is_in_ring()
+            && let Some(token) = self.election.round(now)
+        {
+            return Some(self.send(Hormone::Token(token), BACK));
+        }
         if self.is_leader() {
             let data = self.pacemaker.lead(now)?;
             self.status.hormone = data as u8;
-            let response = self.act(Source::Timer, data, self.rhythm, None);
+            let lifetime = self.election.ring().and_then(NonZeroU8::new);
+            let response = self.act(Source::Timer, data, self.rhythm, lifetime);
             return Some(Response { event: Some(Event::HormoneGenerated(data)), ..response });
         }
         let data = self.pacemaker.make_good(now)?;
@@ -124,7 +134,7 @@ impl Controller {
             return Some(self.rest());
         }
         self.status.made_good = self.status.made_good.wrapping_add(1);
-        let response = self.act(Source::Hormone, data, self.passed_rhythm(), None);
+        let response = self.relay(data);
         Some(Response { event: Some(Event::MadeGood(data)), ..response })
     }
 
@@ -135,26 +145,59 @@ impl Controller {
         } else {
             self.pacemaker.until_overdue(now)
         };
-        [beat, self.grace.next_due(now)].into_iter().flatten().min()
+        let round = self.is_in_ring().then(|| self.election.next_due(now));
+        [beat, round, self.grace.next_due(now), self.helm.next_due(now)].into_iter().flatten().min()
     }
 
     /// `hormone` came in by `dock` at `now`.
     #[inline(never)]
     pub fn received(&mut self, dock: Dock, hormone: Hormone, now: u16) -> Response {
         self.status.hormones_received = self.status.hormones_received.wrapping_add(1);
-        let response = if self.takes_up(dock, hormone, now) {
-            let response = self.act(Source::Hormone, hormone.data, self.passed_rhythm(), hormone.lifetime);
-            Response { send: response.send.and_then(Outgoing::aged), ..response }
-        } else {
-            self.status.dropped = self.status.dropped.wrapping_add(1);
-            NOTHING
+        match hormone {
+            Hormone::Pace(pace) => {
+                let response = if self.takes_up(dock, pace, now) {
+                    self.lifetime = pace.lifetime;
+                    self.relay(pace.data)
+                } else {
+                    self.dropped()
+                };
+                Response { event: Some(Event::HormoneReceived(dock, pace.data)), ..response }
+            }
+            Hormone::Order(order) => self.order(Some(dock), order, now),
+            Hormone::Token(token) if self.is_in_ring() => match self.election.hear(token, now) {
+                Some(token) => self.send(Hormone::Token(token), BACK),
+                None => NOTHING,
+            },
+            Hormone::Token(_) => self.dropped(),
+        }
+    }
+
+    /// Somebody orders the robot about: the neighbour at `from`, or a task of this module.
+    pub fn order(&mut self, from: Option<Dock>, order: Order, now: u16) -> Response {
+        if !self.helm.hear(order, now) {
+            return self.dropped();
+        }
+        let mut docks = ALL_DOCKS;
+        if let Some(from) = from {
+            docks.remove(from);
+        }
+        let response = match order.aged() {
+            Some(order) => self.send(Hormone::Order(order), docks),
+            None => NOTHING,
         };
-        Response { event: Some(Event::HormoneReceived(dock, hormone.data)), ..response }
+        let What::Walk(name) = order.what else { return response };
+        let Some(gait) = self.gait_named(name).filter(|gait| gait.name != self.gait().name) else {
+            return response;
+        };
+        self.status.gait = gait.name;
+        self.pacemaker = Pacemaker::new(gait, now);
+        Response { send: response.send, ..self.rest() }
     }
 
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
-    /// A right leg is a left one turned round: its hip turns the other way.
+    /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot turns to
+    /// takes half the stride.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let motion = self.status.action.motion();
         let (_, beat_at) = self.pacemaker.last();
@@ -163,18 +206,31 @@ impl Controller {
         let steps = NonZeroU16::new(motion.len() as u16)?;
         let step = NonZeroU16::new(beat.wrapping_mul(self.part.of.into()) / steps)?;
         let posture = motion.get(usize::from((elapsed / step).min(steps.get() - 1)))?;
-        if self.acting == ModuleType::RightLeg {
-            return Some(Posture { motor2: posture.motor2.wrapping_neg(), ..posture });
-        }
-        Some(posture)
+        let motor2 = match (self.acting, self.helm.course()) {
+            (ModuleType::LeftLeg, Course::Left) => posture.motor2 / 2,
+            (ModuleType::RightLeg, Course::Right) => -(posture.motor2 / 2),
+            (ModuleType::RightLeg, _) => posture.motor2.wrapping_neg(),
+            _ => posture.motor2,
+        };
+        Some(Posture { motor2, ..posture })
+    }
+
+    /// Where the robot is to go.
+    pub fn course(&self) -> Course {
+        self.helm.course()
     }
 
     /// Whether this module beats the time.
     pub fn is_leader(&self) -> bool {
         match self.gait().leader {
             Leader::Head => self.acting == ModuleType::Head,
-            Leader::Elected => false,
+            Leader::Elected => self.is_in_ring() && self.election.ring().is_some(),
         }
+    }
+
+    /// Whether this module may be one of a ring, by how it is attached and what it walks by.
+    fn is_in_ring(&self) -> bool {
+        self.gait().leader == Leader::Elected && self.acting == ModuleType::Spine
     }
 
     /// Counts a message to HORMONE that could not be read.
@@ -208,6 +264,9 @@ impl Controller {
             // Else a new leader would take up what the timer came by while it was none.
             self.pacemaker.skip(now);
         }
+        if !self.is_in_ring() {
+            self.election.follow(now);
+        }
         let source_is_there = self.source.is_some_and(|dock| self.grace.neighbour(dock).is_some());
         if self.is_leader() || !source_is_there {
             self.source = None;
@@ -225,29 +284,41 @@ impl Controller {
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 
+    /// Does what the rule for a received letter says, be it made good.
+    fn relay(&mut self, data: Data) -> Response {
+        let rhythm = self.pacemaker.rhythm().wrapping_add(self.rhythm);
+        let pace = Pace { name: self.gait().name, data, rhythm, lifetime: self.lifetime };
+        match pace.aged() {
+            Some(Pace { lifetime, .. }) => self.act(Source::Hormone, data, rhythm, lifetime),
+            None => Response { send: None, ..self.act(Source::Hormone, data, rhythm, None) },
+        }
+    }
+
+    fn dropped(&mut self) -> Response {
+        self.status.dropped = self.status.dropped.wrapping_add(1);
+        NOTHING
+    }
+
     /// Whether a hormone is news: one of a gait that the module knows, and for a beat that has not been.
-    fn takes_up(&mut self, dock: Dock, hormone: Hormone, now: u16) -> bool {
+    fn takes_up(&mut self, dock: Dock, pace: Pace, now: u16) -> bool {
         if self.is_leader() {
             return false;
         }
-        let Some(gait) = self.gait_of(hormone) else { return false };
-        if !self.pacemaker.hear(gait, hormone, self.source == Some(dock), now) {
+        let Some(gait) = self.gait_named(pace.name) else { return false };
+        let is_letter = (pace.data as u8) < gait.beats;
+        if !is_letter || !self.pacemaker.hear(gait, pace, self.source == Some(dock), now) {
             return false;
         }
         self.status.gait = gait.name;
-        self.status.hormone = hormone.data as u8;
+        self.status.hormone = pace.data as u8;
         self.source = Some(dock);
+        self.election.follow(now);
         true
     }
 
-    /// The gait that a hormone paces; `None` if the module knows none with this name and letter.
-    fn gait_of(&self, hormone: Hormone) -> Option<Gait> {
-        let gait = if hormone.name == self.gait().name {
-            *self.gait()
-        } else {
-            GAITS.iter().find(|gait| gait.name == hormone.name)?
-        };
-        ((hormone.data as u8) < gait.beats).then_some(gait)
+    fn gait_named(&self, name: u8) -> Option<Gait> {
+        let present = *self.gait();
+        if name == present.name { Some(present) } else { GAITS.iter().find(|gait| gait.name == name) }
     }
 
     /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
@@ -261,12 +332,20 @@ impl Controller {
             }
             None => (None, self.passes_on(data)),
         };
-        let send = send.and_then(|Send { data, docks }| {
-            let hormone = Hormone { name: self.gait().name, data, rhythm, lifetime };
-            let docks = self.connected(docks);
-            (!docks.is_empty()).then_some(Outgoing { hormone, docks })
-        });
-        Response { event: None, send, action }
+        let response = match send {
+            Some(Send { data, docks }) => {
+                let pace = Pace { name: self.gait().name, data, rhythm, lifetime };
+                self.send(Hormone::Pace(pace), docks)
+            }
+            None => NOTHING,
+        };
+        Response { action, ..response }
+    }
+
+    /// Sends a hormone by those of `docks` that have a neighbour.
+    fn send(&self, hormone: Hormone, docks: DockSet) -> Response {
+        let docks = self.connected(docks);
+        Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
 
     fn rule(&self, source: Source, data: Data) -> Option<Rule> {
@@ -284,11 +363,6 @@ impl Controller {
         let mut docks = ALL_DOCKS;
         docks.remove(self.source?);
         Some(Send { data, docks })
-    }
-
-    /// The rhythm of what goes on from here.
-    fn passed_rhythm(&self) -> u8 {
-        self.pacemaker.rhythm().wrapping_add(self.rhythm)
     }
 
     /// Those of `docks` that have a neighbour.

@@ -1,30 +1,39 @@
 //! The hormone: a message without destination or ID, which acts through the rules of its receivers.
 //!
-//! ```text
-//!   byte 0: name (7..4), data (3..0) | byte 1: rhythm | byte 2, in a ring only: lifetime
-//! ```
-//! In a tree a hormone ends at the leaves. In a ring it would go round for ever: there it has a lifetime.
+//! Its name is in bits 7..4 of the first byte:
+//!
+//! | name | hormone | bytes |
+//! |---|---|---|
+//! | 1 to 11 | [`Pace`] of the gait with this name | name and data, rhythm, in a ring lifetime |
+//! | 13 | [`Order`] to walk by another gait | name and gait, serial, lifetime |
+//! | 14 | [`Order`] to steer | name and course, serial, lifetime |
+//! | 15 | [`Token`] of an election | name, rank (low byte, high byte), hops |
 
 use core::num::NonZeroU8;
 
 pub use crate::data::Data;
+use crate::election::Token;
+use crate::order::{Course, Order, What};
+use crate::pace::Pace;
 
 /// The most bytes of a hormone's payload.
-pub const LONGEST: usize = 3;
+pub const LONGEST: usize = 4;
+
+const LAST_GAIT: u8 = 11;
+const WALK: u8 = 13;
+const STEER: u8 = 14;
+const ELECTION: u8 = 15;
 
 /// A hormone message.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct Hormone {
-    /// The gait it paces, by [name](crate::gait::Gait::name): 1 is the paper's CP.
-    pub name: u8,
-    /// What it carries.
-    pub data: Data,
-    /// Changes when the way from the leader to the receiver changes. Each module adds a number of its own that is
-    /// random at power-up and grows when its type changes: whose rhythm is another than before, starts afresh.
-    pub rhythm: u8,
-    /// The modules that it may still reach; no limit without it.
-    pub lifetime: Option<NonZeroU8>,
+pub enum Hormone {
+    /// A gait's beat.
+    Pace(Pace),
+    /// What somebody wants the robot to do.
+    Order(Order),
+    /// A ring elects its leader.
+    Token(Token),
 }
 
 /// A hormone as the bytes of a message.
@@ -43,36 +52,52 @@ impl Payload {
 impl Hormone {
     /// The hormone as a message payload.
     pub fn to_payload(self) -> Payload {
-        let first = self.name << 4 | self.data as u8;
-        match self.lifetime {
-            None => Payload { bytes: [first, self.rhythm, 0], length: 2 },
-            Some(lifetime) => Payload { bytes: [first, self.rhythm, lifetime.get()], length: 3 },
-        }
-    }
-
-    /// The hormone in `payload`, or `None` if it has another length, no name, unknown data or a lifetime of 0.
-    pub fn from_payload(payload: &[u8]) -> Option<Hormone> {
-        let (first, rhythm, lifetime) = match *payload {
-            [first, rhythm] => (first, rhythm, None),
-            [first, rhythm, lifetime] => (first, rhythm, Some(NonZeroU8::new(lifetime)?)),
-            _ => return None,
-        };
-        let name = first >> 4;
-        if name == 0 {
-            return None;
-        }
-        Some(Hormone { name, data: Data::from_byte(first & 0x0F)?, rhythm, lifetime })
-    }
-
-    /// The hormone for the next module, or `None` if its life ends here.
-    pub fn aged(self) -> Option<Hormone> {
-        match self.lifetime {
-            None => Some(self),
-            Some(lifetime) => {
-                let left = NonZeroU8::new(lifetime.get() - 1)?;
-                Some(Hormone { lifetime: Some(left), ..self })
+        let (bytes, length) = match self {
+            Hormone::Pace(Pace { name, data, rhythm, lifetime }) => {
+                let length = if lifetime.is_some() { 3 } else { 2 };
+                ([name << 4 | data as u8, rhythm, lifetime.map_or(0, NonZeroU8::get), 0], length)
             }
-        }
+            Hormone::Order(Order { what, serial, lifetime }) => {
+                let first = match what {
+                    What::Walk(gait) => WALK << 4 | gait,
+                    What::Steer(course) => STEER << 4 | course as u8,
+                };
+                ([first, serial, lifetime.get(), 0], 3)
+            }
+            Hormone::Token(Token { rank, hops }) => {
+                let [low, high] = rank.to_le_bytes();
+                ([ELECTION << 4, low, high, hops], 4)
+            }
+        };
+        Payload { bytes, length }
+    }
+
+    /// The hormone in `payload`, or `None` if it is not exactly one of those in the table above.
+    pub fn from_payload(payload: &[u8]) -> Option<Hormone> {
+        let &[first, second, ref rest @ ..] = payload else { return None };
+        let (name, low) = (first >> 4, first & 0x0F);
+        let lifetime = || match *rest {
+            [lifetime] => NonZeroU8::new(lifetime),
+            _ => None,
+        };
+        Some(match name {
+            1..=LAST_GAIT => {
+                let lifetime = if rest.is_empty() { None } else { Some(lifetime()?) };
+                Hormone::Pace(Pace { name, data: Data::from_byte(low)?, rhythm: second, lifetime })
+            }
+            WALK if (1..=LAST_GAIT).contains(&low) => {
+                Hormone::Order(Order { what: What::Walk(low), serial: second, lifetime: lifetime()? })
+            }
+            STEER => {
+                let what = What::Steer(Course::from_byte(low)?);
+                Hormone::Order(Order { what, serial: second, lifetime: lifetime()? })
+            }
+            ELECTION if low == 0 => {
+                let &[high, hops] = rest else { return None };
+                Hormone::Token(Token { rank: u16::from_le_bytes([second, high]), hops })
+            }
+            _ => return None,
+        })
     }
 }
 
@@ -80,38 +105,41 @@ impl Hormone {
 mod tests {
     use super::*;
 
-    const HORMONE: Hormone = Hormone { name: 1, data: Data::B, rhythm: 0x5A, lifetime: None };
-
     #[test]
-    fn a_payload_is_name_and_data_then_the_rhythm_then_the_lifetime() {
-        assert_eq!(HORMONE.to_payload().bytes(), [0x11, 0x5A]);
-        let limited = Hormone { lifetime: NonZeroU8::new(6), ..HORMONE };
-        assert_eq!(limited.to_payload().bytes(), [0x11, 0x5A, 6]);
+    fn the_layout_is_the_documented_one() {
+        let pace = Pace { name: 1, data: Data::B, rhythm: 0x5A, lifetime: None };
+        assert_eq!(Hormone::Pace(pace).to_payload().bytes(), [0x11, 0x5A]);
+        let limited = Pace { lifetime: NonZeroU8::new(6), ..pace };
+        assert_eq!(Hormone::Pace(limited).to_payload().bytes(), [0x11, 0x5A, 6]);
+        let order = Order { what: What::Walk(2), serial: 3, lifetime: NonZeroU8::MAX };
+        assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xD2, 3, 255]);
+        let order = Order { what: What::Steer(Course::Right), ..order };
+        assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xE2, 3, 255]);
+        assert_eq!(Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().bytes(), [0xF0, 2, 0x81, 7]);
     }
 
     #[test]
     fn every_hormone_survives_its_payload_and_nothing_else_is_one() {
         for first in 0..=u8::MAX {
-            let is_one = first >> 4 > 0 && first & 0x0F < 6;
+            let (name, low) = (first >> 4, first & 0x0F);
+            let is_pace = (1..=11).contains(&name) && low < 6;
+            let is_order = name == 13 && (1..=11).contains(&low) || name == 14 && low < 3;
             for second in [0, 1, 0x80, 0xFF] {
-                for payload in [&[first, second][..], &[first, second, 1], &[first, second, 255]] {
+                let payloads: [(&[u8], bool); 7] = [
+                    (&[], false),
+                    (&[first], false),
+                    (&[first, second], is_pace),
+                    (&[first, second, 0], false),
+                    (&[first, second, 255], is_pace || is_order),
+                    (&[first, second, 9, 0], first == 0xF0),
+                    (&[first, second, 9, 1, 0], false),
+                ];
+                for (payload, is_one) in payloads {
                     let hormone = Hormone::from_payload(payload);
                     assert_eq!(hormone.is_some(), is_one, "{payload:?}");
                     assert!(hormone.is_none_or(|hormone| hormone.to_payload().bytes() == payload));
                 }
-                assert_eq!(Hormone::from_payload(&[first, second, 0]), None);
             }
         }
-        assert_eq!(Hormone::from_payload(&[0x10]), None);
-        assert_eq!(Hormone::from_payload(&[0x10, 0, 1, 0]), None);
-    }
-
-    #[test]
-    fn a_life_ends() {
-        assert_eq!(HORMONE.aged(), Some(HORMONE));
-        let limited = Hormone { lifetime: NonZeroU8::new(2), ..HORMONE };
-        let last = limited.aged().unwrap();
-        assert_eq!(last.lifetime, NonZeroU8::new(1));
-        assert_eq!(last.aged(), None);
     }
 }

@@ -18,11 +18,14 @@
 pub mod action;
 pub mod controller;
 pub mod data;
+pub mod election;
 pub mod event;
 pub mod gait;
 pub mod grace;
 pub mod hormone;
 pub mod module_type;
+pub mod order;
+pub mod pace;
 pub mod pacemaker;
 pub mod probe;
 pub mod rule;

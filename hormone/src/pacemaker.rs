@@ -14,7 +14,7 @@
 
 use crate::data::Data;
 use crate::gait::Gait;
-use crate::hormone::Hormone;
+use crate::pace::Pace;
 
 /// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer than it is ever
 /// delayed on the way without a loss.
@@ -105,7 +105,7 @@ impl Pacemaker {
     /// Takes in a hormone. Returns whether it is news: one for a beat that was already, be it made good, is
     /// not, nor one from another leader while the present one beats. `same_way` says that it came by the dock
     /// that the rhythm comes by: then another rhythm is that of a new leader, or of a new place in the robot.
-    pub fn hear(&mut self, gait: Gait, hormone: Hormone, same_way: bool, now: u16) -> bool {
+    pub fn hear(&mut self, gait: Gait, hormone: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
         let is_same = hormone.rhythm == self.rhythm && self.gait.name == gait.name;
@@ -133,7 +133,7 @@ impl Pacemaker {
         true
     }
 
-    fn take(&mut self, hormone: Hormone, at: u16) {
+    fn take(&mut self, hormone: Pace, at: u16) {
         self.last = hormone.data;
         self.last_at = at;
         self.rhythm = hormone.rhythm;

@@ -21,14 +21,25 @@ fn module(neighbours: &Neighbours) -> Controller {
     controller
 }
 
+fn pace(data: Data) -> Pace {
+    Pace { name: 1, data, rhythm: 0x30, lifetime: None }
+}
+
 /// The centipede's pace.
 fn cp(data: Data) -> Hormone {
-    Hormone { name: 1, data, rhythm: 0x30, lifetime: None }
+    Hormone::Pace(pace(data))
 }
 
 /// What leaves, but for the rhythm.
 fn sent(response: Response) -> Option<(Data, DockSet)> {
-    response.send.map(|outgoing| (outgoing.hormone.data, outgoing.docks))
+    response.send.map(|outgoing| (pace_of(outgoing).data, outgoing.docks))
+}
+
+fn pace_of(outgoing: Outgoing) -> Pace {
+    match outgoing.hormone {
+        Hormone::Pace(pace) => pace,
+        other => panic!("{other:?} is no pace"),
+    }
 }
 
 fn by(data: Data, docks: &[Dock]) -> Option<(Data, DockSet)> {
@@ -138,7 +149,7 @@ fn a_hormone_that_does_not_come_is_made_good_and_dropped_when_it_comes_late() {
     let response = branch.timer(BEAT + 12).unwrap();
     assert_eq!(sent(response), by(A, &[Left, Right, Back]));
     assert_eq!(response.event, Some(Event::MadeGood(B)));
-    assert_eq!(response.send.unwrap().hormone.rhythm, first.send.unwrap().hormone.rhythm);
+    assert_eq!(pace_of(response.send.unwrap()).rhythm, pace_of(first.send.unwrap()).rhythm);
     assert_eq!(branch.timer(BEAT + 12), None);
     assert_eq!(sent(branch.received(Front, cp(B), BEAT + 140)), None);
     assert_eq!((branch.status().made_good, branch.status().dropped), (1, 1));
@@ -162,22 +173,22 @@ fn after_eight_beats_without_a_hormone_a_leg_rests() {
 #[test]
 fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
     let mut leg = module(&LEFT_LEG);
-    let other = Hormone { rhythm: 0x31, ..cp(A) };
+    let other = |data| Hormone::Pace(Pace { rhythm: 0x31, ..pace(data) });
     assert_eq!(leg.received(Back, cp(A), 0).action, Some(Swing));
-    assert_eq!(leg.received(Up, other, 200).action, None, "the present one still beats");
+    assert_eq!(leg.received(Up, other(A), 200).action, None, "the present one still beats");
     assert_eq!(leg.received(Back, cp(B), BEAT).action, Some(Holding));
     assert_eq!(leg.timer(2 * BEAT + 12).unwrap().action, Some(Swing));
-    assert_eq!(leg.received(Up, Hormone { data: B, ..other }, 1_100).action, Some(Holding));
-    assert_eq!(leg.received(Up, other, 1_600).action, Some(Swing));
+    assert_eq!(leg.received(Up, other(B), 1_100).action, Some(Holding));
+    assert_eq!(leg.received(Up, other(A), 1_600).action, Some(Swing));
     assert_eq!(leg.received(Up, cp(A), 1_700).action, Some(Swing), "by the same dock it is at once");
 }
 
 #[test]
 fn behind_a_module_that_changed_its_type_the_rhythm_is_another() {
     let mut controller = module(&SPINE);
-    let before = controller.received(Front, cp(A), 0).send.unwrap().hormone.rhythm;
+    let before = pace_of(controller.received(Front, cp(A), 0).send.unwrap()).rhythm;
     let _ = controller.topology(&BRANCH, 100);
-    assert_ne!(controller.received(Front, cp(B), BEAT).send.unwrap().hormone.rhythm, before);
+    assert_ne!(pace_of(controller.received(Front, cp(B), BEAT).send.unwrap()).rhythm, before);
 }
 
 #[test]
@@ -192,12 +203,12 @@ fn another_type_rests_until_told() {
 #[test]
 fn a_module_walks_the_gait_of_the_hormone_that_comes() {
     let mut controller = module(&SPINE);
-    let wave = Hormone { name: GaitName::Caterpillar as u8, data: Data::E, rhythm: 0, lifetime: None };
-    let response = controller.received(Front, wave, 10);
+    let wave = Pace { name: GaitName::Caterpillar as u8, data: Data::E, rhythm: 0, lifetime: None };
+    let response = controller.received(Front, Hormone::Pace(wave), 10);
     assert_eq!((response.action, sent(response)), (Some(Action::Wave), by(A, &[Back])));
     assert_eq!(controller.status().gait, GaitName::Caterpillar as u8);
-    let unknown = Hormone { name: 15, ..wave };
-    assert_eq!(controller.received(Front, unknown, 900).action, None);
+    let unknown = Pace { name: 11, ..wave };
+    assert_eq!(controller.received(Front, Hormone::Pace(unknown), 900).action, None);
     assert_eq!(controller.status().dropped, 1);
 }
 
@@ -211,7 +222,7 @@ fn a_motion_is_spread_over_the_beats_of_its_rule() {
     assert_eq!(at, [0, 0, 1, 2, 3, 3].map(|step| swing[step]));
 
     let mut spine = module(&SPINE);
-    let _ = spine.received(Front, Hormone { name: 2, ..cp(B) }, 0);
+    let _ = spine.received(Front, Hormone::Pace(Pace { name: 2, ..pace(B) }), 0);
     let wave: Vec<Posture> = Action::Wave.motion().iter().collect();
     let at = [0, 50, 199].map(|now| spine.posture(now).unwrap());
     assert_eq!(at, [4, 5, 7].map(|step| wave[step]), "B is the second of five beats, four steps each");
@@ -254,4 +265,56 @@ fn the_status_shows_and_counts() {
         gait: 1,
     };
     assert_eq!(*controller.status(), seen);
+}
+
+#[test]
+fn an_order_goes_to_all_others_once_and_legs_of_that_side_shorten_their_stride() {
+    let left = Order { what: What::Steer(Course::Left), serial: 9, lifetime: NonZeroU8::new(40).unwrap() };
+    let mut branch = module(&BRANCH);
+    let response = branch.received(Left, Hormone::Order(left), 10);
+    let on = Order { lifetime: NonZeroU8::new(39).unwrap(), ..left };
+    let docks = DockSet::of(&[Front, Back, Right]);
+    assert_eq!(response.send, Some(Outgoing { hormone: Hormone::Order(on), docks }));
+    assert_eq!(branch.received(Front, Hormone::Order(left), 12).send, None);
+
+    let (mut left_leg, mut right_leg) = (module(&LEFT_LEG), module(&RIGHT_LEG));
+    let hips = |left_leg: &mut Controller, right_leg: &mut Controller, now| {
+        let _ = (left_leg.received(Back, cp(A), now), right_leg.received(Back, cp(B), now));
+        [left_leg.posture(now).unwrap().motor2, right_leg.posture(now).unwrap().motor2]
+    };
+    assert_eq!(hips(&mut left_leg, &mut right_leg, 0), [-20, 20]);
+    for leg in [&mut left_leg, &mut right_leg] {
+        let _ = leg.received(Back, Hormone::Order(left), 20);
+    }
+    assert_eq!([left_leg.posture(20).unwrap().motor2, right_leg.posture(20).unwrap().motor2], [-10, 20]);
+    for leg in [&mut left_leg, &mut right_leg] {
+        assert_eq!(leg.timer(20 + crate::order::HOLDS).is_some(), true, "the beat");
+    }
+    assert_eq!(hips(&mut left_leg, &mut right_leg, 2_500), [-20, 20], "the order holds no longer");
+}
+
+#[test]
+fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
+    let walk = Order { what: What::Walk(GaitName::FourLegs as u8), serial: 0, lifetime: NonZeroU8::MAX };
+    let mut leg = module(&LEFT_LEG);
+    let _ = leg.received(Back, cp(A), 0);
+    assert_eq!(leg.received(Back, Hormone::Order(walk), 10).action, Some(Rest));
+    assert_eq!(leg.next_due(10), Some(crate::order::HOLDS));
+    let mut head = module(&HEAD);
+    assert!(head.order(None, walk, 10).send.is_some());
+    assert_eq!(head.next_due(10), Some(GaitName::FourLegs.gait().beat.get()));
+}
+
+#[test]
+fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
+    let mut spine = module(&SPINE);
+    let name = GaitName::RollingTrack as u8;
+    let roll =
+        |data, lifetime| Hormone::Pace(Pace { name, data, rhythm: 0, lifetime: NonZeroU8::new(lifetime) });
+    let sent = |response: Response| response.send.map(|outgoing| pace_of(outgoing).lifetime);
+    assert_eq!(sent(spine.received(Front, roll(A, 2), 0)), Some(NonZeroU8::new(1)));
+    assert_eq!(spine.status().action, Action::Roll);
+    assert_eq!(sent(spine.timer(412).unwrap()), Some(NonZeroU8::new(1)));
+    assert_eq!(sent(spine.received(Front, roll(Data::C, 1), 800)), None);
+    assert_eq!(spine.timer(1212).unwrap().send, None);
 }

@@ -8,12 +8,12 @@ fn pacemaker(now: u16) -> Pacemaker {
     Pacemaker::new(GaitName::Centipede.gait(), now)
 }
 
-fn cp(data: Data) -> Hormone {
-    Hormone { name: 1, data, rhythm: 7, lifetime: None }
+fn cp(data: Data) -> Pace {
+    Pace { name: 1, data, rhythm: 7, lifetime: None }
 }
 
 /// Hears a hormone that comes by the dock of those before.
-fn hear(timer: &mut Pacemaker, hormone: Hormone, now: u16) -> bool {
+fn hear(timer: &mut Pacemaker, hormone: Pace, now: u16) -> bool {
     timer.hear(GaitName::Centipede.gait(), hormone, true, now)
 }
 
@@ -126,7 +126,7 @@ fn a_hormone_out_of_beat_is_taken_up_once_nothing_in_beat_comes() {
 #[test]
 fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_another() {
     let gait = GaitName::Centipede.gait();
-    let other = Hormone { rhythm: 8, ..cp(A) };
+    let other = Pace { rhythm: 8, ..cp(A) };
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
     assert!(!timer.hear(gait, other, false, 100));
@@ -141,7 +141,7 @@ fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_ano
 fn another_gait_is_another_rhythm() {
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
-    let wave = Hormone { name: 2, ..cp(B) };
+    let wave = Pace { name: 2, ..cp(B) };
     assert!(timer.hear(GaitName::Caterpillar.gait(), wave, true, 10));
     assert_eq!(timer.until_overdue(10), Some(200 + PATIENCE));
 }

@@ -19,7 +19,7 @@ pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,
     gait: GaitName,
-    seed: u8,
+    seed: u16,
     status: &'static Mutex<Status>,
     api: Api,
 ) -> Never {
@@ -28,7 +28,10 @@ pub fn run(
         while let Some(message) = mailbox.take(task) {
             let response = match message.from().dock() {
                 Some(dock) => receive(task, &mut controller, dock, message.payload()),
-                None => learn(task, &mut controller, message.payload()),
+                None if message.from().task() == TaskCode::AC_RECEIVE => {
+                    learn(task, &mut controller, message.payload())
+                }
+                None => obey(task, &mut controller, message.payload()),
             };
             // Its buffer is needed for what goes out.
             drop(message);
@@ -60,6 +63,14 @@ fn learn(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option
     Some(controller.topology(&neighbours, now(task)))
 }
 
+/// A task of this module orders the robot about. `None` if that is no order.
+fn obey(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
+    match Hormone::from_payload(payload)? {
+        Hormone::Order(order) => Some(controller.order(None, order, now(task))),
+        _ => None,
+    }
+}
+
 /// Sends what is to be sent, and tells what happened. The action is in the status, and goes to the motors' tasks once there
 /// are any.
 fn follow(task: &mut Task, controller: &mut Controller, response: Response, api: Api) {
@@ -74,7 +85,9 @@ fn follow(task: &mut Task, controller: &mut Controller, response: Response, api:
             match api.send(task, message) {
                 Ok(()) => {
                     controller.sent();
-                    api.trace(Event::HormoneSent(dock, hormone.data).to_byte());
+                    if let Hormone::Pace(pace) = hormone {
+                        api.trace(Event::HormoneSent(dock, pace.data).to_byte());
+                    }
                 }
                 Err(_) => controller.unsent(),
             }

@@ -4,6 +4,8 @@
 mod changes;
 mod discovery;
 mod gait;
+mod orders;
+mod ring;
 mod robot;
 mod tree;
 mod walks;

@@ -9,6 +9,7 @@ use hormone::event::Event;
 use hormone::gait::Gait;
 use hormone::hormone::Hormone;
 use hormone::module_type::ModuleType;
+use hormone::order::{Course, Order};
 use hormone::probe::Probe;
 use hormone::schedule::Schedule;
 use hormone::topology::{Neighbours, Topology};
@@ -96,11 +97,11 @@ impl Robot {
         let module = |_| {
             let clock_offset = random.below(1 << 16) as u16;
             let phase = random.below(1_000) as u16;
-            let rhythm = random.below(256) as u8;
+            let seed = random.below(1 << 16) as u16;
             Module {
                 topology: Topology::new(),
                 schedule: Schedule::new(clock_offset.wrapping_add(phase % 40)),
-                controller: Controller::new(gait, rhythm, clock_offset.wrapping_sub(phase)),
+                controller: Controller::new(gait, seed, clock_offset.wrapping_sub(phase)),
                 clock_offset,
                 generated: Vec::new(),
                 received: Vec::new(),
@@ -225,6 +226,26 @@ impl Robot {
     /// The joints' targets of `module` now.
     pub fn posture(&self, module: usize) -> Option<Posture> {
         self.modules[module].controller.posture(self.clock(module))
+    }
+
+    /// A remote control at `module` orders the robot about.
+    pub fn order(&mut self, module: usize, order: Order) {
+        let now = self.clock(module);
+        let response = self.modules[module].controller.order(None, order, now);
+        self.follow(module, response);
+    }
+
+    /// The course that `module` holds.
+    pub fn course(&self, module: usize) -> Course {
+        self.modules[module].controller.course()
+    }
+
+    pub fn orders_under_way(&self) -> usize {
+        let is_order = |content: &Content| match content {
+            Content::Hormone(payload) => matches!(Hormone::from_payload(payload), Some(Hormone::Order(_))),
+            Content::Probe(_) => false,
+        };
+        self.air.values().filter(|(_, _, content)| is_order(content)).count()
     }
 
     pub fn hormones_under_way(&self) -> usize {
@@ -431,7 +452,7 @@ impl Robot {
     }
 
     /// All modules of the robot that `module` is part of.
-    fn attached_to(&self, module: usize) -> Vec<usize> {
+    pub fn attached_to(&self, module: usize) -> Vec<usize> {
         let mut found = vec![module];
         let mut next = 0;
         while let Some(&module) = found.get(next) {

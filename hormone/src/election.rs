@@ -1,0 +1,125 @@
+//! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, for modules that are all
+//! attached alike can't do it otherwise (Angluin).
+//!
+//! Who hears no beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A candidate that
+//! meets a higher rank follows, and passes it on; a lower one ends there. One's own rank coming back has been
+//! everywhere: its candidate leads, and the hops are the ring's size. Ranks are drawn anew each round, so that a tie ends
+//! in the next one; a leader goes on with that, above all candidates. So two leaders, after a tie or where two
+//! chains closed to a ring, find out, and one of them follows.
+
+use crate::time::{reached, until};
+
+/// From one round to the next, in milliseconds: longer than a token takes round the longest ring.
+pub const ROUND: u16 = 1_000;
+
+/// A leader whose token does not come back in so many rounds is in no ring.
+const PATIENCE: u8 = 3;
+
+/// The bit of a rank that lifts leaders above candidates.
+const LEADER: u16 = 0x8000;
+
+/// What goes round the ring.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Token {
+    /// Drawn by chance in bits 14..0; bit 15 is a leader's.
+    pub rank: u16,
+    /// The modules it has passed.
+    pub hops: u8,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+enum Role {
+    Follower,
+    Candidate,
+    /// Of a ring of so many modules; rounds since its token came back.
+    Leader {
+        ring: u8,
+        silent: u8,
+    },
+}
+
+/// A module's part in the election.
+pub struct Election {
+    role: Role,
+    /// The rank drawn last.
+    rank: u16,
+    /// A 16-bit linear feedback shift register, x^16 + x^14 + x^13 + x^11 + 1.
+    random: u16,
+    round_at: u16,
+}
+
+impl Election {
+    /// A follower at `now`. `seed` should differ from module to module.
+    pub const fn new(seed: u16, now: u16) -> Self {
+        Election { role: Role::Follower, rank: 0, random: seed, round_at: now.wrapping_add(2 * ROUND) }
+    }
+
+    /// The size of the ring that this module leads, if it does.
+    pub fn ring(&self) -> Option<u8> {
+        match self.role {
+            Role::Leader { ring, .. } => Some(ring),
+            _ => None,
+        }
+    }
+
+    /// Somebody leads or stands: a beat came, or a token. Or the module is in no ring.
+    pub fn follow(&mut self, now: u16) {
+        self.role = Role::Follower;
+        self.round_at = now.wrapping_add(2 * ROUND);
+    }
+
+    /// The token to send, if a round begins at `now`.
+    pub fn round(&mut self, now: u16) -> Option<Token> {
+        if !reached(self.round_at, now) {
+            return None;
+        }
+        self.round_at = now.wrapping_add(ROUND);
+        self.rank = self.draw(now);
+        match self.role {
+            Role::Leader { ring, silent } if silent < PATIENCE => {
+                self.role = Role::Leader { ring, silent: silent + 1 };
+                self.rank |= LEADER;
+            }
+            _ => self.role = Role::Candidate,
+        }
+        Some(Token { rank: self.rank, hops: 1 })
+    }
+
+    /// Milliseconds from `now` until the next round.
+    pub fn next_due(&self, now: u16) -> u16 {
+        until(self.round_at, now)
+    }
+
+    /// Takes in a token. Returns what goes on to the next module, if anything does.
+    pub fn hear(&mut self, token: Token, now: u16) -> Option<Token> {
+        if self.role != Role::Follower {
+            if token.rank == self.rank {
+                self.role = Role::Leader { ring: token.hops, silent: 0 };
+                return None;
+            }
+            if token.rank < self.rank {
+                return None;
+            }
+        }
+        self.follow(now);
+        Some(Token { hops: token.hops.checked_add(1)?, ..token })
+    }
+
+    fn draw(&mut self, now: u16) -> u16 {
+        // The moment breaks the tie of two that began with one seed. Zero is the one state never left.
+        self.random = (self.random ^ now).max(1);
+        for _ in 0..16 {
+            let carry = self.random & 1 != 0;
+            self.random >>= 1;
+            if carry {
+                self.random ^= 0xB400;
+            }
+        }
+        self.random & !LEADER
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,95 @@
+use super::*;
+
+/// Modules in a ring, whose tokens take a millisecond a hop.
+struct Ring {
+    modules: Vec<Election>,
+    /// The token on its way to each module.
+    under_way: Vec<Option<Token>>,
+    now: u16,
+}
+
+impl Ring {
+    fn new(seeds: &[u16]) -> Self {
+        let modules = seeds.iter().map(|&seed| Election::new(seed, 0)).collect();
+        Ring { modules, under_way: vec![None; seeds.len()], now: 0 }
+    }
+
+    fn run(&mut self, milliseconds: u16) {
+        for _ in 0..milliseconds {
+            self.now = self.now.wrapping_add(1);
+            let arriving = std::mem::replace(&mut self.under_way, vec![None; self.modules.len()]);
+            for (index, token) in arriving.into_iter().enumerate() {
+                let module = &mut self.modules[index];
+                let on = token.and_then(|token| module.hear(token, self.now));
+                let begun = module.round(self.now);
+                let next = (index + 1) % self.modules.len();
+                // Both at once is no matter for a test: the older one is lost.
+                self.under_way[next] = begun.or(on);
+            }
+        }
+    }
+
+    fn leaders(&self) -> Vec<u8> {
+        self.modules.iter().filter_map(Election::ring).collect()
+    }
+}
+
+#[test]
+fn a_ring_elects_one_leader_that_knows_its_size() {
+    for (size, seeds) in [(1, 3), (2, 20), (3, 20), (6, 20), (200, 2)] {
+        for seed in 1..=seeds {
+            let seeds: Vec<u16> =
+                (0..size).map(|module| (seed * 3_001_u16).wrapping_add(module * 31)).collect();
+            let mut ring = Ring::new(&seeds);
+            ring.run(6 * ROUND);
+            assert_eq!(ring.leaders(), [size as u8], "seed {seed}");
+            ring.run(20 * ROUND);
+            assert_eq!(ring.leaders(), [size as u8], "and it stays, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn two_leaders_find_out() {
+    let mut ring = Ring::new(&[3, 5, 7, 11, 13, 17]);
+    for leader in [1, 4] {
+        ring.modules[leader].role = Role::Leader { ring: 3, silent: 0 };
+    }
+    ring.run(4 * ROUND);
+    assert_eq!(ring.leaders(), [6]);
+}
+
+#[test]
+fn a_leader_whose_ring_broke_stands_down() {
+    let mut leader = Election::new(9, 0);
+    let token = leader.round(2 * ROUND).unwrap();
+    assert_eq!(leader.hear(token, 2 * ROUND + 6), None);
+    assert_eq!(leader.ring(), Some(1));
+    let ranks: Vec<u16> = (3..8).map(|round| leader.round(round * ROUND).unwrap().rank).collect();
+    let led = ranks.iter().map(|rank| rank & LEADER != 0).collect::<Vec<_>>();
+    assert_eq!(led, [true, true, true, false, false]);
+    assert_eq!(leader.ring(), None);
+}
+
+#[test]
+fn who_hears_a_beat_never_stands() {
+    let mut follower = Election::new(9, 0);
+    for beat in 0..100_u16 {
+        follower.follow(beat.wrapping_mul(400));
+        assert_eq!(follower.round(beat.wrapping_mul(400).wrapping_add(399)), None);
+    }
+}
+
+#[test]
+fn ranks_are_drawn_anew_also_from_one_seed_at_other_moments() {
+    let (mut one, mut other) = (Election::new(0, 0), Election::new(0, 1));
+    let (first, second) = (one.round(2 * ROUND).unwrap().rank, other.round(2 * ROUND + 1).unwrap().rank);
+    assert_ne!(first, second);
+    assert_ne!(one.round(3 * ROUND).unwrap().rank, first);
+}
+
+#[test]
+fn a_token_does_not_go_round_for_ever() {
+    let mut follower = Election::new(1, 0);
+    assert_eq!(follower.hear(Token { rank: 5, hops: 255 }, 0), None);
+}

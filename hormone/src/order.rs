@@ -1,0 +1,145 @@
+//! What a remote control wants the robot to do. Its hormone goes to every module by every dock.
+//!
+//! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. It says a course again
+//! and again; when it falls silent, the robot goes straight ahead. A newer order supersedes an older one, so that in a loop,
+//! where an order comes back, it ends.
+
+use core::num::NonZeroU8;
+
+use crate::time::reached;
+
+/// How long a course holds after it was last ordered, in milliseconds.
+pub const HOLDS: u16 = 2_000;
+
+/// Where the robot is to go.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[repr(u8)]
+pub enum Course {
+    /// Straight ahead.
+    Ahead = 0,
+    /// Turn left: legs on the left shorten their stride.
+    Left = 1,
+    /// Turn right: legs on the right shorten their stride.
+    Right = 2,
+}
+
+impl Course {
+    /// The course with code `byte`.
+    pub const fn from_byte(byte: u8) -> Option<Course> {
+        match byte {
+            0 => Some(Course::Ahead),
+            1 => Some(Course::Left),
+            2 => Some(Course::Right),
+            _ => None,
+        }
+    }
+}
+
+/// What is ordered.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum What {
+    /// Walk by the gait with this [name](crate::gait::Gait::name).
+    Walk(u8),
+    /// Turn.
+    Steer(Course),
+}
+
+/// An order on its way.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Order {
+    /// What is ordered.
+    pub what: What,
+    /// Counts the orders of one remote control, modulo 256.
+    pub serial: u8,
+    /// The modules that it may still reach.
+    pub lifetime: NonZeroU8,
+}
+
+impl Order {
+    /// As it goes on from a module that received it, or `None` if its life ends there.
+    pub fn aged(self) -> Option<Order> {
+        Some(Order { lifetime: NonZeroU8::new(self.lifetime.get() - 1)?, ..self })
+    }
+}
+
+/// What a module remembers of orders.
+pub struct Helm {
+    course: Course,
+    serial: u8,
+    /// Until when they hold.
+    until: Option<u16>,
+}
+
+impl Helm {
+    /// A module that has heard no order.
+    #[expect(clippy::new_without_default, reason = "the state at power-up, not a value to fall back on")]
+    pub const fn new() -> Self {
+        Helm { course: Course::Ahead, serial: 0, until: None }
+    }
+
+    /// Takes in an order. Returns whether it is news: newer than the last, or the first for [`HOLDS`].
+    pub fn hear(&mut self, order: Order, now: u16) -> bool {
+        self.expire(now);
+        let is_newer = (1..0x80).contains(&order.serial.wrapping_sub(self.serial));
+        if self.until.is_some() && !is_newer {
+            return false;
+        }
+        self.serial = order.serial;
+        self.until = Some(now.wrapping_add(HOLDS));
+        if let What::Steer(course) = order.what {
+            self.course = course;
+        }
+        true
+    }
+
+    /// Forgets what no longer holds. Call at least every 30 s while an order holds.
+    pub fn expire(&mut self, now: u16) {
+        if self.until.is_some_and(|until| reached(until, now)) {
+            *self = Helm::new();
+        }
+    }
+
+    /// Milliseconds from `now` until [`expire`](Self::expire) is to be called, if it is.
+    pub fn next_due(&self, now: u16) -> Option<u16> {
+        self.until.map(|until| crate::time::until(until, now))
+    }
+
+    /// The course to hold.
+    pub fn course(&self) -> Course {
+        self.course
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn order(course: Course, serial: u8) -> Order {
+        Order { what: What::Steer(course), serial, lifetime: NonZeroU8::MAX }
+    }
+
+    #[test]
+    fn a_newer_order_supersedes_an_older_one_also_when_serials_wrap() {
+        let mut helm = Helm::new();
+        assert!(helm.hear(order(Course::Left, 255), 0));
+        assert!(helm.hear(order(Course::Right, 0), 10));
+        assert!(!helm.hear(order(Course::Left, 255), 20), "it came late");
+        assert!(!helm.hear(order(Course::Right, 0), 30), "it came back");
+        assert_eq!(helm.course(), Course::Right);
+    }
+
+    #[test]
+    fn a_course_holds_until_the_remote_control_has_been_silent() {
+        let mut helm = Helm::new();
+        helm.hear(order(Course::Left, 7), 65_000);
+        assert_eq!(helm.next_due(65_000), Some(HOLDS));
+        helm.expire(65_000_u16.wrapping_add(HOLDS - 1));
+        assert_eq!(helm.course(), Course::Left);
+        helm.expire(65_000_u16.wrapping_add(HOLDS));
+        assert_eq!(helm.course(), Course::Ahead);
+        assert!(helm.hear(order(Course::Left, 7), 2_000), "another remote control begins as it likes");
+    }
+}

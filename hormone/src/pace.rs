@@ -1,0 +1,53 @@
+//! The hormone of a gait: the paper's `[CP, A]`, and the like of it for the other gaits.
+//!
+//! ```text
+//!   byte 0: name (7..4), data (3..0) | byte 1: rhythm | byte 2, in a ring only: lifetime
+//! ```
+//! In a tree a hormone ends at the leaves. In a ring it would go round for ever: there it has a lifetime.
+
+use core::num::NonZeroU8;
+
+use crate::data::Data;
+
+/// A beat on its way.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Pace {
+    /// The gait, by [name](crate::gait::Gait::name): 1 is the paper's CP.
+    pub name: u8,
+    /// What it carries.
+    pub data: Data,
+    /// Changes when the way from the leader to the receiver changes. Each module adds a number of its own that is
+    /// random at power-up and grows when its type changes: whose rhythm is another than before, starts afresh.
+    pub rhythm: u8,
+    /// The modules that it may still reach; no limit without it.
+    pub lifetime: Option<NonZeroU8>,
+}
+
+impl Pace {
+    /// As it goes on from a module that received it, or `None` if its life ends there.
+    pub fn aged(self) -> Option<Pace> {
+        match self.lifetime {
+            None => Some(self),
+            Some(lifetime) => {
+                let left = NonZeroU8::new(lifetime.get() - 1)?;
+                Some(Pace { lifetime: Some(left), ..self })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_life_ends() {
+        let pace = Pace { name: 1, data: Data::B, rhythm: 0x5A, lifetime: None };
+        assert_eq!(pace.aged(), Some(pace));
+        let limited = Pace { lifetime: NonZeroU8::new(2), ..pace };
+        let last = limited.aged().unwrap();
+        assert_eq!(last.lifetime, NonZeroU8::new(1));
+        assert_eq!(last.aged(), None);
+    }
+}

@@ -1,0 +1,115 @@
+//! A remote control steers the robot and has it walk by another gait. It may sit at any module, or be one.
+
+use std::num::NonZeroU8;
+
+use hormone::action::Action;
+use hormone::gait::GaitName::{Caterpillar, Centipede, FourLegs};
+use hormone::module_type::ModuleType::{LeftLeg, RightLeg};
+use hormone::order::{Course, HOLDS, Order, What};
+use proptest::prelude::*;
+use tasks::dock::Dock;
+
+use crate::robot::{Robot, Segment, hundred_modules};
+use Segment::{Branch, Spine};
+
+fn order(what: What, serial: u8) -> Order {
+    Order { what, serial, lifetime: NonZeroU8::MAX }
+}
+
+/// How far the hips of the left and of the right legs swing in the next Period, in degrees from end to end.
+fn strides(robot: &mut Robot) -> [Vec<i32>; 2] {
+    let legs = [LeftLeg, RightLeg].map(|side| robot.of_type(side).collect::<Vec<_>>());
+    let mut ends = vec![(i32::MAX, i32::MIN); robot.len()];
+    for _ in 0..Centipede.gait().period() / 10 {
+        robot.run(10);
+        for leg in legs.concat() {
+            let hip = i32::from(robot.posture(leg).expect("a leg moves").motor2);
+            ends[leg] = (ends[leg].0.min(hip), ends[leg].1.max(hip));
+        }
+    }
+    legs.map(|side| side.into_iter().map(|leg| ends[leg].1 - ends[leg].0).collect())
+}
+
+#[test]
+fn legs_on_the_inner_side_of_a_turn_take_half_the_stride_until_the_remote_control_is_silent() {
+    let mut robot = Robot::with_body(Centipede.gait(), &hundred_modules(3), 3);
+    robot.discover(150).unwrap();
+    robot.run(2_000);
+    let whole = strides(&mut robot);
+    assert!(whole.concat().iter().all(|&stride| stride == 40));
+    assert_eq!(whole.concat().len(), 48);
+
+    for (serial, (course, halved)) in (0..).zip([(Course::Left, 0), (Course::Right, 1)]) {
+        // Given by a leg somewhere in the middle.
+        let leg = robot.of_type(RightLeg).nth(12).unwrap();
+        robot.order(leg, order(What::Steer(course), serial));
+        robot.run(200);
+        let turning = strides(&mut robot);
+        assert!(turning[halved].iter().all(|&stride| stride == 20), "{turning:?}");
+        assert!(turning[1 - halved].iter().all(|&stride| stride == 40), "{turning:?}");
+        assert_eq!(robot.gait_violations(robot.now - 2_000, robot.now), 0);
+    }
+    robot.run(u32::from(HOLDS));
+    assert_eq!(strides(&mut robot), whole);
+}
+
+#[test]
+fn a_robot_changes_its_gait_by_an_order_to_its_tail() {
+    let mut robot = Robot::with_body(Centipede.gait(), &[Branch, Spine, Branch], 4);
+    robot.discover(150).unwrap();
+    robot.run(3_000);
+    robot.order(robot.len() - 1, order(What::Walk(FourLegs as u8), 0));
+    robot.run(3_000);
+    let from = robot.now;
+    robot.run(6_000);
+    let beats = robot.beats_of(0, from, robot.now);
+    let legs: Vec<usize> = robot.of_type(LeftLeg).chain(robot.of_type(RightLeg)).collect();
+    assert_eq!(legs.len(), 4);
+    for beat in 0..beats.len() {
+        let swinging = legs.iter().filter(|&&leg| robot.actions(leg, &beats)[beat] == Some(Action::Swing));
+        assert_eq!(swinging.count(), 1);
+    }
+}
+
+#[test]
+fn a_module_attached_to_a_robot_of_another_gait_walks_as_the_robot_does() {
+    let mut robot = Robot::new(Centipede.gait(), 5, 5);
+    for module in 0..3 {
+        robot.attach((module, Dock::Back), (module + 1, Dock::Front));
+    }
+    robot.discover(150).unwrap();
+    robot.order(0, order(What::Walk(Caterpillar as u8), 0));
+    robot.run(3_000);
+    robot.attach((3, Dock::Back), (4, Dock::Front));
+    robot.run(3_000);
+    assert_eq!(robot.acts(4).last().unwrap().action, Action::Wave);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(32) })]
+
+    /// Whatever loops the modules form.
+    #[test]
+    fn an_order_reaches_every_module_and_ends(
+        links in prop::collection::vec((0..12_usize, 0..6_usize, 0..12_usize, 0..6_usize), 0..40),
+        from in 0..12_usize,
+        seed: u64,
+    ) {
+        let mut robot = Robot::new(Caterpillar.gait(), 12, seed);
+        for (one, dock, other, its_dock) in links {
+            let (one, other) = ((one, Dock::ALL[dock]), (other, Dock::ALL[its_dock]));
+            if one.0 != other.0 && robot.wire(one).is_none() && robot.wire(other).is_none() {
+                robot.attach(one, other);
+            }
+        }
+        prop_assert!(robot.discover(150).is_some());
+        let before = robot.orders_under_way();
+        prop_assert_eq!(before, 0);
+        robot.order(from, order(What::Steer(Course::Left), 7));
+        robot.run(30);
+        prop_assert_eq!(robot.orders_under_way(), 0);
+        for module in robot.attached_to(from) {
+            prop_assert_eq!(robot.course(module), Course::Left);
+        }
+    }
+}
