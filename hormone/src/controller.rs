@@ -11,7 +11,6 @@ use crate::data::Data;
 use crate::election::Election;
 use crate::event::Event;
 use crate::gait::{GAITS, Gait, Leader};
-use crate::grace::Grace;
 use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
 use crate::order::{Course, Helm, Order, What};
@@ -19,7 +18,7 @@ use crate::pace::Pace;
 use crate::pacemaker::Pacemaker;
 use crate::rule::{BACK, Rule, Send, Source};
 use crate::status::Status;
-use crate::topology::{Neighbours, to_bytes};
+use crate::topology::{NO_NEIGHBOUR, Neighbours, to_bytes};
 
 const ALL_DOCKS: DockSet = DockSet::of(&Dock::ALL);
 
@@ -64,8 +63,6 @@ struct Part {
 /// unknown shape is not cut off behind it.
 pub struct Controller {
     pacemaker: Pacemaker,
-    grace: Grace,
-    /// The type that the module acts as: by the neighbours of `grace`, not only those known now.
     acting: ModuleType,
     /// Where the rhythm comes from.
     source: Option<Dock>,
@@ -85,7 +82,6 @@ impl Controller {
     pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
             pacemaker: Pacemaker::new(gait, now),
-            grace: Grace::new(),
             acting: ModuleType::Other,
             source: None,
             lifetime: None,
@@ -102,20 +98,33 @@ impl Controller {
     #[inline(never)]
     pub fn topology(&mut self, neighbours: &Neighbours, now: u16) -> Response {
         let module_type = ModuleType::of(neighbours);
+        let acting = ModuleType::acting(neighbours);
+        let is_new = acting != self.acting;
+        self.acting = acting;
         self.status.module_type = module_type;
         self.status.neighbours = to_bytes(neighbours);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
-        self.grace.update(neighbours, now);
-        Response { event: Some(Event::TopologyChanged(module_type)), ..self.settle(now) }
+        if is_new {
+            // Whoever is behind gets another beat than before, and shall not wait for the old one.
+            self.rhythm = self.rhythm.wrapping_add(1);
+            // Else a new leader would take up what the timer came by while it was none.
+            self.pacemaker.skip(now);
+        }
+        if !self.is_in_ring() {
+            self.election.follow(now);
+        }
+        if self.is_leader() || !self.source.is_some_and(|dock| self.has_neighbour(dock)) {
+            self.source = None;
+            self.pacemaker.forget();
+        }
+        let response = if is_new { self.rest() } else { NOTHING };
+        Response { event: Some(Event::TopologyChanged(module_type)), ..response }
     }
 
     /// The clock is to be looked at: after [`next_due`](Self::next_due), or at any other time. Call again until it is
     /// `None`. A caller late by a beat skips one and does not make up for it.
     #[inline(never)]
     pub fn timer(&mut self, now: u16) -> Option<Response> {
-        if self.grace.expire(now) {
-            return Some(self.settle(now));
-        }
         self.helm.expire(now);
         if self.is_in_ring()
             && let Some(token) = self.election.round(now)
@@ -146,7 +155,7 @@ impl Controller {
             self.pacemaker.until_overdue(now)
         };
         let round = self.is_in_ring().then(|| self.election.next_due(now));
-        [beat, round, self.grace.next_due(now), self.helm.next_due(now)].into_iter().flatten().min()
+        [beat, round, self.helm.next_due(now)].into_iter().flatten().min()
     }
 
     /// `hormone` came in by `dock` at `now`.
@@ -253,28 +262,6 @@ impl Controller {
         &self.status
     }
 
-    /// Takes up the type that the neighbours make it.
-    fn settle(&mut self, now: u16) -> Response {
-        let acting = ModuleType::of(self.grace.neighbours());
-        let is_new = acting != self.acting;
-        if is_new {
-            self.acting = acting;
-            // Whoever is behind gets another beat than before, and shall not wait for the old one.
-            self.rhythm = self.rhythm.wrapping_add(1);
-            // Else a new leader would take up what the timer came by while it was none.
-            self.pacemaker.skip(now);
-        }
-        if !self.is_in_ring() {
-            self.election.follow(now);
-        }
-        let source_is_there = self.source.is_some_and(|dock| self.grace.neighbour(dock).is_some());
-        if self.is_leader() || !source_is_there {
-            self.source = None;
-            self.pacemaker.forget();
-        }
-        if is_new { self.rest() } else { NOTHING }
-    }
-
     fn gait(&self) -> &Gait {
         self.pacemaker.gait()
     }
@@ -365,10 +352,15 @@ impl Controller {
         Some(Send { data, docks })
     }
 
+    fn has_neighbour(&self, dock: Dock) -> bool {
+        let neighbour = self.status.neighbours.get(usize::from(dock.index()));
+        neighbour.is_some_and(|&neighbour| neighbour != NO_NEIGHBOUR)
+    }
+
     /// Those of `docks` that have a neighbour.
     fn connected(&self, docks: DockSet) -> DockSet {
         let mut connected = DockSet::EMPTY;
-        for dock in docks.iter().filter(|&dock| self.grace.neighbour(dock).is_some()) {
+        for dock in docks.iter().filter(|&dock| self.has_neighbour(dock)) {
             connected.insert(dock);
         }
         connected

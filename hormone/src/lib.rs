@@ -9,7 +9,7 @@
 //! |---|---|
 //! | AC_SEND | [`schedule`], [`probe`] |
 //! | AC_RECV | [`topology`], [`probe`] |
-//! | HORMONE | [`controller`]: [`module_type`], [`grace`], [`pacemaker`], and the [`rule`]s of a [`gait`] |
+//! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], and the [`rule`]s of a [`mod@gait`] |
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds in
 //! a `u16` that wraps (see [`time`]), and carries out what comes back.
@@ -21,7 +21,6 @@ pub mod data;
 pub mod election;
 pub mod event;
 pub mod gait;
-pub mod grace;
 pub mod hormone;
 pub mod module_type;
 pub mod order;

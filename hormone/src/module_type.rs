@@ -41,6 +41,16 @@ impl ModuleType {
         }
     }
 
+    /// The type whose rules a module with these neighbours follows. Table 1 has the head send to its left and right too,
+    /// where by its definition nobody can be. So one that has nobody in front and its back at a front goes by the head's
+    /// rules whatever hangs on it beside: a body that is cut before a branch walks on.
+    pub fn acting(neighbours: &Neighbours) -> ModuleType {
+        match (ModuleType::of(neighbours), neighbours) {
+            (ModuleType::Other, [None, Some(Front), ..]) => ModuleType::Head,
+            (module_type, _) => module_type,
+        }
+    }
+
     /// Whether a module of this type can be the neighbour at another's `dock`.
     pub const fn sits_at(self, dock: Dock) -> bool {
         match self {
@@ -119,6 +129,17 @@ mod tests {
             counts[module_type as usize] += 1;
         }
         assert_eq!(counts, [1, 1, 1, 1, 1, 1, 117_643]);
+    }
+
+    #[test]
+    fn only_what_has_nobody_in_front_and_its_back_at_a_front_acts_as_another_type() {
+        for number in 0..7_u32.pow(6) {
+            let neighbours: Neighbours =
+                std::array::from_fn(|dock| Dock::from_index((number / 7_u32.pow(dock as u32) % 7) as u8));
+            let leads = neighbours[0].is_none() && neighbours[1] == Some(Front);
+            let expected = if leads { ModuleType::Head } else { ModuleType::of(&neighbours) };
+            assert_eq!(ModuleType::acting(&neighbours), expected);
+        }
     }
 
     #[test]

@@ -10,7 +10,8 @@
 //!    hormone      late: the timer has acted, and what comes then is dropped
 //! ```
 //!
-//! A hormone that is early is the one least delayed, so it sets the timer; one that is late moves it by 1 ms only.
+//! A hormone that is early is the one least delayed, so it sets the timer, by an eighth of a beat at most; one that is late
+//! moves it by 1 ms only.
 
 use crate::data::Data;
 use crate::gait::Gait;
@@ -110,7 +111,7 @@ impl Pacemaker {
         let elapsed = now.wrapping_sub(self.last_at);
         let is_same = hormone.rhythm == self.rhythm && self.gait.name == gait.name;
         if self.is_following() && is_same {
-            if hormone.data == self.last && elapsed < beat - beat / 4 {
+            if hormone.data == self.last && elapsed < beat - beat / 8 {
                 if self.missed > 0 {
                     self.last_at = self.last_at.wrapping_add(1);
                 }
@@ -118,7 +119,13 @@ impl Pacemaker {
                 return false;
             }
             let is_next = hormone.data == self.last.later(1, self.gait.beats);
-            if is_next && elapsed >= beat - beat / 4 && elapsed < beat + beat / 2 {
+            if is_next && elapsed >= beat / 4 && elapsed < beat - beat / 8 {
+                // As far as a step may be shortened. The timer acts when that is over.
+                self.last_at = self.last_at.wrapping_sub(beat / 8);
+                self.missed = 0;
+                return false;
+            }
+            if is_next && elapsed >= beat / 4 && elapsed < beat + beat / 2 {
                 let due = self.last_at.wrapping_add(beat);
                 self.take(hormone, if elapsed > beat { due.wrapping_add(1) } else { now });
                 return true;

@@ -2,7 +2,8 @@
 //!
 //! The six docks take turns, [`STAGGER`] apart, so that their probes do not compete for the CPU and the
 //! bridge. A dock can be [hurried](Schedule::hurry): its probe goes out at once, beside its turn. That
-//! is how two modules find each other in little more than one period instead of three.
+//! is how two modules find each other in little more than one period instead of three. Docks with a lossy link are
+//! [probed quickly](Schedule::set_quick), beside their turns too.
 
 use tasks::dock::{Dock, DockSet};
 
@@ -14,6 +15,9 @@ pub const PROBE_PERIOD: u16 = 40;
 /// From one dock's turn to the next, in milliseconds.
 pub const STAGGER: u16 = PROBE_PERIOD / 6;
 
+/// From one probe to the next where links lose them, in milliseconds.
+pub const QUICK_PERIOD: u16 = 10;
+
 /// From the last dock's turn to the first one's: what the division above leaves over comes here.
 const ROUND_GAP: u16 = PROBE_PERIOD - 5 * STAGGER;
 
@@ -22,17 +26,29 @@ pub struct Schedule {
     hurried: DockSet,
     turn: Dock,
     turn_at: u16,
+    quick: DockSet,
+    quick_at: u16,
 }
 
 impl Schedule {
     /// A schedule whose first turn is at `now`.
     pub const fn new(now: u16) -> Self {
-        Schedule { hurried: DockSet::EMPTY, turn: Dock::Front, turn_at: now }
+        Schedule {
+            hurried: DockSet::EMPTY,
+            turn: Dock::Front,
+            turn_at: now,
+            quick: DockSet::EMPTY,
+            quick_at: now,
+        }
     }
 
     /// The dock to probe at `now`, or `None` until [`next_due`](Self::next_due). Call again until it
     /// is `None`.
     pub fn due(&mut self, now: u16) -> Option<Dock> {
+        if !self.quick.is_empty() && reached(self.quick_at, now) {
+            self.quick_at = now.wrapping_add(QUICK_PERIOD);
+            self.hurried = self.hurried.union(self.quick);
+        }
         if let Some(dock) = self.hurried.iter().next() {
             self.hurried.remove(dock);
             return Some(dock);
@@ -56,7 +72,21 @@ impl Schedule {
 
     /// Milliseconds from `now` until a probe is due; 0 if one is.
     pub fn next_due(&self, now: u16) -> u16 {
-        if self.hurried.is_empty() { until(self.turn_at, now) } else { 0 }
+        if !self.hurried.is_empty() {
+            return 0;
+        }
+        let turn = until(self.turn_at, now);
+        if self.quick.is_empty() { turn } else { turn.min(until(self.quick_at, now)) }
+    }
+
+    /// Probes `docks`, and no others, every [`QUICK_PERIOD`]. Returns whether these are more than before, from `now` on.
+    pub fn set_quick(&mut self, docks: DockSet, now: u16) -> bool {
+        if self.quick.is_empty() {
+            self.quick_at = now;
+        }
+        let is_more = self.quick.union(docks) != self.quick;
+        self.quick = docks;
+        is_more
     }
 
     /// Probes `dock` at once: its neighbour waits for an answer.
@@ -131,5 +161,21 @@ mod tests {
         let mut schedule = Schedule::new(0);
         assert!(probes(&mut schedule, 1_000, 1).len() <= 2);
         assert_eq!(probes(&mut schedule, 1_001, PROBE_PERIOD).len(), 6);
+    }
+
+    #[test]
+    fn quick_docks_are_probed_every_ten_milliseconds_until_they_are_quick_no_more() {
+        let mut schedule = Schedule::new(0);
+        let quick = DockSet::of(&[Dock::Back, Dock::Up]);
+        probes(&mut schedule, 0, 100);
+        assert!(schedule.set_quick(quick, 100));
+        assert!(!schedule.set_quick(quick, 105));
+        let sent = probes(&mut schedule, 100, 120);
+        for (dock, number) in [(Dock::Back, 12 + 3), (Dock::Up, 12 + 3), (Dock::Front, 3)] {
+            assert_eq!(sent.iter().filter(|probe| probe.1 == dock).count(), number, "{dock:?}");
+        }
+        assert!(schedule.next_due(219) <= QUICK_PERIOD);
+        assert!(!schedule.set_quick(DockSet::EMPTY, 220));
+        assert_eq!(probes(&mut schedule, 220, PROBE_PERIOD).len(), 6);
     }
 }

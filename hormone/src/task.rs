@@ -57,4 +57,15 @@ impl AdaptiveCommunication {
         self.with(task, |state| state.schedule.hurry(dock));
         self.wake.post(task);
     }
+
+    /// Has docks with a lossy link probed quickly, and no others.
+    fn quicken(&self, task: &mut Task, time: u16) {
+        let is_more = self.with(task, |state| {
+            let lossy = state.topology.lossy(time);
+            state.schedule.set_quick(lossy, time)
+        });
+        if is_more {
+            self.wake.post(task);
+        }
+    }
 }

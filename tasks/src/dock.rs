@@ -66,6 +66,11 @@ impl DockSet {
         self.0 &= !Self::bit(dock);
     }
 
+    /// The docks of either set.
+    pub const fn union(self, other: DockSet) -> DockSet {
+        DockSet(self.0 | other.0)
+    }
+
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -106,6 +111,8 @@ mod tests {
             let set = DockSet::of(&listed);
             assert_eq!(set.iter().collect::<Vec<_>>(), listed);
             assert_eq!(set.is_empty(), listed.is_empty());
+            assert_eq!(set.union(DockSet::EMPTY), set);
+            assert_eq!(set.union(DockSet::of(&Dock::ALL)), DockSet::of(&Dock::ALL));
             for dock in Dock::ALL {
                 assert_eq!(set.contains(dock), listed.contains(&dock));
                 let mut with = set;

@@ -13,7 +13,7 @@ crate::gait! {
     beat: 600,
     leader: Leader::Head,
     rules: [
-        timer(Head, A).to(B).perform(Straight).send(A, BACK),
+        timer(Head, A).to(B).perform(Straight).send(A, LEFT_RIGHT_BACK),
         received(Spine, A).to(B).perform(Straight).send(A, BACK),
         received(Branch, A).to(B).perform(Straight).send(A, LEFT_RIGHT_BACK),
         received(LeftLeg, A).perform(Swing),

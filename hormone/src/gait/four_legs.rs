@@ -14,7 +14,7 @@ crate::gait! {
     beat: 300,
     leader: Leader::Head,
     rules: [
-        timer(Head, A).to(D).perform(Straight).send(A, BACK),
+        timer(Head, A).to(D).perform(Straight).send(A, LEFT_RIGHT_BACK),
         received(Spine, A).to(D).perform(Straight).send(A, BACK),
         received(Branch, A).to(D).perform(Straight).send(B, LEFT_RIGHT_BACK),
         received(LeftLeg, A).perform(Swing),

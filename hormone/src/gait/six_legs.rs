@@ -14,7 +14,7 @@ crate::gait! {
     beat: 250,
     leader: Leader::Head,
     rules: [
-        timer(Head, A).to(F).perform(Straight).send(A, BACK),
+        timer(Head, A).to(F).perform(Straight).send(A, LEFT_RIGHT_BACK),
         received(Spine, A).to(F).perform(Straight).send(A, BACK),
         received(Branch, A).to(F).perform(Straight).send(C, LEFT_RIGHT_BACK),
         received(LeftLeg, A).perform(Swing),

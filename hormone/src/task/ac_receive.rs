@@ -29,6 +29,7 @@ pub fn run(
         if crate::time::reached(next_look, time) {
             next_look = time.wrapping_add(LOOK);
             is_news |= shared.with(task, |state| state.topology.expire(time));
+            shared.quicken(task, time);
             mailbox.wake_in(task, LOOK);
         }
         if is_news {

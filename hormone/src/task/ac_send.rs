@@ -12,7 +12,7 @@ pub fn run(task: &mut Task, shared: &'static AdaptiveCommunication, api: Api) ->
         let time = now(task);
         let probe = shared.with(task, |state| {
             let dock = state.schedule.due(time)?;
-            Some((dock, state.topology.probe(dock)))
+            Some((dock, state.topology.probe(dock, time)))
         });
         let Some((dock, probe)) = probe else {
             let wait = shared.with(task, |state| state.schedule.next_due(time));

@@ -1,5 +1,6 @@
 //! Changes while walking: without reprogramming, the gait is right again within discovery and a Period.
 
+use hormone::action::Action;
 use hormone::gait::GaitName::Centipede;
 use hormone::module_type::ModuleType;
 use tasks::dock::Dock::{Back, Front, Left, Right};
@@ -86,6 +87,70 @@ fn cut_in_two_both_halves_walk_and_joined_they_walk_as_one() {
         recovers(&mut robot);
 
         robot.attach((4, Back), (9, Front));
+        recovers(&mut robot);
+        assert_eq!(robot.module_type(9), ModuleType::Spine);
+    }
+}
+
+#[test]
+fn any_module_may_be_reset() {
+    for module in 0..10 {
+        let mut robot = walking(module as u64);
+        robot.run(89 * module as u32);
+        robot.reset(module);
+        recovers(&mut robot);
+    }
+}
+
+/// Whether these legs swing and hold in turn, each half Period, the left one against the right one.
+fn legs_alternate(robot: &mut Robot, legs: &[usize]) {
+    let from = robot.now;
+    robot.run(8 * PERIOD);
+    for &leg in legs {
+        let acts = robot.acts(leg).iter().filter(|act| act.at >= from);
+        let actions: Vec<Action> = acts.map(|act| act.action).collect();
+        assert_eq!(actions.len(), 16);
+        assert!(actions.iter().all(|action| matches!(action, Action::Swing | Action::Holding)));
+        assert!(actions.windows(2).all(|pair| pair[0] != pair[1]), "leg {leg}: {actions:?}");
+    }
+    for pair in legs.chunks_exact(2) {
+        assert!(robot.together(pair[0], pair[1], from, robot.now) <= 16 * 3, "legs {pair:?}");
+    }
+}
+
+#[test]
+fn behind_a_dead_module_another_leads() {
+    // The head's place is taken by a branch, and so is that of the spine before the other branch.
+    for (dead, leader) in [(0, 1), (4, 5)] {
+        let mut robot = walking(7);
+        robot.kill(dead);
+        robot.run(DISCOVERY + PERIOD);
+        assert_eq!(robot.module_type(leader), ModuleType::Other);
+        legs_alternate(&mut robot, &[2, 3, 6, 7]);
+    }
+}
+
+#[test]
+fn with_a_dead_leg_all_others_go_on() {
+    let mut robot = walking(5);
+    robot.kill(2);
+    robot.run(DISCOVERY + PERIOD);
+    legs_alternate(&mut robot, &[6, 7, 3]);
+}
+
+#[test]
+fn a_dock_blind_in_one_direction_parts_the_body_until_it_sees_again() {
+    for blind in [(4, Back), (9, Front)] {
+        let mut robot = walking(6);
+        robot.detach((8, Back));
+        robot.detach((4, Back));
+        robot.attach((4, Back), (9, Front));
+        robot.attach((9, Back), (5, Front));
+        recovers(&mut robot);
+        robot.blind.push(blind);
+        recovers(&mut robot);
+        assert_eq!(robot.module_type(9), ModuleType::Head);
+        robot.blind.clear();
         recovers(&mut robot);
         assert_eq!(robot.module_type(9), ModuleType::Spine);
     }

@@ -43,7 +43,7 @@ fn an_answer_at_once_spares_the_wait_for_the_next_turn() {
 fn the_topology_holds_with_probes_lost() {
     let mut robot = Robot::with_body(Centipede.gait(), &hundred_modules(1), 1);
     robot.longest_delay = 5;
-    robot.probe_loss = 5;
+    robot.frame_loss = 5;
     robot.discover(1_000).expect("found in spite of lost probes");
     for _ in 0..3_000 {
         robot.run(5);

@@ -30,7 +30,7 @@ fn a_hundred_modules_walk() {
     for body in [alternating, branches_first, spines_first, hundred_modules(7), hundred_modules(8)] {
         let mut robot = Robot::with_body(Centipede.gait(), &body, 9);
         robot.longest_delay = 5;
-        robot.probe_loss = 5;
+        robot.frame_loss = 5;
         robot.discover(1_000).unwrap();
         let known = robot.now;
         robot.run(5_000);

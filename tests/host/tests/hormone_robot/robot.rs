@@ -1,6 +1,6 @@
 //! A robot made of the pure machines, and the gait's definition to hold it against.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use hormone::action::{Action, Posture};
 use hormone::controller::{Controller, Response};
@@ -14,6 +14,9 @@ use hormone::probe::Probe;
 use hormone::schedule::Schedule;
 use hormone::topology::{Neighbours, Topology};
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
+
+/// How often AC_RECV looks for silent neighbours, in milliseconds.
+const LOOK: u32 = 20;
 
 /// A dock of one of the robot's modules.
 pub type Port = (usize, Dock);
@@ -53,6 +56,12 @@ struct Module {
     topology: Topology,
     schedule: Schedule,
     controller: Controller,
+    gait: Gait,
+    is_dead: bool,
+    /// When it next looks for silent neighbours.
+    look_at: u32,
+    /// When something is due in it.
+    wake_at: u32,
     /// Its clock is the robot's plus this: the modules were not switched on together.
     clock_offset: u16,
     generated: Vec<Beat>,
@@ -84,8 +93,10 @@ pub struct Robot {
     random: Random,
     /// A message takes 1 to this many milliseconds.
     pub longest_delay: u16,
-    /// Of a hundred probes, how many are lost.
-    pub probe_loss: u64,
+    /// Of a hundred frames, how many are lost, each way.
+    pub frame_loss: u64,
+    /// Until when a dock's link is busy with a hormone.
+    busy_until: HashMap<Port, u32>,
     /// Milliseconds since the start.
     pub now: u32,
 }
@@ -101,6 +112,10 @@ impl Robot {
             Module {
                 topology: Topology::new(),
                 schedule: Schedule::new(clock_offset.wrapping_add(phase % 40)),
+                gait,
+                is_dead: false,
+                look_at: random.below(u64::from(LOOK)) as u32,
+                wake_at: 0,
                 controller: Controller::new(gait, seed, clock_offset.wrapping_sub(phase)),
                 clock_offset,
                 generated: Vec::new(),
@@ -116,7 +131,8 @@ impl Robot {
             sent: 0,
             random,
             longest_delay: 1,
-            probe_loss: 0,
+            frame_loss: 0,
+            busy_until: HashMap::new(),
             now: 0,
         }
     }
@@ -187,6 +203,23 @@ impl Robot {
         }
     }
 
+    /// `module` starts anew, as after a reset.
+    pub fn reset(&mut self, module: usize) {
+        let now = self.clock(module);
+        let seed = self.random.below(1 << 16) as u16;
+        let old = &mut self.modules[module];
+        old.wake_at = self.now;
+        old.topology = Topology::new();
+        old.schedule = Schedule::new(now);
+        old.controller = Controller::new(old.gait, seed, now);
+        old.acts.push(Act { at: self.now, action: Action::Rest });
+    }
+
+    /// `module` falls silent, though it stays attached.
+    pub fn kill(&mut self, module: usize) {
+        self.modules[module].is_dead = true;
+    }
+
     pub fn wire(&self, (module, dock): Port) -> Option<Port> {
         self.wires[module][usize::from(dock.index())]
     }
@@ -195,9 +228,15 @@ impl Robot {
         &mut self.wires[module][usize::from(dock.index())]
     }
 
-    /// The neighbours that `module` truly has.
+    /// The neighbours that `module` truly has: attached, alive, and not behind a blind dock.
     pub fn wiring(&self, module: usize) -> Neighbours {
-        self.wires[module].map(|wire| wire.map(|(_, dock)| dock))
+        Dock::ALL.map(|dock| {
+            let here = (module, dock);
+            let there = self.wire(here)?;
+            let is_dead = [module, there.0].iter().any(|&module| self.modules[module].is_dead);
+            let is_blind = [here, there].iter().any(|port| self.blind.contains(port));
+            (!is_dead && !is_blind).then_some(there.1)
+        })
     }
 
     /// The neighbours that `module` believes it has.
@@ -231,6 +270,7 @@ impl Robot {
     /// A remote control at `module` orders the robot about.
     pub fn order(&mut self, module: usize, order: Order) {
         let now = self.clock(module);
+        self.modules[module].wake_at = self.now;
         let response = self.modules[module].controller.order(None, order, now);
         self.follow(module, response);
     }
@@ -238,6 +278,20 @@ impl Robot {
     /// The course that `module` holds.
     pub fn course(&self, module: usize) -> Course {
         self.modules[module].controller.course()
+    }
+
+    /// How often any module's neighbours have changed, as far as it knows.
+    pub fn topology_changes(&self) -> u32 {
+        self.modules.iter().map(|module| u32::from(module.controller.status().topology_changes)).sum()
+    }
+
+    /// For how many milliseconds of `from..to` two modules performed the same action.
+    pub fn together(&self, one: usize, other: usize, from: u32, to: u32) -> u32 {
+        let action_at = |module: usize, time: u32| {
+            let acts = self.acts(module);
+            acts[..acts.partition_point(|act| act.at <= time)].last().map(|act| act.action)
+        };
+        (from..to).filter(|&time| action_at(one, time) == action_at(other, time)).count() as u32
     }
 
     pub fn orders_under_way(&self) -> usize {
@@ -255,8 +309,9 @@ impl Robot {
     /// Whether every module's view of its neighbours equals the wiring.
     pub fn knows_itself(&self) -> bool {
         (0..self.len()).all(|module| {
-            self.neighbours(module) == self.wiring(module)
-                && self.module_type(module) == ModuleType::of(&self.wiring(module))
+            self.modules[module].is_dead
+                || self.neighbours(module) == self.wiring(module)
+                    && self.module_type(module) == ModuleType::of(&self.wiring(module))
         })
     }
 
@@ -285,7 +340,9 @@ impl Robot {
                 }
             }
             for module in 0..self.len() {
-                self.step(module);
+                if self.now >= self.modules[module].wake_at && !self.modules[module].is_dead {
+                    self.step(module);
+                }
             }
         }
     }
@@ -303,26 +360,34 @@ impl Robot {
     /// What is due in `index` by its own clock.
     fn step(&mut self, index: usize) {
         let now = self.clock(index);
-        if self.modules[index].topology.expire(now) {
-            self.topology_changed(index);
+        let module = &mut self.modules[index];
+        if self.now >= module.look_at {
+            module.look_at = self.now + LOOK;
+            let changed = module.topology.expire(now);
+            module.schedule.set_quick(module.topology.lossy(now), now);
+            if changed {
+                self.topology_changed(index);
+            }
         }
         while let Some(dock) = self.modules[index].schedule.due(now) {
-            let probe = self.modules[index].topology.probe(dock).to_byte();
-            if self.random.below(100) >= self.probe_loss {
-                self.send((index, dock), Content::Probe(probe));
-            }
+            let probe = self.modules[index].topology.probe(dock, now).to_byte();
+            self.send((index, dock), Content::Probe(probe));
+        }
+        while let Some(response) = self.modules[index].controller.timer(now) {
+            self.follow(index, response);
         }
         let module = &mut self.modules[index];
-        if module.controller.next_due(now) == Some(0) {
-            while let Some(response) = self.modules[index].controller.timer(now) {
-                self.follow(index, response);
-            }
-        }
+        let due = module.controller.next_due(now).unwrap_or(u16::MAX).min(module.schedule.next_due(now));
+        module.wake_at = module.look_at.min(self.now + u32::from(due.max(1)));
     }
 
     fn arrive(&mut self, (index, dock): Port, content: Content) {
+        if self.modules[index].is_dead {
+            return;
+        }
         let now = self.clock(index);
         let module = &mut self.modules[index];
+        module.wake_at = self.now;
         match content {
             Content::Probe(byte) => {
                 let Some(probe) = Probe::from_payload(&[byte]) else {
@@ -374,8 +439,39 @@ impl Robot {
     fn send(&mut self, from: Port, content: Content) {
         let Some(to) = self.wire(from) else { return };
         let delay = 1 + self.random.below(u64::from(self.longest_delay)) as u32;
-        self.air.insert((self.now + delay, self.sent), (from, to, content));
-        self.sent += 1;
+        let arrival = match content {
+            Content::Probe(_) => (!self.is_lost()).then_some(self.now),
+            Content::Hormone(_) => self.arrival(from),
+        };
+        if let Some(arrival) = arrival {
+            self.air.insert((arrival + delay, self.sent), (from, to, content));
+            self.sent += 1;
+        }
+    }
+
+    /// When the frame of a hormone sent now gets through, if it does. As the link does, it repeats the frame until the ACK
+    /// comes, and gives up after eight repetitions; meanwhile the next hormone waits.
+    fn arrival(&mut self, from: Port) -> Option<u32> {
+        let mut time = self.now.max(self.busy_until.get(&from).copied().unwrap_or_default());
+        let mut arrival = None;
+        for _ in 0..9 {
+            let is_through = !self.is_lost();
+            if is_through {
+                arrival = arrival.or(Some(time));
+            }
+            if is_through && !self.is_lost() {
+                break;
+            }
+            // The frame, the time-out for the ACK, and the back-off.
+            time += 2 + 9 + self.random.below(8) as u32;
+        }
+        self.busy_until.insert(from, time);
+        arrival
+    }
+
+    /// Whether a frame is lost.
+    fn is_lost(&mut self) -> bool {
+        self.frame_loss > 0 && self.random.below(100) < self.frame_loss
     }
 
     fn clock(&self, index: usize) -> u16 {
@@ -441,7 +537,7 @@ impl Robot {
     }
 
     /// The leg on the other side of the branch, if `module` is a leg.
-    fn other_leg(&self, module: usize) -> Option<usize> {
+    pub fn other_leg(&self, module: usize) -> Option<usize> {
         let (branch, side) = self.wire((module, Back))?;
         let other_side = match side {
             Left => Right,
@@ -457,9 +553,11 @@ impl Robot {
         let mut next = 0;
         while let Some(&module) = found.get(next) {
             next += 1;
-            for (neighbour, _) in self.wires[module].iter().flatten() {
-                if !found.contains(neighbour) {
-                    found.push(*neighbour);
+            let neighbours =
+                Dock::ALL.into_iter().filter(|dock| self.wiring(module)[usize::from(dock.index())].is_some());
+            for (neighbour, _) in neighbours.filter_map(|dock| self.wire((module, dock))) {
+                if !found.contains(&neighbour) {
+                    found.push(neighbour);
                 }
             }
         }
