@@ -273,3 +273,26 @@ fn an_mcu_held_in_reset_is_missed_and_found_again() {
         Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(4);
     }
 }
+
+/// Three frames of four are lost, both ways, for 40 s; the first half is for finding out that links are lossy.
+#[test]
+fn every_module_keeps_the_beat_while_three_frames_of_four_are_lost() {
+    const HALF_PERIOD: u64 = 500;
+    let mut chain = Chain::new(MODULES, 1);
+    chain.run(SECOND / 2);
+    chain.lose_frames(0.75);
+    chain.run(20 * SECOND);
+    let deeds = chain.run(20 * SECOND);
+    chain.assert_right("with losses");
+    assert!(
+        deeds.iter().all(|deed| !matches!(deed.event, Behaviour::TopologyChanged(_))),
+        "a neighbour was missed"
+    );
+    for module in 0..MODULES - 1 {
+        let acted = |deed: &&Deed| deed.module == module && matches!(deed.event, Behaviour::ActionBegun(_));
+        let beats: Vec<u64> = deeds.iter().filter(acted).map(|deed| deed.cycle / MILLISECOND).collect();
+        assert_eq!(beats.len(), 40, "module {module}");
+        let is_even = |pair: &[u64]| (pair[1] - pair[0]).abs_diff(HALF_PERIOD) < HALF_PERIOD / 4;
+        assert!(beats.windows(2).all(is_even), "module {module}: {beats:?}");
+    }
+}
