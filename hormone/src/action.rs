@@ -4,6 +4,7 @@
 //! action. To add an action, write its file and add its line to the registry at the end of this one.
 
 use kernel::flash::Flash;
+use tasks::dock::Dock;
 
 /// Target angles of the three joints, in degrees, -127..=127.
 ///
@@ -27,15 +28,35 @@ pub const fn posture(motor0: i8, roll: i8, motor2: i8) -> Posture {
 /// The postures of an action. None means that the joints stay where they are.
 pub type Motion = Flash<[Posture]>;
 
-/// Declares the motion of an action's file.
+/// What an action wants of a dock besides.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Docking {
+    /// Find the dock that comes near this one, and latch.
+    Approach(Dock),
+    /// Open this dock's latch.
+    Release(Dock),
+}
+
+/// Declares the motion of an action's file, and what it wants of a dock.
 macro_rules! motion {
-    ($($posture:expr),* $(,)?) => {
+    ($($posture:expr),* $(; $docking:expr)?) => {
+        /// What the action wants of a dock.
+        pub const DOCKING: Option<$crate::action::Docking> = $crate::action::first(&[$($docking)?]);
+
         const POSTURES: &[$crate::action::Posture] = &[$($posture),*];
         kernel::flash! {
             /// The action's postures.
             pub static MOTION: [$crate::action::Posture; POSTURES.len()] = $crate::table::array(POSTURES);
         }
     };
+}
+
+const fn first(dockings: &[Docking]) -> Option<Docking> {
+    match dockings {
+        [docking, ..] => Some(*docking),
+        [] => None,
+    }
 }
 
 /// Declares [`Action`] and the modules of its motions.
@@ -66,6 +87,13 @@ macro_rules! actions {
                     $(Action::$name => &$file::MOTION,)*
                 }
             }
+
+            /// What the action wants of a dock.
+            pub const fn docking(self) -> Option<Docking> {
+                match self {
+                    $(Action::$name => $file::DOCKING,)*
+                }
+            }
         }
     };
 }
@@ -85,6 +113,12 @@ actions! {
     Undulate = 5 in undulate,
     /// Bend as a part of a rolling track.
     Roll = 6 in roll,
+    /// Bend as a sixth of a circle.
+    Curl = 7 in curl,
+    /// Bend likewise, and latch what comes near the Back.
+    Grasp = 8 in grasp,
+    /// Bend likewise, and let go of the neighbour in front.
+    Release = 9 in release,
 }
 
 #[cfg(test)]
@@ -97,7 +131,10 @@ mod tests {
 
     #[test]
     fn every_action_survives_its_byte() {
-        assert!((0..=u8::MAX).filter_map(Action::from_byte).map(|action| action as u8).eq(0..7));
+        for byte in 0..=u8::MAX {
+            assert!(Action::from_byte(byte).is_none_or(|action| action as u8 == byte));
+        }
+        assert!(all().all(|action| (action as u8) < 16), "an event has four bits for it");
     }
 
     #[test]
@@ -118,5 +155,20 @@ mod tests {
         assert_eq!(ends(Action::Swing).1, ends(Action::Holding).0);
         assert_eq!(ends(Action::Swing).0.motor2, ends(Action::Holding).1.motor2);
         assert!(ends(Action::Swing).0.motor0 > 0, "lifted first");
+    }
+
+    #[test]
+    fn six_that_curl_make_a_circle() {
+        for action in [Action::Curl, Action::Grasp, Action::Release] {
+            let bends = action.motion().iter().map(|posture| posture.motor0 + posture.motor2);
+            assert!(bends.eq([60]), "a sixth of 360 degrees");
+        }
+    }
+
+    #[test]
+    fn grasp_and_release_want_something_of_a_dock() {
+        assert_eq!(Action::Grasp.docking(), Some(Docking::Approach(Dock::Back)));
+        assert_eq!(Action::Release.docking(), Some(Docking::Release(Dock::Front)));
+        assert_eq!(Action::Curl.docking(), None);
     }
 }

@@ -98,26 +98,14 @@ impl Controller {
     #[inline(never)]
     pub fn topology(&mut self, neighbours: &Neighbours, now: u16) -> Response {
         let module_type = ModuleType::of(neighbours);
-        let acting = ModuleType::acting(neighbours);
-        let is_new = acting != self.acting;
-        self.acting = acting;
         self.status.module_type = module_type;
         self.status.neighbours = to_bytes(neighbours);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
-        if is_new {
-            // Whoever is behind gets another beat than before, and shall not wait for the old one.
-            self.rhythm = self.rhythm.wrapping_add(1);
-            // Else a new leader would take up what the timer came by while it was none.
-            self.pacemaker.skip(now);
-        }
-        if !self.is_in_ring() {
-            self.election.follow(now);
-        }
+        let response = self.become_type(ModuleType::acting(neighbours), now);
         if self.is_leader() || !self.source.is_some_and(|dock| self.has_neighbour(dock)) {
             self.source = None;
             self.pacemaker.forget();
         }
-        let response = if is_new { self.rest() } else { NOTHING };
         Response { event: Some(Event::TopologyChanged(module_type)), ..response }
     }
 
@@ -260,6 +248,26 @@ impl Controller {
     /// The module as it can be seen from outside.
     pub fn status(&self) -> &Status {
         &self.status
+    }
+
+    fn become_type(&mut self, acting: ModuleType, now: u16) -> Response {
+        if acting == self.acting {
+            return NOTHING;
+        }
+        let has_led = self.is_leader();
+        self.acting = acting;
+        // Whoever is behind gets another beat than before, and shall not wait for the old one.
+        self.rhythm = self.rhythm.wrapping_add(1);
+        // Else a new leader would take up what the timer came by while it was none.
+        self.pacemaker.skip(now);
+        if !self.is_in_ring() {
+            self.election.follow(now);
+        }
+        let rest = self.rest();
+        match self.gait().once.filter(|once| has_led && once.becomes == acting) {
+            Some(once) => self.order(None, self.helm.next(What::Walk(once.then as u8)), now),
+            None => rest,
+        }
     }
 
     fn gait(&self) -> &Gait {

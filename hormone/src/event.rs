@@ -101,7 +101,8 @@ mod tests {
             .filter_map(|byte| Some((byte, Event::from_byte(byte)?)))
             .inspect(|&(byte, event)| assert_eq!(event.to_byte(), byte))
             .count();
-        assert_eq!(readable, 7 + 6 + 7 + 6 + 2 * 6 * 6);
+        let actions = (0..=u8::MAX).filter_map(Action::from_byte).count();
+        assert_eq!(readable, 7 + 6 + actions + 6 + 2 * 6 * 6);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Gaits: a table of rules each, in a file of its own.
+//! Gaits: a table of rules each, in a file of its own. A change of shape is one too.
 //!
 //! To add one, write its file with [`gait!`](crate::gait!) and add its line to the registry at the end of this one.
 
@@ -6,6 +6,7 @@ use core::num::NonZeroU16;
 
 use kernel::flash::Flash;
 
+use crate::module_type::ModuleType;
 use crate::rule::Rule;
 
 /// Who beats the time of a gait by its local timer.
@@ -16,6 +17,16 @@ pub enum Leader {
     Head,
     /// The module that a ring elects, for there all are attached alike.
     Elected,
+}
+
+/// When a leader's type becomes this one, the robot has taken another shape, and walks by another gait.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Once {
+    /// The type that the leader becomes.
+    pub becomes: ModuleType,
+    /// The gait that follows.
+    pub then: GaitName,
 }
 
 /// A gait, as the file of the gait declares it.
@@ -29,6 +40,8 @@ pub struct Gait {
     pub beat: NonZeroU16,
     /// Who beats the time.
     pub leader: Leader,
+    /// What a change of shape ends in.
+    pub once: Option<Once>,
     /// Its rules.
     pub rules: &'static Flash<[Rule]>,
 }
@@ -105,7 +118,10 @@ pub struct Gait {
 /// ```
 #[macro_export]
 macro_rules! gait {
-    (beats: $beats:literal, beat: $beat:literal, leader: $leader:expr, rules: [$($rule:expr),* $(,)?] $(,)?) => {
+    (
+        beats: $beats:literal, beat: $beat:literal, leader: $leader:expr, $(once: $becomes:expr => $next:expr,)?
+        rules: [$($rule:expr),* $(,)?] $(,)?
+    ) => {
         /// The gait of this file, without a name until the registry gives it one.
         pub const GAIT: $crate::gait::Gait = {
             const RULES: &[$crate::rule::Rule] = &[$($rule),*];
@@ -113,7 +129,7 @@ macro_rules! gait {
             kernel::flash! {
                 static TABLE: [$crate::rule::Rule; RULES.len()] = $crate::table::array(RULES);
             }
-            $crate::gait::Gait::new($beats, $beat, $leader, &TABLE)
+            $crate::gait::Gait::new($beats, $beat, $leader, &TABLE)$(.once($becomes, $next))?
         };
     };
 }
@@ -126,7 +142,12 @@ impl Gait {
     pub const fn new(beats: u8, beat: u16, leader: Leader, rules: &'static Flash<[Rule]>) -> Gait {
         assert!(beat as u32 * (beats as u32) < 0x8000, "a Period of at most 32 767 ms");
         let Some(beat) = NonZeroU16::new(beat) else { panic!("a beat of at least 1 ms") };
-        Gait { name: 0, beats, beat, leader, rules }
+        Gait { name: 0, beats, beat, leader, once: None, rules }
+    }
+
+    /// A gait that ends, and in which other one, once its leader becomes this type.
+    pub const fn once(self, becomes: ModuleType, then: GaitName) -> Gait {
+        Gait { once: Some(Once { becomes, then }), ..self }
     }
 
     /// The gait under this name.
@@ -196,4 +217,8 @@ gaits! {
     FourLegs = 6 in four_legs,
     /// Three pairs of legs, one leg in the air at a time.
     SixLegs = 7 in six_legs,
+    /// A chain of six becomes a ring, and rolls.
+    CloseRing = 8 in close_ring,
+    /// A ring becomes a chain, and walks by the caterpillar.
+    OpenRing = 9 in open_ring,
 }

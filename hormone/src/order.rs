@@ -95,6 +95,11 @@ impl Helm {
         true
     }
 
+    /// An order of this module's own, newer than all it has heard.
+    pub fn next(&self, what: What) -> Order {
+        Order { what, serial: self.serial.wrapping_add(1), lifetime: NonZeroU8::MAX }
+    }
+
     /// Forgets what no longer holds. Call at least every 30 s while an order holds.
     pub fn expire(&mut self, now: u16) {
         if self.until.is_some_and(|until| reached(until, now)) {
@@ -129,6 +134,13 @@ mod tests {
         assert!(!helm.hear(order(Course::Left, 255), 20), "it came late");
         assert!(!helm.hear(order(Course::Right, 0), 30), "it came back");
         assert_eq!(helm.course(), Course::Right);
+    }
+
+    #[test]
+    fn an_own_order_is_news_to_all() {
+        let mut helm = Helm::new();
+        assert!(helm.hear(order(Course::Left, 255), 0));
+        assert!(helm.hear(helm.next(What::Walk(1)), 1));
     }
 
     #[test]

@@ -7,5 +7,5 @@ motion![
     posture(0, 90, 10),
     posture(0, 90, 0),
     posture(0, 90, -10),
-    posture(0, 90, -20),
+    posture(0, 90, -20)
 ];

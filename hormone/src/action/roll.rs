@@ -9,5 +9,5 @@ motion![
     posture(45, 0, 60),
     posture(60, 0, 45),
     posture(45, 0, 15),
-    posture(15, 0, 0),
+    posture(15, 0, 0)
 ];

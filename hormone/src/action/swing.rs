@@ -9,5 +9,5 @@ motion![
     posture(30, 90, -20),
     posture(30, 90, 0),
     posture(30, 90, 20),
-    posture(0, 90, 20),
+    posture(0, 90, 20)
 ];

@@ -19,5 +19,5 @@ motion![
     posture(0, 0, 21),
     posture(11, 0, 28),
     posture(21, 0, 30),
-    posture(28, 0, 28),
+    posture(28, 0, 28)
 ];

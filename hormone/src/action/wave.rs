@@ -23,5 +23,5 @@ motion![
     posture(6, 0, 16),
     posture(12, 0, 19),
     posture(16, 0, 20),
-    posture(19, 0, 19),
+    posture(19, 0, 19)
 ];

@@ -8,6 +8,7 @@ mod loss;
 mod orders;
 mod ring;
 mod robot;
+mod shapes;
 mod tree;
 mod walks;
 mod waves;

@@ -12,7 +12,8 @@ use tasks::dock::Dock;
 use crate::robot::{Robot, Segment, hundred_modules};
 use Segment::{Branch, Spine};
 
-fn order(what: What, serial: u8) -> Order {
+/// An order that reaches every module.
+pub fn order(what: What, serial: u8) -> Order {
     Order { what, serial, lifetime: NonZeroU8::MAX }
 }
 

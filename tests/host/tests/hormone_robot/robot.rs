@@ -6,7 +6,7 @@ use hormone::action::{Action, Posture};
 use hormone::controller::{Controller, Response};
 use hormone::data::Data;
 use hormone::event::Event;
-use hormone::gait::Gait;
+use hormone::gait::{Gait, GaitName};
 use hormone::hormone::Hormone;
 use hormone::module_type::ModuleType;
 use hormone::order::{Course, Order};
@@ -273,6 +273,11 @@ impl Robot {
         self.modules[module].wake_at = self.now;
         let response = self.modules[module].controller.order(None, order, now);
         self.follow(module, response);
+    }
+
+    /// The gait that `module` walks by.
+    pub fn gait(&self, module: usize) -> Option<GaitName> {
+        GaitName::from_byte(self.modules[module].controller.status().gait)
     }
 
     /// The course that `module` holds.

@@ -1,0 +1,21 @@
+//! From a ring to a chain: all bend alike, and the elected leader lets go of its neighbour in front.
+//!
+//! Then nobody is in front of it, it is head, and has them walk by the caterpillar.
+
+use super::GaitName::Caterpillar;
+use super::Leader;
+use crate::action::Action::{Curl, Release};
+use crate::data::Data::{A, B};
+use crate::module_type::ModuleType::{Head, Spine};
+use crate::rule::{BACK, received, timer};
+
+crate::gait! {
+    beats: 2,
+    beat: 1000,
+    leader: Leader::Elected,
+    once: Head => Caterpillar,
+    rules: [
+        timer(Spine, A).to(B).perform(Release).send(A, BACK),
+        received(Spine, A).to(B).perform(Curl).send(A, BACK),
+    ],
+}
