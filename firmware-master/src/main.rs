@@ -64,7 +64,7 @@ mod stack {
     pub static SEND_USART1: Stack<208> = Stack::new();
     pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
-    pub static HORMONE: Stack<334> = Stack::new();
+    pub static HORMONE: Stack<336> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
     pub static AC_SEND: Stack<140> = Stack::new();
 }

@@ -18,7 +18,7 @@ use crate::pace::Pace;
 use crate::pacemaker::Pacemaker;
 use crate::rule::{BACK, Rule, Send, Source};
 use crate::status::Status;
-use crate::topology::{NO_NEIGHBOUR, Neighbours, to_bytes};
+use crate::topology::{Neighbours, connected, to_bytes};
 
 const ALL_DOCKS: DockSet = DockSet::of(&Dock::ALL);
 
@@ -64,6 +64,8 @@ struct Part {
 pub struct Controller {
     pacemaker: Pacemaker,
     acting: ModuleType,
+    /// The docks that have a neighbour.
+    connected: DockSet,
     /// Where the rhythm comes from.
     source: Option<Dock>,
     /// Of the last hormone that came.
@@ -83,6 +85,7 @@ impl Controller {
         Controller {
             pacemaker: Pacemaker::new(gait, now),
             acting: ModuleType::Other,
+            connected: DockSet::EMPTY,
             source: None,
             lifetime: None,
             rhythm: seed as u8,
@@ -100,9 +103,10 @@ impl Controller {
         let module_type = ModuleType::of(neighbours);
         self.status.module_type = module_type;
         self.status.neighbours = to_bytes(neighbours);
+        self.connected = connected(neighbours);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
         let response = self.become_type(ModuleType::acting(neighbours), now);
-        if self.is_leader() || !self.source.is_some_and(|dock| self.has_neighbour(dock)) {
+        if self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
             self.source = None;
             self.pacemaker.forget();
         }
@@ -183,7 +187,12 @@ impl Controller {
             None => NOTHING,
         };
         let What::Walk(name) = order.what else { return response };
-        let Some(gait) = self.gait_named(name).filter(|gait| gait.name != self.gait().name) else {
+        if name == self.gait().name {
+            return response;
+        }
+        let Some(gait) = gait_named(name) else {
+            // Others may know it.
+            let _ = self.dropped();
             return response;
         };
         self.status.gait = gait.name;
@@ -299,21 +308,21 @@ impl Controller {
         if self.is_leader() {
             return false;
         }
-        let Some(gait) = self.gait_named(pace.name) else { return false };
-        let is_letter = (pace.data as u8) < gait.beats;
-        if !is_letter || !self.pacemaker.hear(gait, pace, self.source == Some(dock), now) {
+        let same_way = self.source == Some(dock);
+        let is_news = if pace.name == self.gait().name {
+            (pace.data as u8) < self.gait().beats && self.pacemaker.hear(pace, same_way, now)
+        } else {
+            let gait = gait_named(pace.name).filter(|gait| (pace.data as u8) < gait.beats);
+            gait.is_some_and(|gait| self.pacemaker.change(gait, pace, same_way, now))
+        };
+        if !is_news {
             return false;
         }
-        self.status.gait = gait.name;
+        self.status.gait = pace.name;
         self.status.hormone = pace.data as u8;
         self.source = Some(dock);
         self.election.follow(now);
         true
-    }
-
-    fn gait_named(&self, name: u8) -> Option<Gait> {
-        let present = *self.gait();
-        if name == present.name { Some(present) } else { GAITS.iter().find(|gait| gait.name == name) }
     }
 
     /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
@@ -339,7 +348,7 @@ impl Controller {
 
     /// Sends a hormone by those of `docks` that have a neighbour.
     fn send(&self, hormone: Hormone, docks: DockSet) -> Response {
-        let docks = self.connected(docks);
+        let docks = docks.intersection(self.connected);
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
 
@@ -359,20 +368,10 @@ impl Controller {
         docks.remove(self.source?);
         Some(Send { data, docks })
     }
+}
 
-    fn has_neighbour(&self, dock: Dock) -> bool {
-        let neighbour = self.status.neighbours.get(usize::from(dock.index()));
-        neighbour.is_some_and(|&neighbour| neighbour != NO_NEIGHBOUR)
-    }
-
-    /// Those of `docks` that have a neighbour.
-    fn connected(&self, docks: DockSet) -> DockSet {
-        let mut connected = DockSet::EMPTY;
-        for dock in docks.iter().filter(|&dock| self.has_neighbour(dock)) {
-            connected.insert(dock);
-        }
-        connected
-    }
+fn gait_named(name: u8) -> Option<Gait> {
+    GAITS.iter().find(|gait| gait.name == name)
 }
 
 #[cfg(test)]

@@ -103,22 +103,22 @@ impl Pacemaker {
         self.is_following().then(|| patience.saturating_sub(now.wrapping_sub(self.last_at)))
     }
 
-    /// Takes in a hormone. Returns whether it is news: one for a beat that was already, be it made good, is
+    /// Takes in a hormone of this gait. Returns whether it is news: one for a beat that was already, be it made good, is
     /// not, nor one from another leader while the present one beats. `same_way` says that it came by the dock
     /// that the rhythm comes by: then another rhythm is that of a new leader, or of a new place in the robot.
-    pub fn hear(&mut self, gait: Gait, hormone: Pace, same_way: bool, now: u16) -> bool {
+    pub fn hear(&mut self, pace: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
-        let is_same = hormone.rhythm == self.rhythm && self.gait.name == gait.name;
-        if self.is_following() && is_same {
-            if hormone.data == self.last && elapsed < beat - beat / 8 {
+        let is_same = self.is_following() && pace.rhythm == self.rhythm;
+        if is_same {
+            if pace.data == self.last && elapsed < beat - beat / 8 {
                 if self.missed > 0 {
                     self.last_at = self.last_at.wrapping_add(1);
                 }
                 self.missed = 0;
                 return false;
             }
-            let is_next = hormone.data == self.last.later(1, self.gait.beats);
+            let is_next = pace.data == self.last.later(1, self.gait.beats);
             if is_next && elapsed >= beat / 4 && elapsed < beat - beat / 8 {
                 // As far as a step may be shortened. The timer acts when that is over.
                 self.last_at = self.last_at.wrapping_sub(beat / 8);
@@ -127,23 +127,38 @@ impl Pacemaker {
             }
             if is_next && elapsed >= beat / 4 && elapsed < beat + beat / 2 {
                 let due = self.last_at.wrapping_add(beat);
-                self.take(hormone, if elapsed > beat { due.wrapping_add(1) } else { now });
+                self.take(pace, if elapsed > beat { due.wrapping_add(1) } else { now });
                 return true;
             }
         }
-        let is_beating = self.is_following() && self.missed == 0 && elapsed < beat - beat / 8;
-        if is_beating && (is_same || !same_way) {
+        if self.is_beating(now) && (is_same || !same_way) {
             return false;
         }
-        *self = Pacemaker::new(gait, now);
-        self.take(hormone, now);
+        self.take(pace, now);
         true
     }
 
-    fn take(&mut self, hormone: Pace, at: u16) {
-        self.last = hormone.data;
+    /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way while the
+    /// present leader beats.
+    pub fn change(&mut self, gait: Gait, pace: Pace, same_way: bool, now: u16) -> bool {
+        if self.is_beating(now) && !same_way {
+            return false;
+        }
+        self.gait = gait;
+        self.take(pace, now);
+        true
+    }
+
+    /// Whether the hormone of the last beat came, and the next one is not due yet.
+    fn is_beating(&self, now: u16) -> bool {
+        let beat = self.gait.beat.get();
+        self.is_following() && self.missed == 0 && now.wrapping_sub(self.last_at) < beat - beat / 8
+    }
+
+    fn take(&mut self, pace: Pace, at: u16) {
+        self.last = pace.data;
         self.last_at = at;
-        self.rhythm = hormone.rhythm;
+        self.rhythm = pace.rhythm;
         self.missed = 0;
     }
 }

@@ -34,6 +34,17 @@ pub fn to_bytes(neighbours: &Neighbours) -> [u8; 6] {
     neighbours.map(|neighbour| neighbour.map_or(NO_NEIGHBOUR, Dock::index))
 }
 
+/// The docks that have a neighbour.
+pub fn connected(neighbours: &Neighbours) -> DockSet {
+    let mut docks = DockSet::EMPTY;
+    for (index, _) in (0..).zip(neighbours).filter(|(_, neighbour)| neighbour.is_some()) {
+        if let Some(dock) = Dock::from_index(index) {
+            docks.insert(dock);
+        }
+    }
+    docks
+}
+
 /// The inverse of [`to_bytes`], or `None` if `bytes` are not six or one of them is no dock.
 pub fn from_bytes(bytes: &[u8]) -> Option<Neighbours> {
     if bytes.len() != 6 {
@@ -260,6 +271,7 @@ mod tests {
         let neighbours = [Some(Down), None, Some(Front), None, None, Some(Back)];
         assert_eq!(to_bytes(&neighbours), [5, 0xFF, 0, 0xFF, 0xFF, 1]);
         assert_eq!(from_bytes(&to_bytes(&neighbours)), Some(neighbours));
+        assert_eq!(connected(&neighbours), DockSet::of(&[Front, Left, Down]));
         assert_eq!(from_bytes(&[0, 1, 2, 3, 4, 6]), None);
         assert_eq!(from_bytes(&[0; 5]), None);
         assert_eq!(from_bytes(&[0; 7]), None);

@@ -71,14 +71,31 @@ impl DockSet {
         DockSet(self.0 | other.0)
     }
 
+    /// The docks of both sets.
+    pub const fn intersection(self, other: DockSet) -> DockSet {
+        DockSet(self.0 & other.0)
+    }
+
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
     /// The docks of the set, in the order of their indices.
     pub fn iter(self) -> impl Iterator<Item = Dock> {
-        // From the indices, not from `Dock::ALL`: on the AVR a constant array occupies RAM.
-        (0..6).filter_map(Dock::from_index).filter(move |dock| self.contains(*dock))
+        // Bit by bit: the AVR shifts by one place at a time, so `contains` costs more the higher the index.
+        let mut left = self.0;
+        let mut index = 0;
+        core::iter::from_fn(move || {
+            while left != 0 {
+                let dock = if left & 1 != 0 { Dock::from_index(index) } else { None };
+                left >>= 1;
+                index += 1;
+                if dock.is_some() {
+                    return dock;
+                }
+            }
+            None
+        })
     }
 
     const fn bit(dock: Dock) -> u8 {
@@ -112,6 +129,8 @@ mod tests {
             assert_eq!(set.iter().collect::<Vec<_>>(), listed);
             assert_eq!(set.is_empty(), listed.is_empty());
             assert_eq!(set.union(DockSet::EMPTY), set);
+            assert_eq!(set.intersection(DockSet::of(&Dock::ALL)), set);
+            assert_eq!(set.intersection(DockSet::EMPTY), DockSet::EMPTY);
             assert_eq!(set.union(DockSet::of(&Dock::ALL)), DockSet::of(&Dock::ALL));
             for dock in Dock::ALL {
                 assert_eq!(set.contains(dock), listed.contains(&dock));

@@ -297,6 +297,9 @@ fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
     let _ = leg.received(Back, cp(A), 0);
     assert_eq!(leg.received(Back, Hormone::Order(walk), 10).action, Some(Rest));
     assert_eq!(leg.next_due(10), Some(crate::order::HOLDS));
+    let unknown = Order { what: What::Walk(11), serial: 1, ..walk };
+    assert_eq!(leg.received(Back, Hormone::Order(unknown), 20).action, None);
+    assert_eq!((leg.status().gait, leg.status().dropped), (GaitName::FourLegs as u8, 1));
     let mut head = module(&HEAD);
     assert!(head.order(None, walk, 10).send.is_some());
     assert_eq!(head.next_due(10), Some(GaitName::FourLegs.gait().beat.get()));

@@ -14,7 +14,7 @@ fn cp(data: Data) -> Pace {
 
 /// Hears a hormone that comes by the dock of those before.
 fn hear(timer: &mut Pacemaker, hormone: Pace, now: u16) -> bool {
-    timer.hear(GaitName::Centipede.gait(), hormone, true, now)
+    timer.hear(hormone, true, now)
 }
 
 #[test]
@@ -133,16 +133,15 @@ fn a_hormone_out_of_beat_is_taken_up_once_nothing_in_beat_comes() {
 
 #[test]
 fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_another() {
-    let gait = GaitName::Centipede.gait();
     let other = Pace { rhythm: 8, ..cp(A) };
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
-    assert!(!timer.hear(gait, other, false, 100));
-    assert!(!timer.hear(gait, other, false, 400));
-    assert!(timer.hear(gait, other, true, 401));
+    assert!(!timer.hear(other, false, 100));
+    assert!(!timer.hear(other, false, 400));
+    assert!(timer.hear(other, true, 401));
     assert_eq!((timer.rhythm(), timer.last()), (8, (A, 401)));
     assert_eq!(timer.make_good(401 + BEAT + PATIENCE), Some(B));
-    assert!(timer.hear(gait, cp(A), false, 950));
+    assert!(timer.hear(cp(A), false, 950));
 }
 
 #[test]
@@ -150,6 +149,7 @@ fn another_gait_is_another_rhythm() {
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
     let wave = Pace { name: 2, ..cp(B) };
-    assert!(timer.hear(GaitName::Caterpillar.gait(), wave, true, 10));
+    assert!(!timer.change(GaitName::Caterpillar.gait(), wave, false, 10));
+    assert!(timer.change(GaitName::Caterpillar.gait(), wave, true, 10));
     assert_eq!(timer.until_overdue(10), Some(200 + PATIENCE));
 }
