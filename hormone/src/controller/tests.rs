@@ -318,3 +318,12 @@ fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
     assert_eq!(sent(spine.received(Front, roll(Data::C, 1), 800)), None);
     assert_eq!(spine.timer(1212).unwrap().send, None);
 }
+
+#[test]
+fn when_the_neighbour_that_the_rhythm_came_from_is_gone_any_other_is_followed_at_once() {
+    let mut controller = module(&OTHER);
+    assert_eq!(sent(controller.received(Up, cp(A), 0)), by(A, &[Front, Back, Right]));
+    let _ = controller.topology(&[Some(Back), Some(Front), None, Some(Back), None, None], 100);
+    assert_eq!(controller.next_due(100), None);
+    assert_eq!(sent(controller.received(Front, cp(B), 200)), by(B, &[Back, Right]));
+}

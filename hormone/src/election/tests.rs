@@ -93,3 +93,19 @@ fn a_token_does_not_go_round_for_ever() {
     let mut follower = Election::new(1, 0);
     assert_eq!(follower.hear(Token { rank: 5, hops: 255 }, 0), None);
 }
+
+#[test]
+fn a_leader_is_above_all_candidates() {
+    let mut leader = Election::new(9, 0);
+    let own = leader.round(2 * ROUND).unwrap();
+    let _ = leader.hear(own, 2 * ROUND + 6);
+    leader.round(3 * ROUND).unwrap();
+    assert_eq!(leader.hear(Token { rank: !LEADER, hops: 1 }, 3 * ROUND + 1), None);
+    assert_eq!(leader.ring(), Some(1));
+
+    let mut candidate = Election::new(5, 0);
+    candidate.round(2 * ROUND).unwrap();
+    let on = candidate.hear(Token { rank: LEADER, hops: 4 }, 2 * ROUND + 1);
+    assert_eq!(on, Some(Token { rank: LEADER, hops: 5 }));
+    assert_eq!(candidate.round(3 * ROUND + 1), None, "it follows");
+}
