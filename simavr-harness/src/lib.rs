@@ -12,6 +12,7 @@
 //! All time is in cycles of the 16 MHz clock since power-up. What comes out depends on the images,
 //! the wiring and the seed, and on nothing else.
 
+mod behaviour;
 pub mod bench;
 mod bus;
 mod cpu;
@@ -41,5 +42,6 @@ pub use mcu::{Accepted, CLOCK_HZ, Mcu, McuError, NoSuchData, Pin, Reset, State};
 pub use module::{Controller, Images, Module};
 pub use part::{Part, UnknownPart};
 pub use repair::usart::{Character, UsartCounts};
-pub use robot::{Face, Robot, RobotBuilder, RobotError};
+pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
+pub use simulation::{Face, Wiring, WiringError};

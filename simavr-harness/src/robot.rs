@@ -1,5 +1,6 @@
 //! Modules, and how they are attached to each other.
 
+use simulation::{Face, Wiring, WiringError};
 use tasks::dock::Dock;
 use thiserror::Error;
 
@@ -10,17 +11,13 @@ use crate::module::{Controller, Images, Module};
 use crate::random::Random;
 use crate::repair::usart::Character;
 
-/// A dock of a module of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Face {
-    /// The module's index. The robot itself has no such thing.
-    pub module: usize,
-    pub dock: Dock,
-}
-
 /// Modules and the attachments between their docks.
 pub struct Robot {
     pub(crate) members: Vec<Member>,
+    wiring: Wiring,
+    seed: u64,
+    /// Channels made so far.
+    channels: u64,
 }
 
 /// A module and where its docks lead.
@@ -59,12 +56,8 @@ pub struct RobotBuilder {
 /// Why a robot cannot be built so.
 #[derive(Debug, Error)]
 pub enum RobotError {
-    #[error("there is no module {module}: the robot has {modules}, counted from 0")]
-    NoSuchModule { module: usize, modules: usize },
-    #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
-    DockInUse { module: usize, dock: Dock },
-    #[error("the {dock:?} dock of module {module} cannot be attached to itself")]
-    DockToItself { module: usize, dock: Dock },
+    #[error(transparent)]
+    Wiring(#[from] WiringError),
     #[error(transparent)]
     Mcu(#[from] McuError),
 }
@@ -73,6 +66,11 @@ impl RobotBuilder {
     /// A robot of `modules` modules, attached to nothing.
     pub fn new(images: Images, modules: usize) -> Self {
         Self { images, modules, attachments: Vec::new(), seed: 0 }
+    }
+
+    /// A robot whose modules are attached as in `wiring`.
+    pub fn wired(images: Images, wiring: &Wiring) -> Self {
+        Self { attachments: wiring.attachments().collect(), ..Self::new(images, wiring.modules()) }
     }
 
     /// A chain: the Back of each module is attached to the Front of the next.
@@ -104,17 +102,16 @@ impl RobotBuilder {
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
+        let Self { images, modules, attachments, seed } = self;
         let member = |index| {
-            let seed = Random::of_part(self.seed, index as u64).next_u64();
-            let module = Module::new(&self.images, seed)?;
+            let seed = Random::of_part(seed, index as u64).next_u64();
+            let module = Module::new(&images, seed)?;
             Ok(Member { module, ports: Default::default(), events: Vec::new() })
         };
-        let members = (0..self.modules).map(member).collect::<Result<_, RobotError>>()?;
-        let mut robot = Robot { members };
-        for (index, (one, other)) in self.attachments.into_iter().enumerate() {
-            // Apart from the numbers of the modules.
-            let part = u64::MAX - 2 * index as u64;
-            robot.attach(one, other, [part, part - 1].map(|part| Random::of_part(self.seed, part)))?;
+        let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
+        let mut robot = Robot { members, wiring: Wiring::new(modules), seed, channels: 0 };
+        for (one, other) in attachments {
+            robot.attach(one, other)?;
         }
         Ok(robot)
     }
@@ -134,9 +131,46 @@ impl Robot {
         self.members.get_mut(index).map(|member| &mut member.module)
     }
 
-    /// What a dock is attached to: the wiring, which a module's own view has to equal.
+    /// What is attached to what, which a module's own view has to equal.
+    pub fn wiring(&self) -> &Wiring {
+        &self.wiring
+    }
+
+    /// What a dock is attached to.
     pub fn neighbour(&self, face: Face) -> Option<Face> {
-        self.port(face).map(|port| port.peer)
+        self.wiring.peer(face)
+    }
+
+    /// Attaches two docks to each other.
+    ///
+    /// # Errors
+    /// A module is not there, or a dock not free.
+    pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
+        self.wiring.attach(one, other)?;
+        // What is sent by pins is known only at its end, and what is received there begins with an edge: modules can
+        // run apart for the length of a window only if these come late.
+        let ends_on_pins = [one, other].into_iter().filter(|end| Module::is_on_pins(end.dock)).count();
+        let delay = ends_on_pins as u64 * LONGEST_WINDOW;
+        for (from, peer) in [(one, other), (other, one)] {
+            // Apart from the numbers of the modules.
+            let random = Random::of_part(self.seed, u64::MAX - self.channels);
+            self.channels += 1;
+            let port = Port { peer, channel: Channel::new(random), delay };
+            self.members[from.module].ports[index(from.dock)] = Some(port);
+        }
+        Ok(())
+    }
+
+    /// Detaches what is attached at a dock. Characters that have left already still arrive.
+    ///
+    /// # Errors
+    /// The module is not there, or nothing is attached to its dock.
+    pub fn detach(&mut self, face: Face) -> Result<(), WiringError> {
+        let peer = self.wiring.detach(face)?;
+        for face in [face, peer] {
+            self.members[face.module].ports[index(face.dock)] = None;
+        }
+        Ok(())
     }
 
     /// What the link has carried that begins at this dock; `None` if it is attached to nothing.
@@ -170,30 +204,6 @@ impl Robot {
 
     fn port(&self, face: Face) -> Option<&Port> {
         self.members.get(face.module)?.ports[index(face.dock)].as_ref()
-    }
-
-    fn attach(&mut self, one: Face, other: Face, random: [Random; 2]) -> Result<(), RobotError> {
-        let modules = self.members.len();
-        for Face { module, dock } in [one, other] {
-            let member = self.members.get(module);
-            let member = member.ok_or(RobotError::NoSuchModule { module, modules })?;
-            if member.ports[index(dock)].is_some() {
-                return Err(RobotError::DockInUse { module, dock });
-            }
-        }
-        let Face { module, dock } = one;
-        if one == other {
-            return Err(RobotError::DockToItself { module, dock });
-        }
-        // What is sent by pins is known only at its end, and what is received there begins with an edge: modules can
-        // run apart for the length of a window only if these come late.
-        let ends_on_pins = [one, other].into_iter().filter(|end| Module::is_on_pins(end.dock)).count();
-        let delay = ends_on_pins as u64 * LONGEST_WINDOW;
-        for ((from, peer), random) in [(one, other), (other, one)].into_iter().zip(random) {
-            let port = Port { peer, channel: Channel::new(random), delay };
-            self.members[from.module].ports[index(from.dock)] = Some(port);
-        }
-        Ok(())
     }
 }
 

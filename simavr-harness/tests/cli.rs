@@ -40,6 +40,7 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
     is_true(report["mcus"] == 10, "mcus");
     is_true(report["simulated_seconds"] == 3.0, "simulated_seconds");
     is_true(report["wall_seconds"].as_f64().is_some_and(|wall| wall > 0.0), "wall_seconds");
+    is_true(report["wall_ratio"].as_f64().is_some_and(|ratio| ratio > 0.0), "wall_ratio");
     is_true(report["types"] == serde_json::json!({ "Head": 1, "Spine": 3, "Tail": 1 }), "types");
     is_true(report["topology_correct"] == true, "topology_correct");
 
@@ -49,6 +50,15 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
     is_true(report["hormones_delivered"].as_u64() == sent, "hormones_delivered");
     is_true(report["hormones_lost"] == 0, "hormones_lost");
 
+    // A neighbour is found within 150 ms; nobody is lost.
+    is_true(
+        report["discovery_ms_max"].as_f64().is_some_and(|ms| ms > 5.0 && ms <= 150.0),
+        "discovery_ms_max",
+    );
+    is_true(report["loss_notice_ms_max"].is_null(), "loss_notice_ms_max");
+    is_true(report["topology_lapses"] == 0, "topology_lapses");
+    is_true(report["legs"] == 0 && report["gait_violations"] == 0, "gait_violations");
+
     let mean_and_max = |of: &Value, field: &str| {
         let [mean, max] = ["mean", "max"].map(|name| of[name].as_f64().unwrap_or(f64::NAN));
         is_true(mean > 0.0 && mean <= max, field);
@@ -56,6 +66,7 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
     };
     // A frame of 9 bytes takes 2.3 ms.
     is_true(mean_and_max(&report["hop_latency_us"], "hop_latency_us") > 2300.0, "hop_latency_us");
+    is_true(report["hop_over_wire"].as_f64().is_some_and(|times| times > 1.0), "hop_over_wire");
     is_true(mean_and_max(&report["cpu_load"]["master"], "cpu_load.master") < 1.0, "cpu_load.master");
     is_true(mean_and_max(&report["cpu_load"]["slave"], "cpu_load.slave") < 1.0, "cpu_load.slave");
 
@@ -74,6 +85,28 @@ fn the_state_hash_follows_from_the_seed() {
     };
     assert_eq!(hash("1", "1"), hash("1", "2"));
     assert_ne!(hash("1", "1"), hash("2", "1"));
+}
+
+#[test]
+fn frames_are_lost_as_asked_for() {
+    let report = |loss| {
+        let output = run(&["sim", "chain", "--seconds", "3", "--json", "-", "--loss", loss]);
+        (output.status.code(), json(&output))
+    };
+    let (status, lossy) = report("0.2");
+    assert_eq!(lossy["loss"], 0.2);
+    assert!(lossy["link"]["retries"].as_u64().is_some_and(|retries| retries > 0), "{lossy:#}");
+    assert_eq!(status, Some(0), "{lossy:#}");
+    let (status, deaf) = report("1");
+    assert_eq!((status, &deaf["topology_correct"]), (Some(1), &Value::Bool(false)), "{deaf:#}");
+}
+
+#[test]
+fn shapes_have_their_modules() {
+    let output = run(&["sim", "ring", "--seconds", "0.3", "--json", "-"]);
+    let report = json(&output);
+    assert_eq!(report["types"], serde_json::json!({ "Spine": 8 }));
+    assert_eq!(report["topology_correct"], true);
 }
 
 #[test]
@@ -110,12 +143,14 @@ fn what_can_not_be_run_is_refused_with_advice() {
         (["sim", "--seconds", "nan"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--threads", "0"], "give a number of threads from 1 to 256"),
         (["sim", "--seed", "x"], "--seed"),
-        (["sim", "ring", "--json"], "possible values: chain"),
+        (["sim", "--loss", "2"], "give a probability from 0 to 1"),
+        (["sim", "square", "--json"], "possible values: centipede, chain, ring"),
         (["sim", "--colour", "red"], "--help"),
         (["simulate", "chain", "-"], "--help"),
     ] {
         assert_refused(&run(&arguments), advice);
     }
+    assert_refused(&run(&["sim", "six-legs", "--modules", "10"]), "at least 11 modules");
     assert_refused(&run(&[]), "sim");
     let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
     let nowhere = nowhere.to_str().expect("the path is text");

@@ -6,6 +6,7 @@ mod common;
 use common::build_with;
 use simavr_harness::{
     Controller, Engine, Event, Face, Faults, Images, LinkCounts, Pin, Robot, RobotBuilder, RobotError,
+    WiringError,
 };
 use tasks::dock::Dock;
 
@@ -69,11 +70,17 @@ fn an_impossible_wiring_is_refused() {
         RobotBuilder::chain(relay(), 2).attach(one, other).build()
     };
     let result = build(back_of(1), front_of(2));
-    assert!(matches!(result, Err(RobotError::NoSuchModule { module: 2, modules: 2 })));
+    assert!(matches!(result, Err(RobotError::Wiring(WiringError::NoSuchModule { module: 2, modules: 2 }))));
     let result = build(back_of(1), front_of(1));
-    assert!(matches!(result, Err(RobotError::DockInUse { module: 1, dock: Dock::Front })));
+    assert!(matches!(
+        result,
+        Err(RobotError::Wiring(WiringError::DockInUse { module: 1, dock: Dock::Front }))
+    ));
     let result = build(back_of(1), back_of(1));
-    assert!(matches!(result, Err(RobotError::DockToItself { module: 1, dock: Dock::Back })));
+    assert!(matches!(
+        result,
+        Err(RobotError::Wiring(WiringError::DockToItself { module: 1, dock: Dock::Back }))
+    ));
     assert!(build(back_of(1), front_of(0)).is_ok(), "a ring");
 }
 

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use simulation::Shape;
 
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed with.
 #[derive(Parser)]
@@ -25,15 +26,19 @@ pub enum Command {
 pub struct Sim {
     /// How the modules are joined.
     #[arg(default_value = "chain")]
-    pub shape: Shape,
+    pub shape: ShapeName,
 
-    /// How many modules the robot has.
-    #[arg(long, default_value = "5", value_parser = modules)]
-    pub modules: usize,
+    /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 8, four-legs 8, six-legs 11, cross 9.
+    #[arg(long, value_parser = modules)]
+    pub modules: Option<usize>,
 
     /// How long to run, in simulated seconds.
-    #[arg(long, default_value = "5", value_parser = seconds)]
+    #[arg(long, default_value = "20", value_parser = seconds)]
     pub seconds: f64,
+
+    /// Probability that a frame is lost on its way between two modules, each way.
+    #[arg(long, default_value = "0", value_name = "P", value_parser = probability)]
+    pub loss: f64,
 
     /// What chance there is (SRAM at power-up, noise) follows from this number alone.
     #[arg(long, default_value = "1")]
@@ -71,10 +76,34 @@ pub struct Bench {
     pub images: PathBuf,
 }
 
+/// The name of a shape.
 #[derive(Clone, Copy, ValueEnum)]
-pub enum Shape {
+pub enum ShapeName {
+    /// A head, branches with two legs each, spines, a tail. Of 100 modules 24 are branches, and 26 spines.
+    Centipede,
     /// A line of modules, the Back of each at the Front of the next.
     Chain,
+    /// A chain whose ends are joined.
+    Ring,
+    /// A centipede of two branches.
+    FourLegs,
+    /// A centipede of three branches.
+    SixLegs,
+    /// A module with a chain at its Front, Back, Left and Right.
+    Cross,
+}
+
+impl ShapeName {
+    pub fn shape(self) -> Shape {
+        match self {
+            ShapeName::Centipede => Shape::Centipede,
+            ShapeName::Chain => Shape::Chain,
+            ShapeName::Ring => Shape::Ring,
+            ShapeName::FourLegs => Shape::FourLegs,
+            ShapeName::SixLegs => Shape::SixLegs,
+            ShapeName::Cross => Shape::Cross,
+        }
+    }
 }
 
 fn cores() -> usize {
@@ -99,5 +128,12 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
         _ => Err("give a time from 0.001 to 86400 seconds".into()),
+    }
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(probability),
+        _ => Err("give a probability from 0 to 1".into()),
     }
 }

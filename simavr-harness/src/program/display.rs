@@ -3,10 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
-use simavr_harness::{CLOCK_HZ, Robot};
-
-use super::observer::Observer;
-use super::view;
+use simulation::{CLOCK_HZ, Observer, Robot};
 
 /// The most modules that get a line each; of a longer robot the first are shown.
 const LINES: usize = 20;
@@ -29,25 +26,25 @@ impl Display {
 
     pub fn show(
         &mut self,
-        robot: &Robot,
+        robot: &impl Robot,
         observer: &Observer,
-        now: u64,
         end: u64,
         wall: Duration,
     ) -> io::Result<()> {
         if !self.is_on {
             return Ok(());
         }
+        let now = robot.now();
         let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
         let progress = format!(
             "{:7.2} of {:.2} s simulated in {:.1} s, {} hormones delivered",
             seconds(now),
             seconds(end),
             wall.as_secs_f64(),
-            observer.delivered
+            observer.hops.delivered
         );
         if self.is_terminal {
-            self.draw(robot, observer, &progress)
+            self.draw(robot, &progress)
         } else if seconds(now) >= self.next_progress || now == end {
             self.next_progress = seconds(now) + PROGRESS;
             writeln!(io::stderr(), "{progress}")
@@ -61,20 +58,21 @@ impl Display {
         self.lines = 0;
     }
 
-    fn draw(&mut self, robot: &Robot, observer: &Observer, progress: &str) -> io::Result<()> {
+    fn draw(&mut self, robot: &impl Robot, progress: &str) -> io::Result<()> {
         let mut picture = String::new();
         if self.lines > 0 {
             picture += &format!("\x1b[{}A", self.lines); // back to the first line
         }
         picture +=
             &format!("{progress}\x1b[K\n module  type      hormone  action    topology changes\x1b[K\n");
-        let shown = robot.modules().min(LINES);
+        let modules = robot.wiring().modules();
+        let shown = modules.min(LINES);
         for module in 0..shown {
-            picture += &line(robot, observer, module);
+            picture += &line(robot, module);
         }
         self.lines = shown + 2;
-        if shown < robot.modules() {
-            picture += &format!("    ... {} more\x1b[K\n", robot.modules() - shown);
+        if shown < modules {
+            picture += &format!("    ... {} more\x1b[K\n", modules - shown);
             self.lines += 1;
         }
         let mut stderr = io::stderr().lock();
@@ -83,16 +81,16 @@ impl Display {
     }
 }
 
-fn line(robot: &Robot, observer: &Observer, module: usize) -> String {
-    let Some(status) = view::status(robot, module) else {
+fn line(robot: &impl Robot, module: usize) -> String {
+    let Some(status) = robot.status(module) else {
         return format!("{module:7}  (starting)\x1b[K\n");
     };
     let hormone = status.hormone().map_or("-".into(), |data| format!("{data:?}"));
-    let mark = if view::is_right(robot, module) { ' ' } else { '?' };
+    let mark = if robot.is_right(module) { ' ' } else { '?' };
     format!(
         "{module:7}{mark} {:9} {hormone:8} {:9} {}\x1b[K\n",
         format!("{:?}", status.module_type),
         format!("{:?}", status.action),
-        observer.topology_changes(module)
+        status.topology_changes
     )
 }

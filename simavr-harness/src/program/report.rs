@@ -1,15 +1,18 @@
-//! How the robot did, for people and as JSON.
+//! How the robot did.
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fmt;
 use std::time::Duration;
 
 use serde::Serialize;
-use simavr_harness::{CLOCK_HZ, Controller, Robot};
+use simavr_harness::{Controller, Engine, Robot};
+use simulation::{CLOCK_HZ, MILLISECOND, Observer, Robot as _};
 
-use super::observer::Observer;
+use super::arguments::Sim;
 use super::view;
+
+/// Of the modules that do not know what they are, so many are named.
+const MISTAKEN_NAMED: usize = 5;
 
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
@@ -18,6 +21,11 @@ pub struct Report {
     pub mcus: usize,
     pub simulated_seconds: f64,
     pub wall_seconds: f64,
+    /// Wall time over simulated time.
+    pub wall_ratio: f64,
+    pub seed: u64,
+    /// Probability that a frame is lost, each way.
+    pub loss: f64,
     /// How many modules have found themselves to be of each type.
     pub types: BTreeMap<String, usize>,
     /// Every module's own view of its neighbours and its type equals the wiring.
@@ -29,6 +37,21 @@ pub struct Report {
     /// Hormones that came to a module with the same data as the one before, where A and B alternate.
     pub hormones_out_of_turn: u64,
     pub hop_latency_us: Option<Latency>,
+    /// The mean hop latency over the mean of the limits set by the wires.
+    pub hop_over_wire: Option<f64>,
+    /// The longest that a module took to find a neighbour.
+    pub discovery_ms_max: Option<f64>,
+    /// The longest that a module took to notice that a neighbour was gone.
+    pub loss_notice_ms_max: Option<f64>,
+    /// How often modules gave up or found again a neighbour that was there all the time.
+    pub topology_lapses: u64,
+    pub legs: usize,
+    /// What a leg did wrong outside of the time that it has to recover.
+    pub gait_violations: u64,
+    /// The most that the legs of a branch started apart.
+    pub leg_skew_us_max: Option<f64>,
+    /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in Periods.
+    pub recovery_periods_max: Option<f64>,
     pub cpu_load: CpuLoad,
     pub link: Link,
     pub bridge: Bridge,
@@ -79,42 +102,60 @@ pub struct Bridge {
 }
 
 impl Report {
-    pub fn new(robot: &Robot, observer: &Observer, end: u64, wall: Duration) -> Result<Self, Box<dyn Error>> {
+    pub fn new(
+        options: &Sim,
+        engine: &Engine,
+        observer: &Observer,
+        wall: Duration,
+    ) -> Result<Self, Box<dyn Error>> {
+        let robot = engine.robot();
         let modules = robot.modules();
         let mut types = BTreeMap::new();
         for module in 0..modules {
-            let status = view::status(robot, module)
+            let status = engine
+                .status(module)
                 .ok_or("the master's image has no readable MODULE_STATUS: build both with `./x build`")?;
             *types.entry(format!("{:?}", status.module_type)).or_default() += 1;
         }
+        let simulated_seconds = engine.cycle() as f64 / f64::from(CLOCK_HZ);
+        let wall_seconds = wall.as_secs_f64();
+        let Observer { hops, discovery, gait } = observer;
+        let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
+        let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let mut report = Report {
             modules,
             mcus: 2 * modules,
-            simulated_seconds: end as f64 / f64::from(CLOCK_HZ),
-            wall_seconds: wall.as_secs_f64(),
+            simulated_seconds,
+            wall_seconds,
+            wall_ratio: wall_seconds / simulated_seconds,
+            seed: options.seed,
+            loss: options.loss,
             types,
-            topology_correct: (0..modules).all(|module| view::is_right(robot, module)),
-            hormones_sent: observer.sent,
-            hormones_delivered: observer.delivered,
-            hormones_lost: observer.lost(),
-            hormones_out_of_turn: observer.out_of_turn,
-            hop_latency_us: observer.hop_latency_us().map(|(mean, max)| Latency { mean, max }),
+            topology_correct: (0..modules).all(|module| engine.is_right(module)),
+            hormones_sent: hops.sent,
+            hormones_delivered: hops.delivered,
+            hormones_lost: hops.lost(),
+            hormones_out_of_turn: hops.out_of_turn,
+            hop_latency_us: hops.latency().map(|(mean, max)| Latency { mean: us(mean), max: us(max as f64) }),
+            hop_over_wire: hops.latency_over_wire(),
+            discovery_ms_max: discovery.found_after.map(ms),
+            loss_notice_ms_max: discovery.lost_after.map(ms),
+            topology_lapses: discovery.lapses,
+            legs: gait.legs(),
+            gait_violations: gait.violations,
+            leg_skew_us_max: gait.skew_max.map(|cycles| us(cycles as f64)),
+            recovery_periods_max: gait.recovery_periods(),
             cpu_load: CpuLoad {
                 master: load(robot, Controller::Master),
                 slave: load(robot, Controller::Slave),
             },
             link: links(robot),
             bridge: bridges(robot),
-            state_hash: format!("{:016x}", robot.state_hash()),
+            state_hash: format!("{:016x}", engine.state_hash()),
             faults: Vec::new(),
         };
-        report.faults = report.find_faults(robot);
+        report.faults = report.find_faults(engine);
         Ok(report)
-    }
-
-    /// Whether the robot did as it should.
-    pub fn is_right(&self) -> bool {
-        self.faults.is_empty()
     }
 
     /// What it did not do as it should, a line each.
@@ -122,24 +163,31 @@ impl Report {
         &self.faults
     }
 
-    fn find_faults(&self, robot: &Robot) -> Vec<String> {
+    fn find_faults(&self, engine: &Engine) -> Vec<String> {
         let mut faults = Vec::new();
-        for (module, controller, reason) in robot.crashes() {
+        for (module, controller, reason) in engine.robot().crashes() {
             faults.push(format!("module {module}: the {controller:?} MCU crashed: {reason}"));
         }
-        for module in (0..self.modules).filter(|&module| !view::is_right(robot, module)) {
-            let wiring = view::wiring(robot, module);
-            let seen = view::status(robot, module)
-                .and_then(|status| Some((status.module_type, status.neighbours()?)));
+        let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !engine.is_right(module)).collect();
+        for &module in mistaken.iter().take(MISTAKEN_NAMED) {
+            let wiring = engine.wiring().neighbours(module);
+            let seen = engine.status(module).map(|status| (status.module_type, status.neighbours()));
             faults.push(format!("module {module} is wired {wiring:?}, but sees {seen:?}"));
+        }
+        if let more @ 1.. = mistaken.len().saturating_sub(MISTAKEN_NAMED) {
+            faults.push(format!("{more} more modules are not what they are wired to be"));
         }
         if self.hormones_delivered == 0 {
             faults.push("no hormone was delivered: run longer, or look at the types".into());
         }
-        if self.hormones_lost > 0 {
+        if self.gait_violations > 0 {
+            faults.push(format!("the gait was wrong {} times", self.gait_violations));
+        }
+        // With frames lost hormones may be given up; what the legs made of it is counted above.
+        if self.loss == 0.0 && self.hormones_lost > 0 {
             faults.push(format!("{} hormones were lost", self.hormones_lost));
         }
-        if self.hormones_out_of_turn > 0 {
+        if self.loss == 0.0 && self.hormones_out_of_turn > 0 {
             faults.push(format!("{} hormones repeated the one before", self.hormones_out_of_turn));
         }
         faults
@@ -188,46 +236,4 @@ fn mcus(robot: &Robot) -> impl Iterator<Item = &simavr_harness::Mcu> {
     (0..robot.modules())
         .filter_map(|module| robot.module(module))
         .flat_map(|module| [Controller::Master, Controller::Slave].map(|controller| module.mcu(controller)))
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Report { modules, mcus, simulated_seconds, wall_seconds, .. } = self;
-        let types: Vec<String> = self.types.iter().map(|(name, number)| format!("{number} {name}")).collect();
-        let topology = if self.topology_correct { "as wired" } else { "NOT as wired" };
-        writeln!(
-            f,
-            "{modules} modules, {mcus} MCUs: {simulated_seconds} s simulated in {wall_seconds:.2} s"
-        )?;
-        writeln!(f, "types      {} ({topology})", types.join(", "))?;
-        writeln!(
-            f,
-            "hormones   {} sent, {} delivered, {} lost, {} out of turn",
-            self.hormones_sent, self.hormones_delivered, self.hormones_lost, self.hormones_out_of_turn
-        )?;
-        if let Some(Latency { mean, max }) = self.hop_latency_us {
-            writeln!(f, "hop        {mean:.0} us mean, {max:.0} us at most")?;
-        }
-        writeln!(
-            f,
-            "CPU awake  master {:.1} % (at most {:.1} %), slave {:.1} % (at most {:.1} %)",
-            100.0 * self.cpu_load.master.mean,
-            100.0 * self.cpu_load.master.max,
-            100.0 * self.cpu_load.slave.mean,
-            100.0 * self.cpu_load.slave.max
-        )?;
-        let Link { frames, retries, errors, gave_up, no_buffer } = self.link;
-        writeln!(
-            f,
-            "links      {frames} frames, {retries} repeated, {errors} errors, {gave_up} messages given up, \
-             {no_buffer} without a buffer"
-        )?;
-        let Bridge { messages, retries, errors, gave_up, no_buffer } = self.bridge;
-        writeln!(
-            f,
-            "bridges    {messages} messages, {retries} repeated, {errors} errors, {gave_up} given up, \
-             {no_buffer} without a buffer"
-        )?;
-        writeln!(f, "state hash {}", self.state_hash)
-    }
 }

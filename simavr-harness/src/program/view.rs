@@ -1,34 +1,14 @@
-//! What a module itself says of itself, read out of its RAM by name, as a debugger would.
+//! What an MCU counts, read out of its RAM by name, as a debugger would.
 
-use hormone::module_type::ModuleType;
-use hormone::status::Status;
-use hormone::topology::Neighbours;
-use simavr_harness::{Controller, Face, Mcu, Robot};
+use simavr_harness::Mcu;
 use tasks::bridge::protocol::BridgeCounters;
-use tasks::dock::Dock;
 use tasks::link::counters::LinkCounters;
 
 /// The docks' links on either MCU, by symbol.
-const LINKS: [&str; 2] = ["LINK_USART0", "LINK_USART1"];
+const LINKS: [&str; 3] = ["LINK_USART0", "LINK_USART1", LINK_ON_PINS];
 
-/// A module's view of itself. `None` where the image lacks the symbol or its RAM holds no such value.
-pub fn status(robot: &Robot, module: usize) -> Option<Status> {
-    let bytes = robot.module(module)?.mcu(Controller::Master).read_symbol("MODULE_STATUS").ok()?;
-    Status::from_bytes(bytes.first_chunk()?)
-}
-
-/// The neighbours that the wiring gives a module.
-pub fn wiring(robot: &Robot, module: usize) -> Neighbours {
-    Dock::ALL.map(|dock| robot.neighbour(Face { module, dock }).map(|face| face.dock))
-}
-
-/// Whether a module sees its neighbours, and its own type, as they are.
-pub fn is_right(robot: &Robot, module: usize) -> bool {
-    let wiring = wiring(robot, module);
-    status(robot, module).is_some_and(|status| {
-        status.neighbours() == Some(wiring) && status.module_type == ModuleType::of(&wiring)
-    })
-}
+/// The link of a dock whose serial port is made of pins.
+pub const LINK_ON_PINS: &str = "LINK_SOFT_UART";
 
 /// The counts of all links of an MCU.
 pub fn links(mcu: &Mcu) -> impl Iterator<Item = LinkCounters> + '_ {

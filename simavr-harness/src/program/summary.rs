@@ -1,0 +1,67 @@
+//! The report for people.
+
+use std::fmt;
+
+use super::report::{Bridge, Latency, Link, Report};
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Report { modules, mcus, simulated_seconds, wall_seconds, .. } = self;
+        let or_none =
+            |value: Option<f64>, unit: &str| value.map_or("-".into(), |value| format!("{value:.0} {unit}"));
+        let types: Vec<String> = self.types.iter().map(|(name, number)| format!("{number} {name}")).collect();
+        let topology = if self.topology_correct { "as wired" } else { "NOT as wired" };
+        writeln!(
+            f,
+            "{modules} modules, {mcus} MCUs: {simulated_seconds} s simulated in {wall_seconds:.2} s"
+        )?;
+        writeln!(f, "types      {} ({topology})", types.join(", "))?;
+        writeln!(
+            f,
+            "discovery  {} at most, {} lapses",
+            or_none(self.discovery_ms_max, "ms"),
+            self.topology_lapses
+        )?;
+        if self.legs > 0 {
+            writeln!(
+                f,
+                "gait       {} legs, {} violations; left and right start {} apart at most",
+                self.legs,
+                self.gait_violations,
+                or_none(self.leg_skew_us_max, "us")
+            )?;
+        }
+        writeln!(
+            f,
+            "hormones   {} sent, {} delivered, {} lost, {} out of turn",
+            self.hormones_sent, self.hormones_delivered, self.hormones_lost, self.hormones_out_of_turn
+        )?;
+        if let (Some(Latency { mean, max }), Some(over_wire)) = (&self.hop_latency_us, self.hop_over_wire) {
+            writeln!(
+                f,
+                "hop        {mean:.0} us mean, {over_wire:.2} times the wires' limit; {max:.0} us at most"
+            )?;
+        }
+        writeln!(
+            f,
+            "CPU awake  master {:.1} % (at most {:.1} %), slave {:.1} % (at most {:.1} %)",
+            100.0 * self.cpu_load.master.mean,
+            100.0 * self.cpu_load.master.max,
+            100.0 * self.cpu_load.slave.mean,
+            100.0 * self.cpu_load.slave.max
+        )?;
+        let Link { frames, retries, errors, gave_up, no_buffer } = self.link;
+        writeln!(
+            f,
+            "links      {frames} frames, {retries} repeated, {errors} errors, {gave_up} messages given up, \
+             {no_buffer} without a buffer"
+        )?;
+        let Bridge { messages, retries, errors, gave_up, no_buffer } = self.bridge;
+        writeln!(
+            f,
+            "bridges    {messages} messages, {retries} repeated, {errors} errors, {gave_up} given up, \
+             {no_buffer} without a buffer"
+        )?;
+        writeln!(f, "state hash {}", self.state_hash)
+    }
+}

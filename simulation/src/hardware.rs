@@ -1,0 +1,41 @@
+//! The robot's clock and wires, as the board description (`board/src/superbot.rs`) has them.
+
+use hormone::hormone::{Data, Hormone};
+use hormone::pace::Pace;
+use tasks::dock::{Dock, DockSet};
+
+/// The clock of every MCU, in Hz.
+pub const CLOCK_HZ: u32 = 16_000_000;
+
+/// Cycles of a millisecond.
+pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
+
+/// The rate of the links between docks, in bit/s.
+const BAUD: u64 = 38_400;
+
+/// Bits of a character: start, eight of data, stop.
+const CHARACTER_BITS: u64 = 10;
+
+/// The clock of the two-wire bus inside a module, in Hz.
+const I2C_HZ: u64 = 400_000;
+
+/// The docks of the slave MCU. All behaviours run on the master.
+const SLAVE_DOCKS: DockSet = DockSet::of(&[Dock::Back, Dock::Up, Dock::Down]);
+
+/// Whether what passes a dock crosses the two-wire bus on its way from or to a behaviour.
+pub fn is_on_slave(dock: Dock) -> bool {
+    SLAVE_DOCKS.contains(dock)
+}
+
+/// The least time, in cycles, that a hormone can take from one module to the next between these docks: that of its
+/// frame, and of a transfer in each module where it crosses the bus.
+pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
+    let pace = Pace { name: 1, data: Data::A, rhythm: 0, lifetime: None };
+    let payload = Hormone::Pace(pace).to_payload().bytes().len() as u64;
+    // Control, epoch, address and CRC-16 beside the payload, and two bytes of COBS.
+    let frame = (payload + 7) * CHARACTER_BITS * u64::from(CLOCK_HZ) / BAUD;
+    // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and STOP.
+    let transfer = (2 + 9 * (payload + 5)) * u64::from(CLOCK_HZ) / I2C_HZ;
+    let transfers = [from, to].into_iter().filter(|dock| is_on_slave(*dock)).count();
+    frame + transfers as u64 * transfer
+}

@@ -1,0 +1,40 @@
+//! All observers of a robot at once.
+
+use crate::discovery::Discovery;
+use crate::gait::Gait;
+use crate::hardware::MILLISECOND;
+use crate::hops::Hops;
+use crate::robot::Robot;
+
+/// Follows a robot as it runs.
+pub struct Observer {
+    pub hops: Hops,
+    pub discovery: Discovery,
+    pub gait: Gait,
+}
+
+impl Observer {
+    /// The longest that a robot may run between two looks, in cycles: 20 ms.
+    pub const STEP: u64 = 20 * MILLISECOND;
+
+    /// A robot at power-up. `period` is that of its gait, in cycles.
+    pub fn new(robot: &impl Robot, period: u64) -> Self {
+        let wiring = robot.wiring();
+        Observer {
+            hops: Hops::new(wiring.modules()),
+            discovery: Discovery::new(wiring),
+            gait: Gait::new(wiring, period),
+        }
+    }
+
+    /// Looks at what the robot has done since the last call.
+    pub fn look(&mut self, robot: &mut impl Robot) {
+        for deed in robot.take_deeds() {
+            self.hops.take(&deed, robot.wiring());
+            self.discovery.take(&deed);
+            self.gait.take(&deed);
+        }
+        self.discovery.look(robot);
+        self.gait.look(robot);
+    }
+}

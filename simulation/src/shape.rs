@@ -1,0 +1,186 @@
+//! Wirings by name, one for each gait of the paper.
+
+use tasks::dock::Dock::{self, Back, Front, Left, Right};
+use thiserror::Error;
+
+use crate::wiring::{Face, Wiring};
+
+/// How modules are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// A head, branches with two legs each, spines, a tail (paper, section 7): for N modules (N - 2) / 4 branches, each
+    /// followed by a spine, and the spines that are left before the tail. 100 modules have 24 branches and 26 spines.
+    Centipede,
+    /// A line, the Back of each module at the Front of the next: a caterpillar or a snake.
+    Chain,
+    /// A chain whose last Back is at the first Front: a rolling track.
+    Ring,
+    /// A centipede of two branches; modules more than 8 are spines before the tail.
+    FourLegs,
+    /// A centipede of three branches; modules more than 11 are spines before the tail.
+    SixLegs,
+    /// A module with a chain at each of its Front, Back, Left and Right, as even as can be, the Back of each arm's modules
+    /// towards the middle but for the one at Back: the butterfly stroke.
+    Cross,
+}
+
+/// A shape needs more modules.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("a robot of this shape has at least {least} modules; give more with --modules")]
+pub struct TooFewModules {
+    pub least: usize,
+}
+
+impl Shape {
+    /// How many modules it has if nobody says.
+    pub fn usual_modules(self) -> usize {
+        match self {
+            Shape::Centipede => 100,
+            Shape::Chain => 5,
+            Shape::Ring => 8,
+            Shape::FourLegs => 8,
+            Shape::SixLegs => 11,
+            Shape::Cross => 9,
+        }
+    }
+
+    fn least_modules(self) -> usize {
+        match self {
+            Shape::Centipede | Shape::Chain => 1,
+            Shape::Ring => 2,
+            Shape::FourLegs => 8,
+            Shape::SixLegs => 11,
+            Shape::Cross => 5,
+        }
+    }
+
+    /// The wiring of so many modules. Indices run from head to tail, each branch followed by its left and its right leg.
+    ///
+    /// # Errors
+    /// The shape needs more modules.
+    pub fn wiring(self, modules: usize) -> Result<Wiring, TooFewModules> {
+        let least = self.least_modules();
+        if modules < least {
+            return Err(TooFewModules { least });
+        }
+        Ok(match self {
+            Shape::Centipede => centipede(modules, modules.saturating_sub(2) / 4),
+            Shape::FourLegs => centipede(modules, 2),
+            Shape::SixLegs => centipede(modules, 3),
+            Shape::Chain => centipede(modules, 0),
+            Shape::Ring => ring(modules),
+            Shape::Cross => cross(modules),
+        })
+    }
+}
+
+/// Attaches docks that are free by construction.
+struct Builder(Wiring);
+
+impl Builder {
+    fn attach(&mut self, one: (usize, Dock), other: (usize, Dock)) {
+        let [one, other] = [one, other].map(|(module, dock)| Face { module, dock });
+        let attached = self.0.attach(one, other);
+        debug_assert!(attached.is_ok(), "{one:?} to {other:?}: {attached:?}");
+    }
+}
+
+/// A head, so many branches with their legs and a spine behind each, as far as there are modules for spines, then the
+/// other spines and a tail.
+fn centipede(modules: usize, branches: usize) -> Wiring {
+    let mut builder = Builder(Wiring::new(modules));
+    let mut spines = modules.saturating_sub(2 + 3 * branches);
+    let (mut last, mut next) = (0, 1);
+    for _ in 0..branches {
+        builder.attach((last, Back), (next, Front));
+        builder.attach((next, Left), (next + 1, Back));
+        builder.attach((next, Right), (next + 2, Back));
+        (last, next) = (next, next + 3);
+        if spines > 0 {
+            builder.attach((last, Back), (next, Front));
+            (last, next, spines) = (next, next + 1, spines - 1);
+        }
+    }
+    for module in next..modules {
+        builder.attach((last, Back), (module, Front));
+        last = module;
+    }
+    builder.0
+}
+
+fn ring(modules: usize) -> Wiring {
+    let mut builder = Builder(centipede(modules, 0));
+    builder.attach((modules - 1, Back), (0, Front));
+    builder.0
+}
+
+fn cross(modules: usize) -> Wiring {
+    let mut builder = Builder(Wiring::new(modules));
+    let ends = [(Front, Back, Front), (Back, Front, Back), (Left, Back, Front), (Right, Back, Front)];
+    let mut tips = ends.map(|(at_centre, ..)| (0, at_centre));
+    for module in 1..modules {
+        let arm = (module - 1) % ends.len();
+        let (_, inner, outer) = ends[arm];
+        builder.attach(tips[arm], (module, inner));
+        tips[arm] = (module, outer);
+    }
+    builder.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hormone::module_type::ModuleType;
+
+    fn count(wiring: &Wiring, wanted: ModuleType) -> usize {
+        (0..wiring.modules()).filter(|&module| wiring.module_type(module) == wanted).count()
+    }
+
+    #[test]
+    fn a_centipede_of_100_is_the_papers() {
+        use ModuleType::{Branch, Head, LeftLeg, Other, RightLeg, Spine, Tail};
+        let wiring = Shape::Centipede.wiring(100).unwrap();
+        let counts = [Head, Branch, LeftLeg, RightLeg, Spine, Tail, Other].map(|of| count(&wiring, of));
+        assert_eq!(counts, [1, 24, 24, 24, 26, 1, 0]);
+        assert_eq!(wiring.attachments().count(), 99);
+    }
+
+    #[test]
+    fn every_centipede_is_whole_and_has_as_many_branches_as_promised() {
+        for modules in 2..=300 {
+            let wiring = Shape::Centipede.wiring(modules).unwrap();
+            assert_eq!(wiring.modules(), modules);
+            assert_eq!(wiring.attachments().count(), modules - 1, "a tree of {modules}");
+            assert_eq!(count(&wiring, ModuleType::Branch), (modules - 2) / 4, "{modules}");
+            assert_eq!(count(&wiring, ModuleType::Other), 0);
+        }
+    }
+
+    #[test]
+    fn a_module_alone_is_a_chain() {
+        assert_eq!(Shape::Chain.wiring(1).unwrap(), Wiring::new(1));
+    }
+
+    #[test]
+    fn legged_robots_have_their_legs() {
+        for (shape, branches) in [(Shape::FourLegs, 2), (Shape::SixLegs, 3)] {
+            for more in 0..5 {
+                let wiring = shape.wiring(shape.usual_modules() + more).unwrap();
+                assert_eq!(count(&wiring, ModuleType::LeftLeg), branches);
+                assert_eq!(count(&wiring, ModuleType::RightLeg), branches);
+                assert_eq!(count(&wiring, ModuleType::Other), 0);
+            }
+        }
+        assert_eq!(Shape::SixLegs.wiring(10), Err(TooFewModules { least: 11 }));
+    }
+
+    #[test]
+    fn a_ring_has_no_end_and_a_cross_four() {
+        let ring = Shape::Ring.wiring(6).unwrap();
+        assert_eq!(count(&ring, ModuleType::Spine), 6);
+        let cross = Shape::Cross.wiring(10).unwrap();
+        let ends = (0..10).filter(|&module| cross.neighbours(module).iter().flatten().count() == 1);
+        assert_eq!(ends.count(), 4);
+        assert_eq!(cross.neighbours(0), [Some(Back), Some(Front), Some(Back), Some(Back), None, None]);
+    }
+}

@@ -1,0 +1,108 @@
+//! Which dock of which module is attached to which.
+
+use hormone::module_type::ModuleType;
+use hormone::topology::Neighbours;
+use tasks::dock::Dock;
+use thiserror::Error;
+
+/// A dock of a module of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Face {
+    /// The module's index. The robot itself has no such thing.
+    pub module: usize,
+    pub dock: Dock,
+}
+
+/// Modules, and the attachments between their docks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wiring {
+    /// By module, in the order of [`Dock::ALL`], what is attached there.
+    peers: Vec<[Option<Face>; 6]>,
+}
+
+/// Why docks can't be attached, or detached.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum WiringError {
+    #[error("there is no module {module}: the robot has {modules}, counted from 0")]
+    NoSuchModule { module: usize, modules: usize },
+    #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
+    DockInUse { module: usize, dock: Dock },
+    #[error("the {dock:?} dock of module {module} cannot be attached to itself")]
+    DockToItself { module: usize, dock: Dock },
+    #[error("nothing is attached to the {dock:?} dock of module {module}")]
+    NotAttached { module: usize, dock: Dock },
+}
+
+impl Wiring {
+    /// So many modules, attached to nothing.
+    pub fn new(modules: usize) -> Self {
+        Self { peers: vec![[None; 6]; modules] }
+    }
+
+    pub fn modules(&self) -> usize {
+        self.peers.len()
+    }
+
+    /// Attaches two docks to each other.
+    ///
+    /// # Errors
+    /// A module is not there, or a dock not free.
+    pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
+        for face in [one, other] {
+            let Face { module, dock } = face;
+            if self.peer_mut(face)?.is_some() {
+                return Err(WiringError::DockInUse { module, dock });
+            }
+        }
+        if one == other {
+            return Err(WiringError::DockToItself { module: one.module, dock: one.dock });
+        }
+        *self.peer_mut(one)? = Some(other);
+        *self.peer_mut(other)? = Some(one);
+        Ok(())
+    }
+
+    /// Detaches what is attached at a dock; returns what that was.
+    ///
+    /// # Errors
+    /// The module is not there, or nothing at its dock.
+    pub fn detach(&mut self, face: Face) -> Result<Face, WiringError> {
+        let Face { module, dock } = face;
+        let peer = self.peer_mut(face)?.take().ok_or(WiringError::NotAttached { module, dock })?;
+        *self.peer_mut(peer)? = None;
+        Ok(peer)
+    }
+
+    /// What is attached to a dock.
+    pub fn peer(&self, face: Face) -> Option<Face> {
+        self.peers.get(face.module)?[usize::from(face.dock.index())]
+    }
+
+    /// By dock, which dock of a neighbour is attached there: what the module has to find out.
+    pub fn neighbours(&self, module: usize) -> Neighbours {
+        Dock::ALL.map(|dock| self.peer(Face { module, dock }).map(|peer| peer.dock))
+    }
+
+    /// The type that a module has to find itself to be.
+    pub fn module_type(&self, module: usize) -> ModuleType {
+        ModuleType::of(&self.neighbours(module))
+    }
+
+    /// All faces that are attached to another.
+    pub fn attached(&self) -> impl Iterator<Item = Face> {
+        let faces = (0..self.modules()).flat_map(|module| Dock::ALL.map(|dock| Face { module, dock }));
+        faces.filter(|&face| self.peer(face).is_some())
+    }
+
+    /// All attachments, each once.
+    pub fn attachments(&self) -> impl Iterator<Item = (Face, Face)> {
+        let pairs = self.attached().filter_map(|face| Some((face, self.peer(face)?)));
+        pairs.filter(|(one, other)| (one.module, one.dock.index()) < (other.module, other.dock.index()))
+    }
+
+    fn peer_mut(&mut self, Face { module, dock }: Face) -> Result<&mut Option<Face>, WiringError> {
+        let modules = self.modules();
+        let peers = self.peers.get_mut(module).ok_or(WiringError::NoSuchModule { module, modules })?;
+        Ok(&mut peers[usize::from(dock.index())])
+    }
+}

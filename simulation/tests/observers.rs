@@ -1,0 +1,214 @@
+//! The observers find what is wrong: a centipede of six that does what the test says.
+
+use hormone::action::Action::{self, Holding, Straight, Swing};
+use hormone::event::Event;
+use hormone::hormone::Data::{self, A, B};
+use hormone::status::Status;
+use hormone::topology::to_bytes;
+use simulation::{Deed, Face, MILLISECOND, Observer, Robot, Shape, Wiring};
+use tasks::dock::Dock::{self, Back, Left, Right};
+
+const PERIOD: u64 = 1000 * MILLISECOND;
+
+/// Head 0, branch 1 with legs 2 and 3, tail 4: what they say of themselves.
+struct Script {
+    wiring: Wiring,
+    statuses: Vec<Status>,
+    deeds: Vec<Deed>,
+    now: u64,
+}
+
+impl Script {
+    fn new() -> (Self, Observer) {
+        let wiring = Shape::Centipede.wiring(6).unwrap();
+        let statuses = vec![Status::POWER_UP; wiring.modules()];
+        let script = Script { wiring, statuses, deeds: Vec::new(), now: 0 };
+        let observer = Observer::new(&script, PERIOD);
+        (script, observer)
+    }
+
+    /// All modules know what they are, 50 ms after power-up.
+    fn discovered() -> (Self, Observer) {
+        let (mut script, mut observer) = Self::new();
+        for module in 0..6 {
+            script.knows(module, 50 * MILLISECOND);
+        }
+        observer.look(&mut script);
+        (script, observer)
+    }
+
+    fn knows(&mut self, module: usize, at: u64) {
+        let module_type = self.wiring.module_type(module);
+        self.statuses[module].neighbours = to_bytes(&self.wiring.neighbours(module));
+        self.statuses[module].module_type = module_type;
+        self.deeds.push(Deed { cycle: at, module, event: Event::TopologyChanged(module_type) });
+    }
+
+    fn receives(&mut self, module: usize, dock: Dock, data: Data, at: u64) {
+        self.deeds.push(Deed { cycle: at, module, event: Event::HormoneReceived(dock, data) });
+    }
+
+    /// A leg takes up a hormone, and with it an action.
+    fn steps(&mut self, observer: &mut Observer, leg: usize, action: Action, at: u64) {
+        self.now = at;
+        self.receives(leg, Back, A, at);
+        self.statuses[leg].action = action;
+        observer.look(self);
+    }
+
+    /// Both legs walk, a beat in each half Period, the right one a millisecond later.
+    fn walk(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>) {
+        for beat in half_periods {
+            let at = beat * PERIOD / 2 + 20 * MILLISECOND;
+            let [left, right] = if beat % 2 == 0 { [Swing, Holding] } else { [Holding, Swing] };
+            self.steps(observer, 2, left, at);
+            self.steps(observer, 3, right, at + MILLISECOND);
+        }
+    }
+
+    fn passes(&mut self, observer: &mut Observer, to: u64) {
+        self.now = to;
+        observer.look(self);
+    }
+}
+
+impl Robot for Script {
+    fn wiring(&self) -> &Wiring {
+        &self.wiring
+    }
+
+    fn now(&self) -> u64 {
+        self.now
+    }
+
+    fn run_until(&mut self, cycle: u64) {
+        self.now = cycle;
+    }
+
+    fn take_deeds(&mut self) -> Vec<Deed> {
+        std::mem::take(&mut self.deeds)
+    }
+
+    fn status(&self, module: usize) -> Option<Status> {
+        self.statuses.get(module).copied()
+    }
+
+    fn state_hash(&self) -> u64 {
+        0
+    }
+}
+
+#[test]
+fn legs_that_alternate_are_right() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..40);
+    assert_eq!((observer.gait.legs(), observer.gait.beats), (2, 78));
+    assert_eq!(observer.gait.violations, 0);
+    assert_eq!(observer.gait.skew_max, Some(MILLISECOND));
+    assert_eq!(observer.gait.recovery_periods(), Some(0.521), "the first step of the right leg");
+}
+
+#[test]
+fn a_leg_that_does_the_same_twice_is_wrong() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    script.steps(&mut observer, 2, Holding, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations, 0);
+    script.steps(&mut observer, 2, Holding, 9 * PERIOD / 2 + 10 * MILLISECOND);
+    assert_eq!(observer.gait.violations, 1);
+}
+
+#[test]
+fn a_leg_that_does_nothing_is_wrong_in_each_half_period() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    // Half Periods 9 to 12 pass without a beat: found when each is over.
+    script.passes(&mut observer, 12 * PERIOD / 2 + 100 * MILLISECOND);
+    assert_eq!(observer.gait.violations, 2 * 3);
+}
+
+#[test]
+fn a_leg_that_does_what_no_leg_does_is_wrong() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    script.steps(&mut observer, 2, Straight, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations, 1);
+}
+
+#[test]
+fn legs_that_do_the_same_at_once_are_wrong() {
+    let (mut script, mut observer) = Script::discovered();
+    for beat in 1..10 {
+        let action = if beat % 2 == 0 { Swing } else { Holding };
+        script.steps(&mut observer, 2, action, beat * PERIOD / 2);
+        script.steps(&mut observer, 3, action, beat * PERIOD / 2 + MILLISECOND);
+        script.passes(&mut observer, beat * PERIOD / 2 + 300 * MILLISECOND);
+    }
+    // From 1.3 s on: half Periods 3 to 9.
+    assert_eq!(observer.gait.violations, 7);
+}
+
+#[test]
+fn what_is_wrong_soon_after_a_change_is_how_long_it_took() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    let changed_at = 9 * PERIOD / 2;
+    observer.gait.disturbed(&script.wiring, changed_at);
+    script.steps(&mut observer, 2, Swing, changed_at + PERIOD / 4);
+    script.steps(&mut observer, 3, Holding, changed_at + 3 * PERIOD / 4);
+    script.walk(&mut observer, 11..20);
+    assert_eq!(observer.gait.violations, 0);
+    assert_eq!(observer.gait.recovery_periods(), Some(0.75));
+}
+
+#[test]
+fn discovery_is_the_time_of_the_last_module_to_know() {
+    let (mut script, mut observer) = Script::new();
+    for module in 0..6 {
+        script.knows(module, (50 + module as u64) * MILLISECOND);
+    }
+    script.now = 70 * MILLISECOND;
+    observer.look(&mut script);
+    assert_eq!(observer.discovery.found_after, Some(55 * MILLISECOND));
+    assert_eq!(observer.discovery.lost_after, None);
+
+    // The right leg goes: it and the branch have to notice.
+    script.wiring.detach(Face { module: 1, dock: Right }).unwrap();
+    observer.discovery.rewired(&script.wiring, 1000 * MILLISECOND);
+    script.knows(1, 1240 * MILLISECOND);
+    observer.look(&mut script);
+    assert_eq!(observer.discovery.lost_after, Some(240 * MILLISECOND));
+    script.knows(3, 1250 * MILLISECOND);
+    observer.look(&mut script);
+    assert_eq!(observer.discovery.lost_after, Some(250 * MILLISECOND));
+    assert_eq!(observer.discovery.lapses, 0);
+    script.knows(0, 1300 * MILLISECOND);
+    observer.look(&mut script);
+    assert_eq!(observer.discovery.lapses, 1);
+}
+
+#[test]
+fn hormones_are_followed_over_their_wires() {
+    let (mut script, mut observer) = Script::discovered();
+    let sent = |module, dock, data, at| Deed { cycle: at, module, event: Event::HormoneSent(dock, data) };
+    let generated = Deed { cycle: 1000, module: 0, event: Event::HormoneGenerated(A) };
+    script.deeds.extend([generated, sent(0, Back, A, 2000)]);
+    script.receives(1, Dock::Front, A, 61_000);
+    script.deeds.extend([sent(1, Left, B, 62_000), sent(1, Back, B, 63_000)]);
+    script.receives(2, Back, B, 131_000);
+    observer.look(&mut script);
+    let hops = &observer.hops;
+    assert_eq!((hops.sent, hops.delivered, hops.lost(), hops.out_of_turn), (3, 2, 0, 0));
+    assert_eq!(hops.latency(), Some((65_000.0, 70_000)));
+    // A frame of 9 characters, 2343.75 us, and one transfer of 65 bits on the bus, 162.5 us.
+    let over_wire = hops.latency_over_wire().unwrap();
+    assert!((over_wire - 65_000.0 / 40_100.0).abs() < 1e-6, "{over_wire}");
+
+    // The next one overtakes the one to the tail, which is lost; the leg's comes twice.
+    script.deeds.push(sent(1, Back, A, 200_000));
+    script.receives(4, Dock::Front, A, 260_000);
+    script.receives(2, Back, B, 270_000);
+    observer.look(&mut script);
+    let hops = &observer.hops;
+    assert_eq!((hops.sent, hops.delivered, hops.lost(), hops.out_of_turn), (4, 3, 1, 1));
+}
