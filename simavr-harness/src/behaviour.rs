@@ -2,10 +2,10 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
-use simulation::{Deed, Wiring};
+use simulation::{Change, Deed, Wiring, WiringError};
 
 use crate::engine::Engine;
-use crate::module::Controller;
+use crate::module::{Controller, Module};
 
 impl simulation::Robot for Engine {
     fn wiring(&self) -> &Wiring {
@@ -14,6 +14,18 @@ impl simulation::Robot for Engine {
 
     fn now(&self) -> u64 {
         self.cycle()
+    }
+
+    fn powered_up_at(&self, module: usize) -> u64 {
+        self.robot().module(module).map_or(0, Module::powered_up_at)
+    }
+
+    fn is_on(&self, module: usize) -> bool {
+        self.robot().module(module).is_some_and(Module::is_on)
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), WiringError> {
+        self.robot_mut().change(change)
     }
 
     fn run_until(&mut self, cycle: u64) {

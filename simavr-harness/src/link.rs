@@ -9,6 +9,8 @@ use crate::random::Random;
 pub struct Faults {
     /// Probability that a byte is lost.
     pub byte_loss: f64,
+    /// Probability that a bit of a byte is wrong when it arrives.
+    pub byte_noise: f64,
     /// Probability that a frame is lost: the bytes up to a 0, and that 0.
     pub frame_loss: f64,
     /// The frames, counted from 0, that are lost whatever the chance.
@@ -46,16 +48,16 @@ enum Frame {
 const DELIMITER: u8 = 0;
 
 impl Channel {
-    pub fn new(random: Random) -> Self {
-        Self { faults: Faults::default(), random, frame: Frame::Between, counts: LinkCounts::default() }
+    pub fn new(faults: Faults, random: Random) -> Self {
+        Self { faults, random, frame: Frame::Between, counts: LinkCounts::default() }
     }
 
     pub fn counts(&self) -> LinkCounts {
         self.counts
     }
 
-    /// Whether this byte arrives.
-    pub fn carries(&mut self, byte: u8) -> bool {
+    /// What arrives of this byte.
+    pub fn carry(&mut self, byte: u8) -> Option<u8> {
         if self.frame == Frame::Between && byte != DELIMITER {
             self.frame = self.begin_frame();
         }
@@ -65,7 +67,9 @@ impl Channel {
         if byte == DELIMITER {
             self.frame = Frame::Between;
         }
-        arrives
+        let noise = self.random.chance(self.faults.byte_noise);
+        let wrong = if noise { 1 << (self.random.next_u64() & 7) } else { 0 };
+        arrives.then_some(byte ^ wrong)
     }
 
     fn begin_frame(&mut self) -> Frame {
@@ -87,9 +91,9 @@ mod tests {
 
     /// What arrives of frames 1 1 0, 2 2 0, 3 3 0, ...
     fn arrivals(faults: Faults, frames: u8) -> (Vec<u8>, LinkCounts) {
-        let mut channel = Channel { faults, ..Channel::new(Random::new(5)) };
+        let mut channel = Channel::new(faults, Random::new(5));
         let sent = (1..=frames).flat_map(|number| [number, number, 0]);
-        let arrived = sent.filter(|&byte| channel.carries(byte)).collect();
+        let arrived = sent.filter_map(|byte| channel.carry(byte)).collect();
         (arrived, channel.counts())
     }
 
@@ -111,9 +115,9 @@ mod tests {
     #[test]
     fn delimiters_alone_are_no_frames() {
         let faults = Faults { lost_frames: [0].into(), ..Faults::default() };
-        let mut channel = Channel { faults, ..Channel::new(Random::new(5)) };
-        let arrived: Vec<bool> = [0, 0, 7, 0, 8].map(|byte| channel.carries(byte)).into();
-        assert_eq!(arrived, [true, true, false, false, true]);
+        let mut channel = Channel::new(faults, Random::new(5));
+        let arrived = [0, 0, 7, 0, 8].map(|byte| channel.carry(byte));
+        assert_eq!(arrived, [Some(0), Some(0), None, None, Some(8)]);
     }
 
     #[test]
@@ -125,5 +129,16 @@ mod tests {
         assert!((40..80).contains(&counts.lost_bytes), "{counts:?}");
         let (_, counts) = arrivals(Faults { byte_loss: 1.0, ..Faults::default() }, 200);
         assert_eq!(counts.lost_bytes, 600);
+    }
+
+    #[test]
+    fn noise_changes_a_bit() {
+        let (arrived, counts) = arrivals(Faults { byte_noise: 0.2, ..Faults::default() }, 200);
+        assert_eq!((arrived.len(), counts.lost_bytes), (600, 0));
+        let sent = (1..=200_u8).flat_map(|number| [number, number, 0]);
+        let wrong: Vec<u32> =
+            arrived.iter().zip(sent).map(|(&arrived, sent)| (arrived ^ sent).count_ones()).collect();
+        assert!(wrong.iter().all(|&bits| bits <= 1));
+        assert!((80..160).contains(&wrong.iter().sum::<u32>()));
     }
 }

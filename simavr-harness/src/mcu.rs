@@ -65,6 +65,8 @@ pub enum State {
     Sleeping,
     /// The program went to sleep with interrupts off: how test programs end.
     Done,
+    /// It has no power.
+    Off,
     /// The program did what no program should, in simavr's words.
     Crashed(String),
 }
@@ -173,7 +175,7 @@ impl Mcu {
         }
     }
 
-    /// Whether the program goes on: it is neither done nor crashed.
+    /// Whether the program goes on: it is neither done nor crashed, nor without power.
     pub fn is_alive(&self) -> bool {
         self.ended.is_none()
     }
@@ -340,7 +342,7 @@ impl Mcu {
         match self.state() {
             State::Running => self.cycle(),
             State::Sleeping => self.cpu.next_timer().unwrap_or(u64::MAX),
-            State::Done | State::Crashed(_) => u64::MAX,
+            State::Done | State::Off | State::Crashed(_) => u64::MAX,
         }
     }
 
@@ -429,6 +431,16 @@ impl Mcu {
             self.act_from_outside(|mcu| mcu.cpu.raise(vector));
         }
         vector.is_some()
+    }
+
+    /// Lets an MCU that has not run yet begin at `cycle`: its power comes then.
+    pub(crate) fn power_up_at(&mut self, cycle: u64) {
+        self.cpu.set_cycle(cycle);
+    }
+
+    /// Cuts the power. A power-on reset brings it back.
+    pub(crate) fn power_down(&mut self) {
+        self.ended = Some(State::Off);
     }
 
     /// Starts the program over. What was crashed or done runs again.

@@ -33,6 +33,8 @@ pub struct Module {
     mcus: [Mcu; 2],
     bus: Bus,
     quantum: u64,
+    powered_up_at: u64,
+    is_on: bool,
 }
 
 /// The serial port that serves each dock, in the order of [`Dock::ALL`]: the MCU, and the port's number on it.
@@ -70,7 +72,7 @@ impl Module {
             Ok::<_, McuError>(mcu)
         };
         let mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
-        Ok(Self { bus: Bus::new(mcus.len()), mcus, quantum: u64::MAX })
+        Ok(Self { bus: Bus::new(mcus.len()), mcus, quantum: u64::MAX, powered_up_at: 0, is_on: true })
     }
 
     pub fn mcu(&self, controller: Controller) -> &Mcu {
@@ -79,6 +81,31 @@ impl Module {
 
     pub fn mcu_mut(&mut self, controller: Controller) -> &mut Mcu {
         &mut self.mcus[controller as usize]
+    }
+
+    /// Lets a module that has not run yet begin at `cycle`: its power comes then.
+    pub(crate) fn power_up_at(&mut self, cycle: u64) {
+        self.powered_up_at = cycle;
+        for mcu in &mut self.mcus {
+            mcu.power_up_at(cycle);
+        }
+    }
+
+    /// The cycle at which the module's power came.
+    pub fn powered_up_at(&self) -> u64 {
+        self.powered_up_at
+    }
+
+    /// Cuts the module's power.
+    pub(crate) fn power_down(&mut self) {
+        self.is_on = false;
+        for mcu in &mut self.mcus {
+            mcu.power_down();
+        }
+    }
+
+    pub fn is_on(&self) -> bool {
+        self.is_on
     }
 
     /// What the bus between the MCUs has carried.

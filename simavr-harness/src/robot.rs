@@ -1,12 +1,12 @@
 //! Modules, and how they are attached to each other.
 
-use simulation::{Face, Wiring, WiringError};
-use tasks::dock::Dock;
+use simulation::{Change, Face, Links, Mcus, Wiring, WiringError};
+use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
 
 use crate::engine::{Event, LONGEST_WINDOW};
 use crate::link::{Channel, Faults, LinkCounts};
-use crate::mcu::{McuError, fnv_1a};
+use crate::mcu::{McuError, Reset, fnv_1a};
 use crate::module::{Controller, Images, Module};
 use crate::random::Random;
 use crate::repair::usart::Character;
@@ -18,6 +18,10 @@ pub struct Robot {
     seed: u64,
     /// Channels made so far.
     channels: u64,
+    /// Of links to come.
+    faults: Faults,
+    /// Messages sent from outside so far.
+    commands: u8,
 }
 
 /// A module and where its docks lead.
@@ -25,6 +29,8 @@ pub(crate) struct Member {
     pub module: Module,
     /// In the order of [`Dock::ALL`].
     ports: [Option<Port>; 6],
+    /// Docks that hear what they send.
+    echoes: DockSet,
     /// Markers of this run, in no particular order.
     pub events: Vec<Event>,
 }
@@ -51,6 +57,7 @@ pub struct RobotBuilder {
     modules: usize,
     attachments: Vec<(Face, Face)>,
     seed: u64,
+    power_up_within: u64,
 }
 
 /// Why a robot cannot be built so.
@@ -65,7 +72,7 @@ pub enum RobotError {
 impl RobotBuilder {
     /// A robot of `modules` modules, attached to nothing.
     pub fn new(images: Images, modules: usize) -> Self {
-        Self { images, modules, attachments: Vec::new(), seed: 0 }
+        Self { images, modules, attachments: Vec::new(), seed: 0, power_up_within: 0 }
     }
 
     /// A robot whose modules are attached as in `wiring`.
@@ -97,19 +104,28 @@ impl RobotBuilder {
         self
     }
 
+    /// Lets the modules' power come at different times, by chance in the first so many cycles.
+    #[must_use]
+    pub fn power_up_within(mut self, cycles: u64) -> Self {
+        self.power_up_within = cycles;
+        self
+    }
+
     /// Builds the robot, all MCUs at power-up.
     ///
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
-        let Self { images, modules, attachments, seed } = self;
+        let Self { images, modules, attachments, seed, power_up_within } = self;
         let member = |index| {
-            let seed = Random::of_part(seed, index as u64).next_u64();
-            let module = Module::new(&images, seed)?;
-            Ok(Member { module, ports: Default::default(), events: Vec::new() })
+            let mut random = Random::of_part(seed, index as u64);
+            let mut module = Module::new(&images, random.next_u64())?;
+            module.power_up_at(random.next_u64().checked_rem(power_up_within).unwrap_or(0));
+            Ok(Member { module, ports: Default::default(), echoes: DockSet::EMPTY, events: Vec::new() })
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
-        let mut robot = Robot { members, wiring: Wiring::new(modules), seed, channels: 0 };
+        let wiring = Wiring::new(modules);
+        let mut robot = Robot { members, wiring, seed, channels: 0, faults: Faults::default(), commands: 0 };
         for (one, other) in attachments {
             robot.attach(one, other)?;
         }
@@ -146,7 +162,54 @@ impl Robot {
     /// # Errors
     /// A module is not there, or a dock not free.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
-        self.wiring.attach(one, other)?;
+        self.change(&Change::Attach(one, other))
+    }
+
+    /// Lets something happen to the robot now. Characters that have left a dock already still arrive.
+    ///
+    /// # Errors
+    /// It can't happen to a robot that is wired so.
+    pub fn change(&mut self, change: &Change) -> Result<(), WiringError> {
+        let before = self.wiring.clone();
+        change.apply(&mut self.wiring)?;
+        for face in before.attached() {
+            if self.wiring.peer(face) != before.peer(face) {
+                *self.port_mut(face) = None;
+            }
+        }
+        let new: Vec<(Face, Face)> = self.wiring.attachments().collect();
+        for (one, other) in new.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
+            self.join(one, other);
+        }
+        match change {
+            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
+            &Change::Reset { module, mcus } => {
+                let mcus: &[Controller] = match mcus {
+                    Mcus::Master => &[Controller::Master],
+                    Mcus::Slave => &[Controller::Slave],
+                    Mcus::Both => &Controller::ALL,
+                };
+                for &mcu in mcus {
+                    self.members[module].module.mcu_mut(mcu).reset(Reset::External);
+                }
+            }
+            &Change::Kill(module) => self.members[module].module.power_down(),
+            &Change::Loss { links, probability } => {
+                self.for_links(links, |faults| faults.frame_loss = probability);
+            }
+            &Change::Noise { links, probability } => {
+                self.for_links(links, |faults| faults.byte_noise = probability);
+            }
+            &Change::Obstacle { at: Face { module, dock }, is_there } => {
+                let echoes = &mut self.members[module].echoes;
+                if is_there { echoes.insert(dock) } else { echoes.remove(dock) }
+            }
+            Change::Command { at, payload } => self.command(*at, payload),
+        }
+        Ok(())
+    }
+
+    fn join(&mut self, one: Face, other: Face) {
         // What is sent by pins is known only at its end, and what is received there begins with an edge: modules can
         // run apart for the length of a window only if these come late.
         let ends_on_pins = [one, other].into_iter().filter(|end| Module::is_on_pins(end.dock)).count();
@@ -155,22 +218,36 @@ impl Robot {
             // Apart from the numbers of the modules.
             let random = Random::of_part(self.seed, u64::MAX - self.channels);
             self.channels += 1;
-            let port = Port { peer, channel: Channel::new(random), delay };
-            self.members[from.module].ports[index(from.dock)] = Some(port);
+            let channel = Channel::new(self.faults.clone(), random);
+            *self.port_mut(from) = Some(Port { peer, channel, delay });
         }
-        Ok(())
     }
 
-    /// Detaches what is attached at a dock. Characters that have left already still arrive.
-    ///
-    /// # Errors
-    /// The module is not there, or nothing is attached to its dock.
-    pub fn detach(&mut self, face: Face) -> Result<(), WiringError> {
-        let peer = self.wiring.detach(face)?;
-        for face in [face, peer] {
-            self.members[face.module].ports[index(face.dock)] = None;
+    fn for_links(&mut self, links: Links, change: impl Fn(&mut Faults)) {
+        match links {
+            Links::All => {
+                change(&mut self.faults);
+                let ports = self.members.iter_mut().flat_map(|member| &mut member.ports);
+                ports.flatten().for_each(|port| change(&mut port.channel.faults));
+            }
+            Links::From(face) => {
+                if let Some(port) = self.port_mut(face) {
+                    change(&mut port.channel.faults);
+                }
+            }
         }
-        Ok(())
+    }
+
+    /// Lets a message to HORMONE come in at a dock, as from a neighbour.
+    fn command(&mut self, at: Face, payload: &[u8]) {
+        self.commands = self.commands.wrapping_add(1);
+        let module = &mut self.members[at.module].module;
+        let mut start = Controller::ALL.map(|mcu| module.mcu(mcu).cycle()).into_iter().max().unwrap_or(0);
+        for &value in &simulation::command(at.dock, self.commands, payload) {
+            let end = start + LONGEST_WINDOW;
+            module.receive(at.dock, Character { value, start, end });
+            start = end;
+        }
     }
 
     /// What the link has carried that begins at this dock; `None` if it is attached to nothing.
@@ -181,9 +258,9 @@ impl Robot {
     /// Sets what goes wrong on the link that begins at this dock. Returns `false` if it is attached
     /// to nothing.
     pub fn set_faults(&mut self, from: Face, faults: Faults) -> bool {
-        let member = self.members.get_mut(from.module);
-        let port = member.and_then(|member| member.ports[index(from.dock)].as_mut());
-        port.map(|port| port.channel.faults = faults).is_some()
+        let is_attached = self.port(from).is_some();
+        self.for_links(Links::From(from), |old| *old = faults.clone());
+        is_attached
     }
 
     /// The MCUs whose programs have crashed, and why.
@@ -205,18 +282,27 @@ impl Robot {
     fn port(&self, face: Face) -> Option<&Port> {
         self.members.get(face.module)?.ports[index(face.dock)].as_ref()
     }
+
+    /// The module is there.
+    fn port_mut(&mut self, face: Face) -> &mut Option<Port> {
+        &mut self.members[face.module].ports[index(face.dock)]
+    }
 }
 
 impl Member {
     /// Takes what the module, number `number` of the robot, has sent, as far as it arrives anywhere.
-    /// What a dock hears of its own light would be added here.
     pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             let from = Face { module: number, dock };
-            for Character { value, start, end } in self.module.take_sent(dock) {
-                let Some(port) = port else { continue };
-                if port.channel.carries(value) {
-                    let character = Character { value, start: start + port.delay, end: end + port.delay };
+            for sent in self.module.take_sent(dock) {
+                if self.echoes.contains(dock) {
+                    let delay = if Module::is_on_pins(dock) { 2 * LONGEST_WINDOW } else { 0 };
+                    deliver(Delivery { from, to: from, character: sent.later(delay) });
+                }
+                if let Some(port) = port
+                    && let Some(value) = port.channel.carry(sent.value)
+                {
+                    let character = Character { value, ..sent.later(port.delay) };
                     deliver(Delivery { from, to: port.peer, character });
                 }
             }

@@ -110,6 +110,29 @@ fn shapes_have_their_modules() {
 }
 
 #[test]
+fn a_robot_file_is_run_through_its_changes() {
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
+    let file = robots.join("changes.toml");
+    let output = run(&["sim", file.to_str().expect("the path is text"), "--seconds", "19", "--json", "-"]);
+    let report = json(&output);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    // At 18 s the module behind the head lost its power, and left the head alone.
+    assert_eq!(report["types"], serde_json::json!({ "Head": 1, "Other": 1, "Spine": 3, "Tail": 1 }));
+    assert_eq!(report["topology_correct"], true);
+    let ms = |field: &str| report[field].as_f64().unwrap_or(f64::NAN);
+    assert!(ms("discovery_ms_max") <= 150.0, "{report:#}");
+    assert!((200.0..=300.0).contains(&ms("loss_notice_ms_max")), "{report:#}");
+
+    let broken = Path::new(env!("CARGO_TARGET_TMPDIR")).join("broken.toml");
+    std::fs::write(&broken, "modules = 2\ndocks = [[\"0.Back\", \"2.Front\"]]\n")
+        .expect("the file can be written");
+    let broken = broken.to_str().expect("the path is text");
+    assert_refused(&run(&["sim", broken]), "line 2: there is no module 2");
+    assert_refused(&run(&["sim", broken, "--modules", "2"]), "leave --modules out");
+    assert_refused(&run(&["sim", "no/such/robot.toml"]), "can't read no/such/robot.toml");
+}
+
+#[test]
 fn the_summary_is_for_people_and_json_can_go_to_a_file() {
     let output = run(&["sim", "--seconds", "1"]);
     assert_eq!(output.status.code(), Some(0));
@@ -144,7 +167,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
         (["sim", "--threads", "0"], "give a number of threads from 1 to 256"),
         (["sim", "--seed", "x"], "--seed"),
         (["sim", "--loss", "2"], "give a probability from 0 to 1"),
-        (["sim", "square", "--json"], "possible values: centipede, chain, ring"),
+        (["sim", "square", "--json"], "give one of centipede, chain, ring"),
         (["sim", "--colour", "red"], "--help"),
         (["simulate", "chain", "-"], "--help"),
     ] {

@@ -8,6 +8,7 @@ use simavr_harness::{
     Controller, Engine, Event, Face, Faults, Images, LinkCounts, Pin, Robot, RobotBuilder, RobotError,
     WiringError,
 };
+use simulation::Change;
 use tasks::dock::Dock;
 
 const MILLISECOND: u64 = 16_000;
@@ -110,6 +111,66 @@ fn a_frame_lost_on_a_link_is_lost_to_all_behind_it() {
     assert_eq!(hops(&engine.take_events(), 3), [vec![], vec![1; 4], vec![2; 4]]);
     let counts = engine.robot().link_counts(back_of(0)).unwrap();
     assert_eq!((counts.frames, counts.lost_frames), (6, 2));
+}
+
+#[test]
+fn what_is_detached_or_without_power_passes_nothing_on() {
+    let mut engine = Engine::new(chain(&relay(), 4, 0), 1);
+    let passed = |engine: &mut Engine, change: Option<Change>| {
+        if let Some(change) = change {
+            engine.robot_mut().change(&change).unwrap();
+        }
+        engine.run_until(engine.cycle() + 100 * MILLISECOND);
+        hops(&engine.take_events(), 4).iter().map(Vec::len).collect::<Vec<usize>>()
+    };
+    assert_eq!(passed(&mut engine, None), [0, 4, 4, 4]);
+    assert_eq!(passed(&mut engine, Some(Change::Detach(front_of(2)))), [0, 5, 0, 0]);
+    // The third module takes the place of the second.
+    assert_eq!(passed(&mut engine, Some(Change::Swap(1, 2))), [0, 0, 5, 0]);
+    engine.robot_mut().change(&Change::Detach(back_of(1))).unwrap();
+    assert_eq!(passed(&mut engine, Some(Change::Attach(back_of(2), front_of(3)))), [0, 0, 5, 5]);
+    assert_eq!(passed(&mut engine, Some(Change::Kill(2))), [0, 0, 0, 0]);
+    assert_eq!(engine.robot().crashes().count(), 0);
+    assert_eq!(engine.robot().neighbour(back_of(0)), None);
+}
+
+#[test]
+fn a_dock_before_an_obstacle_hears_itself() {
+    let mut engine = Engine::new(chain(&relay(), 2, 0), 1);
+    engine.run_until(30 * MILLISECOND);
+    let heard = |engine: &Engine, module| {
+        let mcu = engine.robot().module(module).unwrap().mcu(Controller::Slave);
+        mcu.usart_counts(0).unwrap().unheard
+    };
+    // The slave's receiver is off: what comes back is counted as unheard.
+    assert_eq!(heard(&engine, 0), 0);
+    engine.robot_mut().change(&Change::Obstacle { at: back_of(0), is_there: true }).unwrap();
+    engine.run_until(110 * MILLISECOND);
+    assert_eq!(heard(&engine, 0), 4 * 3);
+    engine.robot_mut().change(&Change::Obstacle { at: back_of(0), is_there: false }).unwrap();
+    engine.run_until(200 * MILLISECOND);
+    assert_eq!(heard(&engine, 0), 4 * 3);
+}
+
+#[test]
+fn modules_get_their_power_at_different_times() {
+    let robot = |seed| {
+        let builder = RobotBuilder::chain(relay(), 20).power_up_within(20 * MILLISECOND);
+        builder.seed(seed).build().unwrap()
+    };
+    let times = |robot: &Robot| -> Vec<u64> {
+        (0..20).map(|module| robot.module(module).unwrap().powered_up_at()).collect()
+    };
+    let robots = [robot(1), robot(2)];
+    assert_ne!(times(&robots[0]), times(&robots[1]));
+    assert!(times(&robots[0]).iter().all(|&at| at < 20 * MILLISECOND));
+    let mut engine = Engine::new(robot(1), 2);
+    engine.run_until(10 * MILLISECOND);
+    let early = |module: usize| times(&robots[0])[module] < 10 * MILLISECOND;
+    for module in 0..20 {
+        let awake = engine.robot().module(module).unwrap().mcu(Controller::Master).awake_cycles();
+        assert_eq!(awake > 0, early(module), "module {module}");
+    }
 }
 
 /// Two memories drawn from different seeds, and losses on a link, differ; else nothing does.

@@ -1,12 +1,13 @@
 //! How soon modules know what became of their docks.
 
 use hormone::event::Event;
+use tasks::dock::Dock;
 
 use crate::deed::Deed;
 use crate::robot::Robot;
-use crate::wiring::Wiring;
+use crate::wiring::{Face, Wiring};
 
-/// A module that has yet to find out.
+/// What a module has yet to find out.
 #[derive(Clone, Copy)]
 struct Change {
     at: u64,
@@ -23,24 +24,31 @@ pub struct Discovery {
     pub found_after: Option<u64>,
     /// The longest that a module took to notice that a neighbour was gone, in cycles.
     pub lost_after: Option<u64>,
-    /// How often a module that knew its neighbours gave one up, or found it again, though nobody had touched it.
+    /// How often a module that knew its neighbours gave one up, or found it again, though nothing had happened to either.
     pub lapses: u64,
 }
 
 impl Discovery {
     /// A robot at power-up.
-    pub fn new(wiring: &Wiring) -> Self {
+    pub fn new(robot: &impl Robot) -> Self {
+        let wiring = robot.wiring();
         let modules = wiring.modules();
-        let mut discovery = Discovery {
-            wiring: Wiring::new(modules),
-            pending: vec![None; modules],
+        let on_since = |module: usize| {
+            let peers = Dock::ALL.map(|dock| wiring.peer(Face { module, dock }));
+            let on = peers.iter().flatten().map(|peer| robot.powered_up_at(peer.module));
+            on.chain([robot.powered_up_at(module)]).max().unwrap_or(0)
+        };
+        let has_neighbour = |module: usize| wiring.neighbours(module) != [None; 6];
+        let pending =
+            |module: usize| has_neighbour(module).then(|| Change { at: on_since(module), is_loss: false });
+        Discovery {
+            wiring: wiring.clone(),
+            pending: (0..modules).map(pending).collect(),
             last_change: vec![0; modules],
             found_after: None,
             lost_after: None,
             lapses: 0,
-        };
-        discovery.rewired(wiring, 0);
-        discovery
+        }
     }
 
     /// The wiring is this now.
@@ -48,29 +56,43 @@ impl Discovery {
         for module in 0..wiring.modules() {
             let (before, after) = (self.wiring.neighbours(module), wiring.neighbours(module));
             if before != after {
-                let lost =
+                let is_loss =
                     before.iter().zip(&after).any(|(before, after)| before.is_some() && before != after);
-                self.pending[module] = Some(Change { at: now, is_loss: lost });
+                self.pending[module] = Some(Change { at: now, is_loss });
             }
         }
         self.wiring = wiring.clone();
+    }
+
+    /// A module starts over, and has to find its neighbours again.
+    pub fn restarted(&mut self, module: usize, now: u64) {
+        self.pending[module] = Some(Change { at: now, is_loss: false });
     }
 
     /// Takes in the next deed.
     pub fn take(&mut self, deed: &Deed) {
         if let Event::TopologyChanged(_) = deed.event {
             self.last_change[deed.module] = deed.cycle;
-            self.lapses += u64::from(self.pending[deed.module].is_none());
+            self.lapses += u64::from(self.is_calm(deed.module));
         }
+    }
+
+    /// Nothing has happened to the module or its neighbours that they have yet to find out.
+    fn is_calm(&self, module: usize) -> bool {
+        let peers = Dock::ALL.map(|dock| self.wiring.peer(Face { module, dock }));
+        let mut all = peers.iter().flatten().map(|peer| peer.module).chain([module]);
+        all.all(|module| self.pending[module].is_none())
     }
 
     /// Looks which modules know their neighbours by now.
     pub fn look(&mut self, robot: &impl Robot) {
         for (module, pending) in self.pending.iter_mut().enumerate() {
             let Some(Change { at, is_loss }) = *pending else { continue };
-            if robot.is_right(module) {
+            // Before its first word after the change it only looks as if it knew.
+            let last_change = self.last_change[module];
+            if last_change > at && robot.is_right(module) {
                 let longest = if is_loss { &mut self.lost_after } else { &mut self.found_after };
-                *longest = (*longest).max(Some(self.last_change[module].saturating_sub(at)));
+                *longest = (*longest).max(Some(last_change - at));
                 *pending = None;
             }
         }

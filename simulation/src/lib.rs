@@ -1,29 +1,40 @@
 //! What all ways to simulate a robot share: how its modules are joined, and whether what they do is right.
 //!
 //! - [`Wiring`]: which dock is attached to which. [`Shape`]: wirings by name.
+//! - [`Scenario`]: a robot, and the [`Change`]s that happen to it; from a file or not.
 //! - [`Robot`]: what a robot that runs can be asked for. [`Deed`]: what a behaviour did, and when.
-//! - [`Observer`] follows deeds: [`Hops`] the hormones from module to module, [`Discovery`] how soon modules know their
+//! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from module to module, [`Discovery`] how soon modules know their
 //!   neighbours, [`Gait`] the legs.
 //!
 //! All time is in cycles of the robot's clock, 16 MHz, since power-up.
 
+mod change;
+mod command;
 mod deed;
 mod discovery;
 
+mod file;
 mod gait;
 mod hardware;
 mod hops;
 mod observer;
 mod robot;
+mod run;
+mod scenario;
 mod shape;
 mod wiring;
 
+pub use change::{Change, Links, Mcus};
+pub use command::command;
 pub use deed::Deed;
 pub use discovery::Discovery;
+pub use file::FileError;
 pub use gait::Gait;
 pub use hardware::{CLOCK_HZ, MILLISECOND, is_on_slave};
 pub use hops::Hops;
 pub use observer::Observer;
 pub use robot::Robot;
+pub use run::Run;
+pub use scenario::{Event, Scenario};
 pub use shape::{Shape, TooFewModules};
 pub use wiring::{Face, Wiring, WiringError};

@@ -1,5 +1,6 @@
 //! All observers of a robot at once.
 
+use crate::change::{Change, Mcus};
 use crate::discovery::Discovery;
 use crate::gait::Gait;
 use crate::hardware::MILLISECOND;
@@ -22,7 +23,7 @@ impl Observer {
         let wiring = robot.wiring();
         Observer {
             hops: Hops::new(wiring.modules()),
-            discovery: Discovery::new(wiring),
+            discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
         }
     }
@@ -36,5 +37,16 @@ impl Observer {
         }
         self.discovery.look(robot);
         self.gait.look(robot);
+    }
+
+    /// Something has just happened to the robot.
+    pub fn changed(&mut self, robot: &impl Robot, change: &Change) {
+        if change.disturbs() {
+            self.discovery.rewired(robot.wiring(), robot.now());
+            self.gait.disturbed(robot.wiring(), robot.now());
+        }
+        if let Change::Reset { module, mcus: Mcus::Master | Mcus::Both } = *change {
+            self.discovery.restarted(module, robot.now());
+        }
     }
 }

@@ -2,8 +2,9 @@
 
 use hormone::status::Status;
 
+use crate::change::Change;
 use crate::deed::Deed;
-use crate::wiring::Wiring;
+use crate::wiring::{Wiring, WiringError};
 
 /// A robot that can be run.
 pub trait Robot {
@@ -12,6 +13,18 @@ pub trait Robot {
 
     /// Cycles since power-up.
     fn now(&self) -> u64;
+
+    /// When a module's power was switched on, in cycles: the robot's clock starts with the first.
+    fn powered_up_at(&self, module: usize) -> u64;
+
+    /// Whether a module has power.
+    fn is_on(&self, module: usize) -> bool;
+
+    /// Lets something happen to the robot now.
+    ///
+    /// # Errors
+    /// It can't happen to a robot that is wired so.
+    fn change(&mut self, change: &Change) -> Result<(), WiringError>;
 
     /// Runs the robot up to `cycle`.
     fn run_until(&mut self, cycle: u64);
@@ -25,11 +38,13 @@ pub trait Robot {
     /// A hash of the whole state: equal runs have equal hashes.
     fn state_hash(&self) -> u64;
 
-    /// Whether a module's view of its neighbours and of its type equals the wiring.
+    /// Whether a module's view of its neighbours and of its type equals the wiring. One without power has none to be
+    /// wrong.
     fn is_right(&self, module: usize) -> bool {
-        self.status(module).is_some_and(|status| {
-            status.neighbours() == Some(self.wiring().neighbours(module))
-                && status.module_type == self.wiring().module_type(module)
-        })
+        !self.is_on(module)
+            || self.status(module).is_some_and(|status| {
+                status.neighbours() == Some(self.wiring().neighbours(module))
+                    && status.module_type == self.wiring().module_type(module)
+            })
     }
 }

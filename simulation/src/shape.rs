@@ -1,12 +1,14 @@
 //! Wirings by name, one for each gait of the paper.
 
+use serde::Deserialize;
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
 use thiserror::Error;
 
 use crate::wiring::{Face, Wiring};
 
 /// How modules are joined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Shape {
     /// A head, branches with two legs each, spines, a tail (paper, section 7): for N modules (N - 2) / 4 branches, each
     /// followed by a spine, and the spines that are left before the tail. 100 modules have 24 branches and 26 spines.
@@ -26,12 +28,27 @@ pub enum Shape {
 
 /// A shape needs more modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("a robot of this shape has at least {least} modules; give more with --modules")]
+#[error("a robot of this shape has at least {least} modules; give it more")]
 pub struct TooFewModules {
     pub least: usize,
 }
 
 impl Shape {
+    pub const ALL: [Shape; 6] =
+        [Shape::Centipede, Shape::Chain, Shape::Ring, Shape::FourLegs, Shape::SixLegs, Shape::Cross];
+
+    /// As robot files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Shape::Centipede => "centipede",
+            Shape::Chain => "chain",
+            Shape::Ring => "ring",
+            Shape::FourLegs => "four-legs",
+            Shape::SixLegs => "six-legs",
+            Shape::Cross => "cross",
+        }
+    }
+
     /// How many modules it has if nobody says.
     pub fn usual_modules(self) -> usize {
         match self {

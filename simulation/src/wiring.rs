@@ -27,9 +27,11 @@ pub enum WiringError {
     NoSuchModule { module: usize, modules: usize },
     #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
     DockInUse { module: usize, dock: Dock },
-    #[error("the {dock:?} dock of module {module} cannot be attached to itself")]
+    #[error("the {dock:?} dock of module {module} can't be attached to itself; name another")]
     DockToItself { module: usize, dock: Dock },
-    #[error("nothing is attached to the {dock:?} dock of module {module}")]
+    #[error(
+        "nothing is attached to the {dock:?} dock of module {module}; attach something first, or name another"
+    )]
     NotAttached { module: usize, dock: Dock },
 }
 
@@ -48,17 +50,13 @@ impl Wiring {
     /// # Errors
     /// A module is not there, or a dock not free.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
-        for face in [one, other] {
-            let Face { module, dock } = face;
-            if self.peer_mut(face)?.is_some() {
-                return Err(WiringError::DockInUse { module, dock });
-            }
-        }
+        self.expect_free(one)?;
+        self.expect_free(other)?;
         if one == other {
             return Err(WiringError::DockToItself { module: one.module, dock: one.dock });
         }
-        *self.peer_mut(one)? = Some(other);
-        *self.peer_mut(other)? = Some(one);
+        *self.peer_mut(one) = Some(other);
+        *self.peer_mut(other) = Some(one);
         Ok(())
     }
 
@@ -68,9 +66,65 @@ impl Wiring {
     /// The module is not there, or nothing at its dock.
     pub fn detach(&mut self, face: Face) -> Result<Face, WiringError> {
         let Face { module, dock } = face;
-        let peer = self.peer_mut(face)?.take().ok_or(WiringError::NotAttached { module, dock })?;
-        *self.peer_mut(peer)? = None;
+        self.check(module)?;
+        let peer = self.peer_mut(face).take().ok_or(WiringError::NotAttached { module, dock })?;
+        *self.peer_mut(peer) = None;
         Ok(peer)
+    }
+
+    /// Lets two modules change places.
+    ///
+    /// # Errors
+    /// One of them is not there.
+    pub fn swap(&mut self, one: usize, other: usize) -> Result<(), WiringError> {
+        self.check(one)?;
+        self.check(other)?;
+        self.peers.swap(one, other);
+        for peer in self.peers.iter_mut().flatten().flatten() {
+            if peer.module == one {
+                peer.module = other;
+            } else if peer.module == other {
+                peer.module = one;
+            }
+        }
+        Ok(())
+    }
+
+    /// Detaches all that is attached to a module.
+    ///
+    /// # Errors
+    /// It is not there.
+    pub fn isolate(&mut self, module: usize) -> Result<(), WiringError> {
+        self.check(module)?;
+        for dock in Dock::ALL {
+            if let Some(peer) = self.peer_mut(Face { module, dock }).take() {
+                *self.peer_mut(peer) = None;
+            }
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// The module is not there.
+    pub fn check(&self, module: usize) -> Result<(), WiringError> {
+        let modules = self.modules();
+        if module < modules { Ok(()) } else { Err(WiringError::NoSuchModule { module, modules }) }
+    }
+
+    /// # Errors
+    /// The module is not there, or something is attached to the dock.
+    pub fn expect_free(&self, face: Face) -> Result<(), WiringError> {
+        let Face { module, dock } = face;
+        self.check(module)?;
+        if self.peer(face).is_some() { Err(WiringError::DockInUse { module, dock }) } else { Ok(()) }
+    }
+
+    /// # Errors
+    /// The module is not there, or nothing is attached to the dock.
+    pub fn expect_attached(&self, face: Face) -> Result<(), WiringError> {
+        let Face { module, dock } = face;
+        self.check(module)?;
+        if self.peer(face).is_none() { Err(WiringError::NotAttached { module, dock }) } else { Ok(()) }
     }
 
     /// What is attached to a dock.
@@ -100,9 +154,8 @@ impl Wiring {
         pairs.filter(|(one, other)| (one.module, one.dock.index()) < (other.module, other.dock.index()))
     }
 
-    fn peer_mut(&mut self, Face { module, dock }: Face) -> Result<&mut Option<Face>, WiringError> {
-        let modules = self.modules();
-        let peers = self.peers.get_mut(module).ok_or(WiringError::NoSuchModule { module, modules })?;
-        Ok(&mut peers[usize::from(dock.index())])
+    /// The module is there.
+    fn peer_mut(&mut self, Face { module, dock }: Face) -> &mut Option<Face> {
+        &mut self.peers[module][usize::from(dock.index())]
     }
 }

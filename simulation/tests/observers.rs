@@ -5,7 +5,7 @@ use hormone::event::Event;
 use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
-use simulation::{Deed, Face, MILLISECOND, Observer, Robot, Shape, Wiring};
+use simulation::{Change, Deed, Face, MILLISECOND, Observer, Robot, Shape, Wiring, WiringError};
 use tasks::dock::Dock::{self, Back, Left, Right};
 
 const PERIOD: u64 = 1000 * MILLISECOND;
@@ -79,6 +79,18 @@ impl Robot for Script {
 
     fn now(&self) -> u64 {
         self.now
+    }
+
+    fn powered_up_at(&self, module: usize) -> u64 {
+        module as u64 * MILLISECOND
+    }
+
+    fn is_on(&self, _module: usize) -> bool {
+        true
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), WiringError> {
+        change.apply(&mut self.wiring)
     }
 
     fn run_until(&mut self, cycle: u64) {
@@ -165,11 +177,15 @@ fn what_is_wrong_soon_after_a_change_is_how_long_it_took() {
 fn discovery_is_the_time_of_the_last_module_to_know() {
     let (mut script, mut observer) = Script::new();
     for module in 0..6 {
-        script.knows(module, (50 + module as u64) * MILLISECOND);
+        script.knows(module, 52 * MILLISECOND);
     }
     script.now = 70 * MILLISECOND;
     observer.look(&mut script);
-    assert_eq!(observer.discovery.found_after, Some(55 * MILLISECOND));
+    assert_eq!(
+        observer.discovery.found_after,
+        Some(51 * MILLISECOND),
+        "the head, whose neighbour came 1 ms later"
+    );
     assert_eq!(observer.discovery.lost_after, None);
 
     // The right leg goes: it and the branch have to notice.

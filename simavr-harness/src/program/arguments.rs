@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use simulation::Shape;
 
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed with.
@@ -24,9 +24,9 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Sim {
-    /// How the modules are joined.
-    #[arg(default_value = "chain")]
-    pub shape: ShapeName,
+    /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, or a robot file (.toml).
+    #[arg(default_value = "chain", value_parser = source)]
+    pub robot: Source,
 
     /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 8, four-legs 8, six-legs 11, cross 9.
     #[arg(long, value_parser = modules)]
@@ -76,34 +76,22 @@ pub struct Bench {
     pub images: PathBuf,
 }
 
-/// The name of a shape.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum ShapeName {
-    /// A head, branches with two legs each, spines, a tail. Of 100 modules 24 are branches, and 26 spines.
-    Centipede,
-    /// A line of modules, the Back of each at the Front of the next.
-    Chain,
-    /// A chain whose ends are joined.
-    Ring,
-    /// A centipede of two branches.
-    FourLegs,
-    /// A centipede of three branches.
-    SixLegs,
-    /// A module with a chain at its Front, Back, Left and Right.
-    Cross,
+/// What robot to run.
+#[derive(Clone)]
+pub enum Source {
+    Shape(Shape),
+    /// A robot file.
+    File(PathBuf),
 }
 
-impl ShapeName {
-    pub fn shape(self) -> Shape {
-        match self {
-            ShapeName::Centipede => Shape::Centipede,
-            ShapeName::Chain => Shape::Chain,
-            ShapeName::Ring => Shape::Ring,
-            ShapeName::FourLegs => Shape::FourLegs,
-            ShapeName::SixLegs => Shape::SixLegs,
-            ShapeName::Cross => Shape::Cross,
-        }
+fn source(text: &str) -> Result<Source, String> {
+    if text.ends_with(".toml") {
+        return Ok(Source::File(text.into()));
     }
+    let shape = Shape::ALL.into_iter().find(|shape| shape.name() == text);
+    shape.map(Source::Shape).ok_or_else(|| {
+        format!("give one of {}, or a robot file that ends in .toml", Shape::ALL.map(Shape::name).join(", "))
+    })
 }
 
 fn cores() -> usize {

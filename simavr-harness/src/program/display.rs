@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
-use simulation::{CLOCK_HZ, Observer, Robot};
+use simulation::{CLOCK_HZ, Robot, Run};
 
 /// The most modules that get a line each; of a longer robot the first are shown.
 const LINES: usize = 20;
@@ -24,16 +24,11 @@ impl Display {
         Display { is_on, is_terminal: io::stderr().is_terminal(), lines: 0, next_progress: PROGRESS }
     }
 
-    pub fn show(
-        &mut self,
-        robot: &impl Robot,
-        observer: &Observer,
-        end: u64,
-        wall: Duration,
-    ) -> io::Result<()> {
+    pub fn show(&mut self, run: &Run<impl Robot>, end: u64, wall: Duration) -> io::Result<()> {
         if !self.is_on {
             return Ok(());
         }
+        let Run { robot, observer, .. } = run;
         let now = robot.now();
         let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
         let progress = format!(

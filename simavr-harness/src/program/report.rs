@@ -1,12 +1,11 @@
 //! How the robot did.
 
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::time::Duration;
 
 use serde::Serialize;
 use simavr_harness::{Controller, Engine, Robot};
-use simulation::{CLOCK_HZ, MILLISECOND, Observer, Robot as _};
+use simulation::{CLOCK_HZ, MILLISECOND, Observer, Robot as _, Run};
 
 use super::arguments::Sim;
 use super::view;
@@ -102,20 +101,14 @@ pub struct Bridge {
 }
 
 impl Report {
-    pub fn new(
-        options: &Sim,
-        engine: &Engine,
-        observer: &Observer,
-        wall: Duration,
-    ) -> Result<Self, Box<dyn Error>> {
+    pub fn new(options: &Sim, run: &Run<Engine>, wall: Duration, is_calm: bool) -> Self {
+        let Run { robot: engine, observer, .. } = run;
         let robot = engine.robot();
         let modules = robot.modules();
         let mut types = BTreeMap::new();
-        for module in 0..modules {
-            let status = engine
-                .status(module)
-                .ok_or("the master's image has no readable MODULE_STATUS: build both with `./x build`")?;
-            *types.entry(format!("{:?}", status.module_type)).or_default() += 1;
+        for module in (0..modules).filter(|&module| engine.is_on(module)) {
+            let name = engine.status(module).map_or("Starting".into(), |is| format!("{:?}", is.module_type));
+            *types.entry(name).or_default() += 1;
         }
         let simulated_seconds = engine.cycle() as f64 / f64::from(CLOCK_HZ);
         let wall_seconds = wall.as_secs_f64();
@@ -154,8 +147,8 @@ impl Report {
             state_hash: format!("{:016x}", engine.state_hash()),
             faults: Vec::new(),
         };
-        report.faults = report.find_faults(engine);
-        Ok(report)
+        report.faults = report.find_faults(engine, is_calm);
+        report
     }
 
     /// What it did not do as it should, a line each.
@@ -163,7 +156,7 @@ impl Report {
         &self.faults
     }
 
-    fn find_faults(&self, engine: &Engine) -> Vec<String> {
+    fn find_faults(&self, engine: &Engine, is_calm: bool) -> Vec<String> {
         let mut faults = Vec::new();
         for (module, controller, reason) in engine.robot().crashes() {
             faults.push(format!("module {module}: the {controller:?} MCU crashed: {reason}"));
@@ -183,11 +176,11 @@ impl Report {
         if self.gait_violations > 0 {
             faults.push(format!("the gait was wrong {} times", self.gait_violations));
         }
-        // With frames lost hormones may be given up; what the legs made of it is counted above.
-        if self.loss == 0.0 && self.hormones_lost > 0 {
+        // Where frames are lost or modules come and go hormones may be given up; what the legs made of it is counted above.
+        if is_calm && self.hormones_lost > 0 {
             faults.push(format!("{} hormones were lost", self.hormones_lost));
         }
-        if self.loss == 0.0 && self.hormones_out_of_turn > 0 {
+        if is_calm && self.hormones_out_of_turn > 0 {
             faults.push(format!("{} hormones repeated the one before", self.hormones_out_of_turn));
         }
         faults
@@ -199,7 +192,8 @@ fn load(robot: &Robot, controller: Controller) -> Load {
         .filter_map(|module| robot.module(module))
         .map(|module| {
             let mcu = module.mcu(controller);
-            mcu.awake_cycles() as f64 / mcu.cycle().max(1) as f64
+            let cycles = mcu.cycle().saturating_sub(module.powered_up_at());
+            mcu.awake_cycles() as f64 / cycles.max(1) as f64
         })
         .collect();
     Load {

@@ -16,9 +16,11 @@ impl fmt::Display for Report {
             "{modules} modules, {mcus} MCUs: {simulated_seconds} s simulated in {wall_seconds:.2} s"
         )?;
         writeln!(f, "types      {} ({topology})", types.join(", "))?;
+        let loss =
+            self.loss_notice_ms_max.map_or(String::new(), |ms| format!(", a loss noticed after {ms:.0} ms"));
         writeln!(
             f,
-            "discovery  {} at most, {} lapses",
+            "discovery  neighbours found after {} at most{loss}, {} lapses",
             or_none(self.discovery_ms_max, "ms"),
             self.topology_lapses
         )?;

@@ -23,6 +23,13 @@ pub struct Character {
     pub end: u64,
 }
 
+impl Character {
+    /// The same so many cycles later.
+    pub(crate) fn later(self, cycles: u64) -> Self {
+        Self { start: self.start + cycles, end: self.end + cycles, ..self }
+    }
+}
+
 /// What a USART has done since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UsartCounts {

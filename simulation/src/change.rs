@@ -1,0 +1,73 @@
+//! What can happen to a robot while it runs.
+
+use serde::Deserialize;
+
+use crate::wiring::{Face, Wiring, WiringError};
+
+/// Something that happens to a robot from outside.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// Two docks are attached to each other.
+    Attach(Face, Face),
+    /// What is attached to a dock comes off.
+    Detach(Face),
+    /// Two modules change places.
+    Swap(usize, usize),
+    /// MCUs of a module are reset.
+    Reset { module: usize, mcus: Mcus },
+    /// A module's power fails. It stays where it is, and is no neighbour to anyone.
+    Kill(usize),
+    /// Frames are lost from now on.
+    Loss { links: Links, probability: f64 },
+    /// Bytes are changed on their way from now on, each with this probability.
+    Noise { links: Links, probability: f64 },
+    /// Something bright is before a dock from now on, or is taken away: the dock hears what it sends itself.
+    Obstacle { at: Face, is_there: bool },
+    /// Someone with a remote control sends a message to HORMONE, once, through a dock to which nothing is attached.
+    Command { at: Face, payload: Vec<u8> },
+}
+
+/// MCUs of a module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mcus {
+    Master,
+    Slave,
+    Both,
+}
+
+/// Directions of links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Links {
+    /// All, also those of later attachments.
+    All,
+    /// The one that begins at this dock.
+    From(Face),
+}
+
+impl Change {
+    /// Brings the wiring to what it is after this. A module without power counts as attached to nothing.
+    ///
+    /// # Errors
+    /// It can't happen: a module is not there, a dock not free or not attached.
+    pub fn apply(&self, wiring: &mut Wiring) -> Result<(), WiringError> {
+        match *self {
+            Change::Attach(one, other) => wiring.attach(one, other),
+            Change::Detach(face) => wiring.detach(face).map(|_| ()),
+            Change::Swap(one, other) => wiring.swap(one, other),
+            Change::Kill(module) => wiring.isolate(module),
+            Change::Reset { module, .. } => wiring.check(module),
+            Change::Loss { links, .. } | Change::Noise { links, .. } => match links {
+                Links::All => Ok(()),
+                Links::From(face) => wiring.expect_attached(face),
+            },
+            Change::Obstacle { at, .. } => wiring.check(at.module),
+            Change::Command { at, .. } => wiring.expect_free(at),
+        }
+    }
+
+    /// Whether legs and hormones may be out of step for a while because of it.
+    pub fn disturbs(&self) -> bool {
+        !matches!(self, Change::Loss { .. } | Change::Noise { .. } | Change::Command { .. })
+    }
+}

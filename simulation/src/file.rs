@@ -1,0 +1,194 @@
+//! Robots from TOML files; docs/simulator.md has the format.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use tasks::dock::Dock;
+use tasks::message::MAX_PAYLOAD;
+use thiserror::Error;
+use toml::Spanned;
+
+use crate::change::{Change, Links, Mcus};
+use crate::hardware::CLOCK_HZ;
+use crate::scenario::{Event, Scenario};
+use crate::shape::Shape;
+use crate::wiring::{Face, Wiring};
+
+/// What is wrong in a robot file: where, and what to do.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct FileError(String);
+
+/// A robot file as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    modules: Spanned<usize>,
+    shape: Option<Spanned<Shape>>,
+    #[serde(default)]
+    docks: Vec<Spanned<[Face; 2]>>,
+    #[serde(default)]
+    event: Vec<Spanned<EventTable>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EventTable {
+    at: f64,
+    attach: Option<[Face; 2]>,
+    detach: Option<Face>,
+    swap: Option<[usize; 2]>,
+    reset: Option<usize>,
+    mcu: Option<Mcus>,
+    kill: Option<usize>,
+    loss: Option<f64>,
+    noise: Option<f64>,
+    from: Option<Face>,
+    obstacle: Option<Face>,
+    clear: Option<Face>,
+    command: Option<Vec<u8>>,
+    to: Option<Face>,
+}
+
+/// More modules than a robot file may ask for.
+const TOO_MANY_MODULES: usize = 1_000_001;
+
+/// The latest time of an event, in seconds: a day.
+const LATEST: f64 = 86_400.0;
+
+impl Scenario {
+    /// The robot in `text`, in TOML.
+    ///
+    /// # Errors
+    /// The text is no TOML, has unknown fields or values out of range, or asks for what can't be. The error shows the
+    /// line.
+    pub fn from_toml(text: &str) -> Result<Self, FileError> {
+        let file: File =
+            toml::from_str(text).map_err(|error| FileError(error.to_string().trim_end().into()))?;
+        let at =
+            |span: Range<usize>, message: &dyn std::fmt::Display| FileError(point_at(text, span, message));
+        let wiring = file.wiring().map_err(|(span, message)| at(span, &message))?;
+        let mut events = Vec::new();
+        for table in file.event {
+            let span = table.span();
+            let table = table.into_inner();
+            let event = table.event().map_err(|message| at(span.clone(), &message))?;
+            events.push((span, event));
+        }
+        events.sort_by_key(|(_, event)| event.at);
+        let mut wired = wiring.clone();
+        for (span, event) in &events {
+            event.change.apply(&mut wired).map_err(|error| at(span.clone(), &error))?;
+        }
+        Ok(Scenario { wiring, timeline: events.into_iter().map(|(_, event)| event).collect() })
+    }
+}
+
+impl File {
+    fn wiring(&self) -> Result<Wiring, (Range<usize>, String)> {
+        let modules = *self.modules.get_ref();
+        if !(1..TOO_MANY_MODULES).contains(&modules) {
+            return Err((self.modules.span(), "give a number of modules from 1 to 1000000".into()));
+        }
+        let mut wiring = match &self.shape {
+            None => Wiring::new(modules),
+            Some(shape) => {
+                let wiring = shape.get_ref().wiring(modules);
+                wiring.map_err(|error| (self.modules.span(), error.to_string()))?
+            }
+        };
+        for docks in &self.docks {
+            let &[one, other] = docks.get_ref();
+            wiring.attach(one, other).map_err(|error| (docks.span(), error.to_string()))?;
+        }
+        Ok(wiring)
+    }
+}
+
+impl EventTable {
+    fn event(self) -> Result<Event, String> {
+        if !(0.0..=LATEST).contains(&self.at) {
+            return Err("give `at` in seconds from 0 to 86400".into());
+        }
+        let at = (self.at * f64::from(CLOCK_HZ)) as u64;
+        Ok(Event { at, change: self.change()? })
+    }
+
+    /// The one change that the table names.
+    fn change(self) -> Result<Change, String> {
+        if self.mcu.is_some() && self.reset.is_none() {
+            return Err("`mcu` belongs to `reset`".into());
+        }
+        if self.from.is_some() && self.loss.is_none() && self.noise.is_none() {
+            return Err("`from` belongs to `loss` or `noise`".into());
+        }
+        if self.to.is_some() != self.command.is_some() {
+            return Err(
+                "give both `command`, the bytes of a message to HORMONE, and `to`, a free dock".into()
+            );
+        }
+        let links = self.from.map_or(Links::All, Links::From);
+        let changes = [
+            self.attach.map(|[one, other]| Ok(Change::Attach(one, other))),
+            self.detach.map(|face| Ok(Change::Detach(face))),
+            self.swap.map(|[one, other]| Ok(Change::Swap(one, other))),
+            self.reset.map(|module| Ok(Change::Reset { module, mcus: self.mcu.unwrap_or(Mcus::Both) })),
+            self.kill.map(|module| Ok(Change::Kill(module))),
+            self.loss.map(|chance| Ok(Change::Loss { links, probability: probability(chance)? })),
+            self.noise.map(|chance| Ok(Change::Noise { links, probability: probability(chance)? })),
+            self.obstacle.map(|at| Ok(Change::Obstacle { at, is_there: true })),
+            self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
+            self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
+        ];
+        let mut changes = changes.into_iter().flatten();
+        match (changes.next(), changes.next()) {
+            (Some(change), None) => change,
+            _ => {
+                Err("give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear and command"
+                    .into())
+            }
+        }
+    }
+}
+
+fn probability(value: f64) -> Result<f64, String> {
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("give a probability from 0 to 1".into()) }
+}
+
+fn command(payload: Vec<u8>, at: Face) -> Result<Change, String> {
+    if payload.len() > MAX_PAYLOAD {
+        return Err(format!("give a command of at most {MAX_PAYLOAD} bytes"));
+    }
+    Ok(Change::Command { at, payload })
+}
+
+/// The message, and below it the first line of `span` with its number.
+fn point_at(text: &str, span: Range<usize>, message: &dyn std::fmt::Display) -> String {
+    let before = &text[..span.start];
+    let number = before.matches('\n').count() + 1;
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let line = text[start..].lines().next().unwrap_or("");
+    let width = span.len().min(line.len().saturating_sub(span.start - start)).max(1);
+    let margin = " ".repeat(number.to_string().len());
+    let indent = " ".repeat(text[start..span.start].chars().count());
+    format!(
+        "line {number}: {message}\n{margin} |\n{number} | {line}\n{margin} | {indent}{}",
+        "^".repeat(width)
+    )
+}
+
+impl<'de> Deserialize<'de> for Face {
+    /// From text as in `"3.Left"`.
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let face = text.split_once('.').and_then(|(module, dock)| {
+            let dock = Dock::ALL.into_iter().find(|known| format!("{known:?}").eq_ignore_ascii_case(dock))?;
+            Some(Face { module: module.parse().ok()?, dock })
+        });
+        face.ok_or_else(|| {
+            serde::de::Error::custom(format!(
+                "\"{text}\" is no dock: write the module's number, a point, and Front, Back, Left, Right, Up or Down"
+            ))
+        })
+    }
+}

@@ -1,0 +1,40 @@
+//! A robot on its way through a timeline.
+
+use crate::observer::Observer;
+use crate::robot::Robot;
+use crate::scenario::Event;
+use crate::wiring::WiringError;
+
+/// A robot that runs, what is still to happen to it, and who follows it.
+pub struct Run<R> {
+    pub robot: R,
+    pub observer: Observer,
+    /// The latest first.
+    timeline: Vec<Event>,
+}
+
+impl<R: Robot> Run<R> {
+    /// A robot at power-up. `timeline` is in the order of time; `period` is that of the gait, in cycles.
+    pub fn new(robot: R, mut timeline: Vec<Event>, period: u64) -> Self {
+        let observer = Observer::new(&robot, period);
+        timeline.reverse();
+        Run { robot, observer, timeline }
+    }
+
+    /// Runs for [`Observer::STEP`], or up to the next event or to `end` if that comes first, and lets what is due happen.
+    /// Returns whether there is more to run.
+    ///
+    /// # Errors
+    /// An event can't happen.
+    pub fn step(&mut self, end: u64) -> Result<bool, WiringError> {
+        let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
+        self.robot.run_until((self.robot.now() + Observer::STEP).min(event).min(end));
+        self.observer.look(&mut self.robot);
+        let now = self.robot.now();
+        while let Some(Event { change, .. }) = self.timeline.pop_if(|event| event.at <= now) {
+            self.robot.change(&change)?;
+            self.observer.changed(&self.robot, &change);
+        }
+        Ok(now < end)
+    }
+}

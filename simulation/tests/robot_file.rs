@@ -1,0 +1,153 @@
+//! Robot files: what they say, and that their errors point at the line.
+
+use simulation::{Change, Event, Face, Links, MILLISECOND, Mcus, Scenario, Shape, Wiring};
+use tasks::dock::Dock::{self, Back, Front, Left, Right, Up};
+
+const SECOND: u64 = 1000 * MILLISECOND;
+
+fn face(module: usize, dock: Dock) -> Face {
+    Face { module, dock }
+}
+
+#[test]
+fn a_file_says_how_docks_are_joined_and_what_happens() {
+    let scenario = Scenario::from_toml(
+        r#"
+        modules = 4
+        docks = [["0.Back", "1.Front"], ["1.left", "2.back"]]
+
+        [[event]]
+        at = 9
+        kill = 0
+
+        [[event]]
+        at = 1.5
+        attach = ["3.Back", "1.Right"]
+
+        [[event]]
+        at = 2
+        detach = "1.Left"
+
+        [[event]]
+        at = 3
+        swap = [0, 1]
+
+        [[event]]
+        at = 4
+        reset = 2
+        mcu = "slave"
+
+        [[event]]
+        at = 5
+        loss = 0.75
+
+        [[event]]
+        at = 6
+        noise = 0.01
+        from = "3.Back"
+
+        [[event]]
+        at = 7
+        obstacle = "2.Up"
+
+        [[event]]
+        at = 7.5
+        clear = "2.Up"
+
+        [[event]]
+        at = 8
+        command = [1, 0]
+        to = "0.Left"
+        "#,
+    )
+    .unwrap();
+    let mut wiring = Wiring::new(4);
+    wiring.attach(face(0, Back), face(1, Front)).unwrap();
+    wiring.attach(face(1, Left), face(2, Back)).unwrap();
+    assert_eq!(scenario.wiring, wiring);
+    let expected = [
+        (1.5, Change::Attach(face(3, Back), face(1, Right))),
+        (2.0, Change::Detach(face(1, Left))),
+        (3.0, Change::Swap(0, 1)),
+        (4.0, Change::Reset { module: 2, mcus: Mcus::Slave }),
+        (5.0, Change::Loss { links: Links::All, probability: 0.75 }),
+        (6.0, Change::Noise { links: Links::From(face(3, Back)), probability: 0.01 }),
+        (7.0, Change::Obstacle { at: face(2, Up), is_there: true }),
+        (7.5, Change::Obstacle { at: face(2, Up), is_there: false }),
+        (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
+        (9.0, Change::Kill(0)),
+    ];
+    let expected = expected.map(|(at, change)| Event { at: (at * SECOND as f64) as u64, change });
+    assert_eq!(scenario.timeline, expected);
+}
+
+#[test]
+fn a_shape_may_be_added_to() {
+    let text = "shape = \"six-legs\"\nmodules = 12\ndocks = [[\"0.Up\", \"11.Up\"]]\n";
+    let scenario = Scenario::from_toml(text).unwrap();
+    let mut wiring = Shape::SixLegs.wiring(12).unwrap();
+    wiring.attach(face(0, Up), face(11, Up)).unwrap();
+    assert_eq!(scenario.wiring, wiring);
+}
+
+/// The error of a file, which has to begin with its line and show what stands there.
+fn error(text: &str, line: usize, shown: &str) -> String {
+    let error = Scenario::from_toml(text).expect_err("there is an error").to_string();
+    let found = error.contains(&format!("line {line}")) && error.contains(shown) && error.contains('^');
+    assert!(found, "not line {line} with {shown:?}: {error}");
+    error
+}
+
+#[test]
+fn errors_point_at_the_line_and_say_what_to_do() {
+    let chain = "shape = \"chain\"\nmodules = 5\n";
+    let event = |fields: &str| format!("{chain}\n[[event]]\n{fields}\n");
+    for (text, line, shown, advice) in [
+        ("modules = 0", 1, "modules = 0", "give a number of modules from 1"),
+        ("shape = \"six-legs\"\nmodules = 10", 2, "modules = 10", "at least 11 modules"),
+        ("shape = \"square\"\nmodules = 5", 1, "\"square\"", "expected one of `centipede`"),
+        ("modles = 5", 1, "modles", "expected one of `modules`"),
+        (
+            "modules = 2\ndocks = [\n  [\"0.Back\", \"2.Front\"],\n]",
+            3,
+            "2.Front",
+            "the robot has 2, counted from 0",
+        ),
+        (
+            "modules = 2\ndocks = [[\"0.Top\", \"1.Front\"]]",
+            2,
+            "0.Top",
+            "Front, Back, Left, Right, Up or Down",
+        ),
+        ("modules = 2\ndocks = [[\"0.Back\", \"0.Back\"]]", 2, "0.Back", "attached to itself"),
+        (&event("at = 1\nattach = [\"0.Back\", \"4.Back\"]"), 4, "[[event]]", "detach it or use another"),
+        (&event("at = 1\ndetach = \"0.Front\""), 4, "[[event]]", "attach something first"),
+        (&event("at = 1\nswap = [0, 5]"), 4, "[[event]]", "there is no module 5"),
+        (&event("at = -1\nkill = 0"), 4, "[[event]]", "from 0 to 86400"),
+        (&event("kill = 0"), 4, "[[event]]", "missing field `at`"),
+        (&event("at = 1\nloss = 2"), 4, "[[event]]", "give a probability from 0 to 1"),
+        (&event("at = 1"), 4, "[[event]]", "give one of attach, detach"),
+        (&event("at = 1\nkill = 0\nloss = 0.5"), 4, "[[event]]", "give one of attach, detach"),
+        (&event("at = 1\nkill = 0\nmcu = \"slave\""), 4, "[[event]]", "`mcu` belongs to `reset`"),
+        (
+            &event("at = 1\nkill = 0\nfrom = \"0.Back\""),
+            4,
+            "[[event]]",
+            "`from` belongs to `loss` or `noise`",
+        ),
+        (&event("at = 1\ncommand = [1]"), 4, "[[event]]", "give both `command`"),
+        (&event("at = 1\ncommand = [1, 2]\nto = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
+        (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
+    ] {
+        let error = error(text, line, shown);
+        assert!(error.contains(advice), "{advice:?} is not in: {error}");
+    }
+}
+
+#[test]
+fn events_are_tried_in_the_order_of_time() {
+    let text = "modules = 2\n[[event]]\nat = 2\ndetach = \"0.Back\"\n[[event]]\nat = 1\nattach = [\"0.Back\", \"1.Front\"]";
+    assert!(Scenario::from_toml(text).is_ok());
+    let text = text.replace("at = 2", "at = 0.5");
+    assert!(error(&text, 2, "[[event]]").contains("attach something first"));
+}
