@@ -2,9 +2,11 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
-use simulation::{Change, Deed, Wiring, WiringError};
+use simulation::{BridgeTotals, Change, Deed, LinkTotals, Wiring, WiringError};
 
+use crate::counters;
 use crate::engine::Engine;
+use crate::mcu::Mcu;
 use crate::module::{Controller, Module};
 
 impl simulation::Robot for Engine {
@@ -46,7 +48,33 @@ impl simulation::Robot for Engine {
         Status::from_bytes(bytes.first_chunk()?)
     }
 
+    fn links(&self) -> LinkTotals {
+        let mut totals = LinkTotals::default();
+        mcus(self).flat_map(counters::links).for_each(|counters| totals.add(&counters));
+        totals
+    }
+
+    fn bridges(&self) -> BridgeTotals {
+        let mut totals = BridgeTotals::default();
+        mcus(self).filter_map(counters::bridge).for_each(|counters| totals.add(&counters));
+        totals
+    }
+
+    fn crashes(&self) -> Vec<String> {
+        let crashes = self.robot().crashes();
+        let line = |(module, controller, reason)| {
+            format!("module {module}: the {controller:?} MCU crashed: {reason}")
+        };
+        crashes.map(line).collect()
+    }
+
     fn state_hash(&self) -> u64 {
         self.robot().state_hash()
     }
+}
+
+fn mcus(engine: &Engine) -> impl Iterator<Item = &Mcu> {
+    let robot = engine.robot();
+    let modules = (0..robot.modules()).filter_map(|module| robot.module(module));
+    modules.flat_map(|module| Controller::ALL.map(|controller| module.mcu(controller)))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::random::Random;
+use simulation::Random;
 
 /// What goes wrong on the way. By default nothing does.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use simulation::{Random, fnv_1a};
 use thiserror::Error;
 
 use crate::cpu::{Core, Cpu};
@@ -9,7 +10,6 @@ use crate::device::{Attached, WrappedWrites};
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::Part;
-use crate::random::Random;
 use crate::repair::adc::{self, Adc};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::timer3::{self, Timer3};
@@ -580,10 +580,4 @@ impl Drop for Mcu {
         // SAFETY: the devices, dropped after this, use no handle when they are dropped.
         unsafe { self.cpu.destroy() }
     }
-}
-
-/// FNV-1a, 64 bits.
-pub(crate) fn fnv_1a(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, step)
 }

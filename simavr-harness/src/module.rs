@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
+use simulation::{Random, fnv_1a};
 use tasks::dock::Dock;
+use thiserror::Error;
 
 use crate::bus::{Bus, BusCounts};
+use crate::counters;
 use crate::image::Image;
 use crate::lockstep;
-use crate::mcu::{Mcu, McuError, Pin, fnv_1a};
+use crate::mcu::{Mcu, McuError, Pin};
 use crate::part::Part;
-use crate::random::Random;
 use crate::repair::usart::Character;
 use crate::serial_pins::SerialPins;
 
@@ -25,6 +27,29 @@ pub enum Controller {
 pub struct Images {
     pub master: Arc<Image>,
     pub slave: Arc<Image>,
+}
+
+impl Images {
+    /// Whether the images have a link at this dock.
+    ///
+    /// # Errors
+    /// What to do if not.
+    pub fn expect_link(&self, dock: Dock) -> Result<(), NoLink> {
+        let (controller, number) = port(dock);
+        let image = if controller == Controller::Master { &self.master } else { &self.slave };
+        let symbol = counters::LINKS[number];
+        image.symbol(symbol).map(|_| ()).ok_or(NoLink { dock, symbol })
+    }
+}
+
+/// The images do not serve a dock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "the images have no link at {dock:?} (no {symbol}): build newer ones with `./x build`, or use other docks"
+)]
+pub struct NoLink {
+    dock: Dock,
+    symbol: &'static str,
 }
 
 /// A module.

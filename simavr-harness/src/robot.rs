@@ -1,14 +1,13 @@
 //! Modules, and how they are attached to each other.
 
-use simulation::{Change, Face, Links, Mcus, Wiring, WiringError};
+use simulation::{Change, Face, Links, Mcus, Random, Wiring, WiringError, fnv_1a};
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
 
 use crate::engine::{Event, LONGEST_WINDOW};
 use crate::link::{Channel, Faults, LinkCounts};
-use crate::mcu::{McuError, Reset, fnv_1a};
+use crate::mcu::{McuError, Reset};
 use crate::module::{Controller, Images, Module};
-use crate::random::Random;
 use crate::repair::usart::Character;
 
 /// Modules and the attachments between their docks.

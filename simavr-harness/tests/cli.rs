@@ -72,7 +72,8 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
 
     is_true(report["link"]["frames"].as_u64().is_some_and(|frames| frames > 100), "link.frames");
     is_true(report["link"]["retries"] == 0, "link.retries");
-    is_true(report["link"]["errors"] == 0, "link.errors");
+    // A module whose power comes in the midst of a neighbour's frame hears the rest of it.
+    is_true(report["link"]["errors"].as_u64().is_some_and(|errors| errors <= 8), "link.errors");
     let hash = report["state_hash"].as_str().unwrap_or_default();
     is_true(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok(), "state_hash");
 }
@@ -80,11 +81,37 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
 #[test]
 fn the_state_hash_follows_from_the_seed() {
     let hash = |seed, threads| {
-        let arguments = ["sim", "--seconds", "0.5", "--json", "-", "--seed", seed, "--threads", threads];
+        let arguments =
+            ["sim", "six-legs", "--seconds", "0.5", "--json", "-", "--seed", seed, "--threads", threads];
         json(&run(&arguments))["state_hash"].clone()
     };
     assert_eq!(hash("1", "1"), hash("1", "2"));
     assert_ne!(hash("1", "1"), hash("2", "1"));
+}
+
+#[test]
+fn legs_walk() {
+    for engine in ["simavr", "host"] {
+        let output = run(&["sim", "six-legs", "--engine", engine, "--seconds", "4", "--json", "-"]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let report = json(&output);
+        let types = serde_json::json!({ "Branch": 3, "Head": 1, "LeftLeg": 3, "RightLeg": 3, "Tail": 1 });
+        assert_eq!(report["types"], types);
+        assert_eq!((&report["engine"], &report["legs"]), (&engine.into(), &6.into()));
+        assert_eq!(report["gait_violations"], 0);
+        assert!(report["leg_skew_us_max"].as_f64().is_some_and(|us| us > 0.0 && us <= 5000.0), "{report:#}");
+        assert!(report["recovery_periods_max"].as_f64().is_some_and(|periods| periods <= 1.3), "{report:#}");
+        assert_eq!(report["cpu_load"].is_null(), engine == "host");
+    }
+}
+
+#[test]
+fn a_hundred_modules_walk_natively() {
+    let output = run(&["sim", "--engine", "host", "--json", "-"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = json(&output);
+    assert_eq!((&report["modules"], &report["mcus"]), (&100.into(), &0.into()));
+    assert_eq!((&report["simulated_seconds"], &report["legs"]), (&20.0.into(), &48.into()));
 }
 
 #[test]
@@ -121,7 +148,8 @@ fn a_robot_file_is_run_through_its_changes() {
     assert_eq!(report["topology_correct"], true);
     let ms = |field: &str| report[field].as_f64().unwrap_or(f64::NAN);
     assert!(ms("discovery_ms_max") <= 150.0, "{report:#}");
-    assert!((200.0..=300.0).contains(&ms("loss_notice_ms_max")), "{report:#}");
+    // On a link that lost frames a neighbour has 600 ms.
+    assert!((200.0..=650.0).contains(&ms("loss_notice_ms_max")), "{report:#}");
 
     let broken = Path::new(env!("CARGO_TARGET_TMPDIR")).join("broken.toml");
     std::fs::write(&broken, "modules = 2\ndocks = [[\"0.Back\", \"2.Front\"]]\n")
@@ -134,14 +162,14 @@ fn a_robot_file_is_run_through_its_changes() {
 
 #[test]
 fn the_summary_is_for_people_and_json_can_go_to_a_file() {
-    let output = run(&["sim", "--seconds", "1"]);
+    let output = run(&["sim", "chain", "--seconds", "1"]);
     assert_eq!(output.status.code(), Some(0));
     let summary = String::from_utf8(output.stdout).expect("the summary is text");
     assert!(summary.starts_with("5 modules, 10 MCUs: 1 s simulated"), "{summary}");
     assert!(summary.contains("1 Head, 3 Spine, 1 Tail (as wired)"), "{summary}");
 
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report.json");
-    let output = run(&["sim", "--seconds", "1", "--json", file.to_str().expect("the path is text")]);
+    let output = run(&["sim", "chain", "--seconds", "1", "--json", file.to_str().expect("the path is text")]);
     assert_eq!(output.status.code(), Some(0));
     assert!(output.stdout.is_empty());
     let report = std::fs::read(file).expect("the file is there");
@@ -160,8 +188,9 @@ fn a_robot_that_had_no_time_fails_and_says_why() {
 #[test]
 fn what_can_not_be_run_is_refused_with_advice() {
     for (arguments, advice) in [
-        (["sim", "--modules", "0"], "give a number of modules from 1 to 1000"),
-        (["sim", "--modules", "five"], "give a number of modules from 1 to 1000"),
+        (["sim", "--modules", "0"], "give a number of modules from 1 to 1000000"),
+        (["sim", "--modules", "five"], "give a number of modules from 1 to 1000000"),
+        (["sim", "--modules", "1001"], "--engine host"),
         (["sim", "--seconds", "0"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--seconds", "nan"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--threads", "0"], "give a number of threads from 1 to 256"),
@@ -177,7 +206,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
     assert_refused(&run(&[]), "sim");
     let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
     let nowhere = nowhere.to_str().expect("the path is text");
-    assert_refused(&run(&["sim", "--seconds", "0.001", "--json", nowhere]), "can't write");
+    assert_refused(&run(&["sim", "chain", "--seconds", "0.001", "--json", nowhere]), "can't write");
 }
 
 #[test]

@@ -3,6 +3,8 @@
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
 use tasks::dock::{Dock, DockSet};
+use tasks::message::TaskCode;
+use tasks::router::{Residence, Residents, TaskSet};
 
 /// The clock of every MCU, in Hz.
 pub const CLOCK_HZ: u32 = 16_000_000;
@@ -13,18 +15,32 @@ pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
 /// The rate of the links between docks, in bit/s.
 const BAUD: u64 = 38_400;
 
+/// The docks whose serial port is made of pins.
+const SOFTWARE_DOCKS: DockSet = DockSet::of(&[Dock::Right, Dock::Down]);
+
 /// Bits of a character: start, eight of data, stop.
 const CHARACTER_BITS: u64 = 10;
 
 /// The clock of the two-wire bus inside a module, in Hz.
 const I2C_HZ: u64 = 400_000;
 
-/// The docks of the slave MCU. All behaviours run on the master.
-const SLAVE_DOCKS: DockSet = DockSet::of(&[Dock::Back, Dock::Up, Dock::Down]);
+/// The docks of both MCUs, and who runs the behaviours.
+pub(crate) const RESIDENCE: Residence = Residence {
+    master: Residents {
+        docks: DockSet::of(&[Dock::Front, Dock::Left, Dock::Right]),
+        tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE]),
+    },
+    slave: Residents { docks: DockSet::of(&[Dock::Back, Dock::Up, Dock::Down]), tasks: TaskSet::of(&[]) },
+};
 
 /// Whether what passes a dock crosses the two-wire bus on its way from or to a behaviour.
 pub fn is_on_slave(dock: Dock) -> bool {
-    SLAVE_DOCKS.contains(dock)
+    RESIDENCE.slave.docks.contains(dock)
+}
+
+/// Whether a dock hears nothing while it sends: its one timer does both.
+pub(crate) fn is_deaf_while_it_sends(dock: Dock) -> bool {
+    SOFTWARE_DOCKS.contains(dock)
 }
 
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that of its

@@ -3,7 +3,6 @@
 use crate::change::{Change, Mcus};
 use crate::discovery::Discovery;
 use crate::gait::Gait;
-use crate::hardware::MILLISECOND;
 use crate::hops::Hops;
 use crate::robot::Robot;
 
@@ -15,9 +14,6 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// The longest that a robot may run between two looks, in cycles: 20 ms.
-    pub const STEP: u64 = 20 * MILLISECOND;
-
     /// A robot at power-up. `period` is that of its gait, in cycles.
     pub fn new(robot: &impl Robot, period: u64) -> Self {
         let wiring = robot.wiring();
@@ -36,7 +32,7 @@ impl Observer {
             self.gait.take(&deed);
         }
         self.discovery.look(robot);
-        self.gait.look(robot);
+        self.gait.pass(robot.now());
     }
 
     /// Something has just happened to the robot.

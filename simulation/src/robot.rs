@@ -4,6 +4,7 @@ use hormone::status::Status;
 
 use crate::change::Change;
 use crate::deed::Deed;
+use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Wiring, WiringError};
 
 /// A robot that can be run.
@@ -34,6 +35,17 @@ pub trait Robot {
 
     /// What a module says of itself; `None` while it has not begun.
     fn status(&self, module: usize) -> Option<Status>;
+
+    /// What all links count.
+    fn links(&self) -> LinkTotals;
+
+    /// What all bridges count.
+    fn bridges(&self) -> BridgeTotals;
+
+    /// The programs that have crashed, and why, a line each.
+    fn crashes(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// A hash of the whole state: equal runs have equal hashes.
     fn state_hash(&self) -> u64;

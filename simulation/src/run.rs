@@ -1,5 +1,6 @@
 //! A robot on its way through a timeline.
 
+use crate::hardware::MILLISECOND;
 use crate::observer::Observer;
 use crate::robot::Robot;
 use crate::scenario::Event;
@@ -21,14 +22,17 @@ impl<R: Robot> Run<R> {
         Run { robot, observer, timeline }
     }
 
-    /// Runs for [`Observer::STEP`], or up to the next event or to `end` if that comes first, and lets what is due happen.
+    /// The longest that a robot runs between two looks, in cycles: 250 ms.
+    const STEP: u64 = 250 * MILLISECOND;
+
+    /// Runs for 250 ms, or up to the next event or to `end` if that comes first, and lets what is due happen.
     /// Returns whether there is more to run.
     ///
     /// # Errors
     /// An event can't happen.
     pub fn step(&mut self, end: u64) -> Result<bool, WiringError> {
         let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
-        self.robot.run_until((self.robot.now() + Observer::STEP).min(event).min(end));
+        self.robot.run_until((self.robot.now() + Self::STEP).min(event).min(end));
         self.observer.look(&mut self.robot);
         let now = self.robot.now();
         while let Some(Event { change, .. }) = self.timeline.pop_if(|event| event.at <= now) {

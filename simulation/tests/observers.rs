@@ -5,7 +5,9 @@ use hormone::event::Event;
 use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
-use simulation::{Change, Deed, Face, MILLISECOND, Observer, Robot, Shape, Wiring, WiringError};
+use simulation::{
+    BridgeTotals, Change, Deed, Face, LinkTotals, MILLISECOND, Observer, Robot, Shape, Wiring, WiringError,
+};
 use tasks::dock::Dock::{self, Back, Left, Right};
 
 const PERIOD: u64 = 1000 * MILLISECOND;
@@ -48,11 +50,10 @@ impl Script {
         self.deeds.push(Deed { cycle: at, module, event: Event::HormoneReceived(dock, data) });
     }
 
-    /// A leg takes up a hormone, and with it an action.
+    /// A leg begins an action.
     fn steps(&mut self, observer: &mut Observer, leg: usize, action: Action, at: u64) {
         self.now = at;
-        self.receives(leg, Back, A, at);
-        self.statuses[leg].action = action;
+        self.deeds.push(Deed { cycle: at, module: leg, event: Event::ActionBegun(action) });
         observer.look(self);
     }
 
@@ -103,6 +104,14 @@ impl Robot for Script {
 
     fn status(&self, module: usize) -> Option<Status> {
         self.statuses.get(module).copied()
+    }
+
+    fn links(&self) -> LinkTotals {
+        LinkTotals::default()
+    }
+
+    fn bridges(&self) -> BridgeTotals {
+        BridgeTotals::default()
     }
 
     fn state_hash(&self) -> u64 {

@@ -10,7 +10,7 @@ use crate::probe::Probe;
 use crate::topology::to_bytes;
 
 /// How often silent neighbours are looked for, in ticks of 1 ms; see [`Topology::expire`](crate::topology::Topology::expire).
-const LOOK: Ticks = 20;
+pub const LOOK: Ticks = 20;
 
 /// Runs AC_RECV on `mailbox`.
 pub fn run(

@@ -3,7 +3,8 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::Serialize;
 use simulation::Shape;
 
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed with.
@@ -25,8 +26,12 @@ pub enum Command {
 #[derive(Args)]
 pub struct Sim {
     /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, or a robot file (.toml).
-    #[arg(default_value = "chain", value_parser = source)]
+    #[arg(default_value = "centipede", value_parser = source)]
     pub robot: Source,
+
+    /// What runs the robot: simavr its images, cycle by cycle; host the behaviours and links natively.
+    #[arg(long, default_value = "simavr")]
+    pub engine: EngineName,
 
     /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 8, four-legs 8, six-legs 11, cross 9.
     #[arg(long, value_parser = modules)]
@@ -76,6 +81,14 @@ pub struct Bench {
     pub images: PathBuf,
 }
 
+/// What runs a robot.
+#[derive(Clone, Copy, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EngineName {
+    Simavr,
+    Host,
+}
+
 /// What robot to run.
 #[derive(Clone)]
 pub enum Source {
@@ -100,8 +113,8 @@ fn cores() -> usize {
 
 fn modules(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(modules @ 1..=1000) => Ok(modules),
-        _ => Err("give a number of modules from 1 to 1000".into()),
+        Ok(modules @ 1..=1_000_000) => Ok(modules),
+        _ => Err("give a number of modules from 1 to 1000000".into()),
     }
 }
 

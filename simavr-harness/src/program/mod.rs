@@ -8,7 +8,6 @@ mod listing;
 mod report;
 mod sim;
 mod summary;
-mod view;
 
 use std::process::ExitCode;
 

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
-use simavr_harness::{Controller, Engine, Robot};
-use simulation::{CLOCK_HZ, MILLISECOND, Observer, Robot as _, Run};
+use simavr_harness::Controller;
+use simulation::{BridgeTotals, CLOCK_HZ, LinkTotals, MILLISECOND, Observer, Robot, Run};
 
-use super::arguments::Sim;
-use super::view;
+use super::arguments::{EngineName, Sim};
 
 /// Of the modules that do not know what they are, so many are named.
 const MISTAKEN_NAMED: usize = 5;
@@ -16,7 +15,9 @@ const MISTAKEN_NAMED: usize = 5;
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
 pub struct Report {
+    pub engine: EngineName,
     pub modules: usize,
+    /// Simulated.
     pub mcus: usize,
     pub simulated_seconds: f64,
     pub wall_seconds: f64,
@@ -51,9 +52,10 @@ pub struct Report {
     pub leg_skew_us_max: Option<f64>,
     /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in Periods.
     pub recovery_periods_max: Option<f64>,
-    pub cpu_load: CpuLoad,
-    pub link: Link,
-    pub bridge: Bridge,
+    /// `None` where no MCU is simulated.
+    pub cpu_load: Option<CpuLoad>,
+    pub link: LinkTotals,
+    pub bridge: BridgeTotals,
     /// Over the RAM, registers and clocks of all MCUs, in hexadecimal.
     pub state_hash: String,
     #[serde(skip)]
@@ -79,52 +81,37 @@ pub struct Load {
     pub max: f64,
 }
 
-/// Sums over all docks, as the firmware counts them.
-#[derive(Default, Serialize)]
-pub struct Link {
-    pub frames: u64,
-    pub retries: u64,
-    /// Arrivals that are no frame, and bytes lost on the way in.
-    pub errors: u64,
-    pub gave_up: u64,
-    pub no_buffer: u64,
-}
-
-/// Sums over all bridges between the MCUs of a module, as the firmware counts them.
-#[derive(Default, Serialize)]
-pub struct Bridge {
-    pub messages: u64,
-    pub retries: u64,
-    pub errors: u64,
-    pub gave_up: u64,
-    pub no_buffer: u64,
-}
-
 impl Report {
-    pub fn new(options: &Sim, run: &Run<Engine>, wall: Duration, is_calm: bool) -> Self {
-        let Run { robot: engine, observer, .. } = run;
-        let robot = engine.robot();
-        let modules = robot.modules();
+    pub fn new(
+        options: &Sim,
+        run: &Run<impl Robot>,
+        wall: Duration,
+        cpu_load: Option<CpuLoad>,
+        is_calm: bool,
+    ) -> Self {
+        let Run { robot, observer, .. } = run;
+        let modules = robot.wiring().modules();
         let mut types = BTreeMap::new();
-        for module in (0..modules).filter(|&module| engine.is_on(module)) {
-            let name = engine.status(module).map_or("Starting".into(), |is| format!("{:?}", is.module_type));
+        for module in (0..modules).filter(|&module| robot.is_on(module)) {
+            let name = robot.status(module).map_or("Starting".into(), |is| format!("{:?}", is.module_type));
             *types.entry(name).or_default() += 1;
         }
-        let simulated_seconds = engine.cycle() as f64 / f64::from(CLOCK_HZ);
+        let simulated_seconds = robot.now() as f64 / f64::from(CLOCK_HZ);
         let wall_seconds = wall.as_secs_f64();
         let Observer { hops, discovery, gait } = observer;
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let mut report = Report {
+            engine: options.engine,
             modules,
-            mcus: 2 * modules,
+            mcus: if cpu_load.is_some() { 2 * modules } else { 0 },
             simulated_seconds,
             wall_seconds,
             wall_ratio: wall_seconds / simulated_seconds,
             seed: options.seed,
             loss: options.loss,
             types,
-            topology_correct: (0..modules).all(|module| engine.is_right(module)),
+            topology_correct: (0..modules).all(|module| robot.is_right(module)),
             hormones_sent: hops.sent,
             hormones_delivered: hops.delivered,
             hormones_lost: hops.lost(),
@@ -138,16 +125,13 @@ impl Report {
             gait_violations: gait.violations,
             leg_skew_us_max: gait.skew_max.map(|cycles| us(cycles as f64)),
             recovery_periods_max: gait.recovery_periods(),
-            cpu_load: CpuLoad {
-                master: load(robot, Controller::Master),
-                slave: load(robot, Controller::Slave),
-            },
-            link: links(robot),
-            bridge: bridges(robot),
-            state_hash: format!("{:016x}", engine.state_hash()),
+            cpu_load,
+            link: robot.links(),
+            bridge: robot.bridges(),
+            state_hash: format!("{:016x}", robot.state_hash()),
             faults: Vec::new(),
         };
-        report.faults = report.find_faults(engine, is_calm);
+        report.faults = report.find_faults(robot, is_calm);
         report
     }
 
@@ -156,15 +140,12 @@ impl Report {
         &self.faults
     }
 
-    fn find_faults(&self, engine: &Engine, is_calm: bool) -> Vec<String> {
-        let mut faults = Vec::new();
-        for (module, controller, reason) in engine.robot().crashes() {
-            faults.push(format!("module {module}: the {controller:?} MCU crashed: {reason}"));
-        }
-        let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !engine.is_right(module)).collect();
+    fn find_faults(&self, robot: &impl Robot, is_calm: bool) -> Vec<String> {
+        let mut faults = robot.crashes();
+        let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !robot.is_right(module)).collect();
         for &module in mistaken.iter().take(MISTAKEN_NAMED) {
-            let wiring = engine.wiring().neighbours(module);
-            let seen = engine.status(module).map(|status| (status.module_type, status.neighbours()));
+            let wiring = robot.wiring().neighbours(module);
+            let seen = robot.status(module).map(|status| (status.module_type, status.neighbours()));
             faults.push(format!("module {module} is wired {wiring:?}, but sees {seen:?}"));
         }
         if let more @ 1.. = mistaken.len().saturating_sub(MISTAKEN_NAMED) {
@@ -187,7 +168,13 @@ impl Report {
     }
 }
 
-fn load(robot: &Robot, controller: Controller) -> Load {
+impl CpuLoad {
+    pub fn of(robot: &simavr_harness::Robot) -> Self {
+        CpuLoad { master: load(robot, Controller::Master), slave: load(robot, Controller::Slave) }
+    }
+}
+
+fn load(robot: &simavr_harness::Robot, controller: Controller) -> Load {
     let loads: Vec<f64> = (0..robot.modules())
         .filter_map(|module| robot.module(module))
         .map(|module| {
@@ -200,34 +187,4 @@ fn load(robot: &Robot, controller: Controller) -> Load {
         mean: loads.iter().sum::<f64>() / loads.len().max(1) as f64,
         max: loads.iter().copied().fold(0.0, f64::max),
     }
-}
-
-fn links(robot: &Robot) -> Link {
-    let mut sum = Link::default();
-    for counters in mcus(robot).flat_map(view::links) {
-        sum.frames += u64::from(counters.frames_sent);
-        sum.retries += u64::from(counters.retries);
-        sum.errors += u64::from(counters.errors) + u64::from(counters.overruns);
-        sum.gave_up += u64::from(counters.gave_up);
-        sum.no_buffer += u64::from(counters.no_buffer);
-    }
-    sum
-}
-
-fn bridges(robot: &Robot) -> Bridge {
-    let mut sum = Bridge::default();
-    for counters in mcus(robot).filter_map(view::bridge) {
-        sum.messages += u64::from(counters.messages_sent);
-        sum.retries += u64::from(counters.retries);
-        sum.errors += u64::from(counters.errors);
-        sum.gave_up += u64::from(counters.gave_up);
-        sum.no_buffer += u64::from(counters.no_buffer);
-    }
-    sum
-}
-
-fn mcus(robot: &Robot) -> impl Iterator<Item = &simavr_harness::Mcu> {
-    (0..robot.modules())
-        .filter_map(|module| robot.module(module))
-        .flat_map(|module| [Controller::Master, Controller::Slave].map(|controller| module.mcu(controller)))
 }

@@ -7,29 +7,48 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, Image, Images, Module, Robot, RobotBuilder, Wiring};
-use simulation::{Change, Links, MILLISECOND, Run, Scenario};
+use simavr_harness::{Engine, Image, Images, RobotBuilder, Wiring};
+use simulation::{Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
-use super::arguments::{Sim, Source};
+use super::arguments::{EngineName, Sim, Source};
 use super::display::Display;
-use super::report::Report;
-use super::{json, view};
+use super::json;
+use super::report::{CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes each dock once.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
+/// The most modules that simavr runs: more would take more memory than most machines have.
+const SIMAVR_MODULES: usize = 1000;
+
 /// Returns whether the robot did as it should.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
-    let Scenario { wiring, timeline } = scenario(options)?;
-    let images = load_images(&options.images)?;
-    check_images(&images, &wiring)?;
-    let robot = build_robot(images, &wiring, options)?;
+    let scenario = scenario(options)?;
+    match options.engine {
+        EngineName::Simavr => {
+            let robot = build_robot(&scenario.wiring, options)?;
+            run_robot(Engine::new(robot, options.threads), scenario.timeline, options, |engine| {
+                Some(CpuLoad::of(engine.robot()))
+            })
+        }
+        EngineName::Host => {
+            let robot = Native::new(scenario.wiring, options.seed, POWER_UP_WITHIN);
+            run_robot(robot, scenario.timeline, options, |_| None)
+        }
+    }
+}
+
+fn run_robot<R: Robot>(
+    mut robot: R,
+    timeline: Vec<Event>,
+    options: &Sim,
+    cpu_load: impl Fn(&R) -> Option<CpuLoad>,
+) -> Result<bool, Box<dyn Error>> {
     let is_calm = options.loss == 0.0 && timeline.is_empty();
-    let mut run = Run::new(
-        Engine::new(robot, options.threads),
-        timeline,
-        u64::from(GaitName::Centipede.gait().period()) * MILLISECOND,
-    );
+    if options.loss > 0.0 {
+        robot.change(&Change::Loss { links: Links::All, probability: options.loss })?;
+    }
+    let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
     let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
     let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
     let started = Instant::now();
@@ -38,7 +57,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     }
     display.show(&run, end, started.elapsed())?;
     display.finish();
-    let report = Report::new(options, &run, started.elapsed(), is_calm);
+    let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), is_calm);
     match &options.json {
         Some(path) => json::write(&report, path)?,
         None => print!("{report}"),
@@ -72,28 +91,20 @@ fn load_images(directory: &Path) -> Result<Images, Box<dyn Error>> {
     Ok(Images { master: load("firmware-master.elf")?, slave: load("firmware-slave.elf")? })
 }
 
-/// The images can be looked into, and serve all docks that the robot is joined by.
-fn check_images(images: &Images, wiring: &Wiring) -> Result<(), String> {
+fn build_robot(wiring: &Wiring, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
+    if wiring.modules() > SIMAVR_MODULES {
+        return Err(format!(
+            "simavr runs up to {SIMAVR_MODULES} modules: ask for fewer, or for --engine host"
+        )
+        .into());
+    }
+    let images = load_images(&options.images)?;
     if images.master.symbol("MODULE_STATUS").is_none() {
         return Err("the master's image has no MODULE_STATUS: build both with `./x build`".into());
     }
-    let has_link = |image: &Image| image.symbol(view::LINK_ON_PINS).is_some();
-    let missing = || wiring.attached().find(|face| Module::is_on_pins(face.dock));
-    match missing() {
-        Some(face) if !has_link(&images.master) || !has_link(&images.slave) => Err(format!(
-            "module {} is joined by its {:?} dock, for which the images have no link (no {}): build newer ones with \
-             `./x build`, or run `./x sim chain`",
-            face.module,
-            face.dock,
-            view::LINK_ON_PINS
-        )),
-        _ => Ok(()),
+    for face in wiring.attached() {
+        images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
     }
-}
-
-fn build_robot(images: Images, wiring: &Wiring, options: &Sim) -> Result<Robot, Box<dyn Error>> {
     let builder = RobotBuilder::wired(images, wiring);
-    let mut robot = builder.seed(options.seed).power_up_within(POWER_UP_WITHIN).build()?;
-    robot.change(&Change::Loss { links: Links::All, probability: options.loss })?;
-    Ok(robot)
+    Ok(builder.seed(options.seed).power_up_within(POWER_UP_WITHIN).build()?)
 }

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use super::report::{Bridge, Latency, Link, Report};
+use simulation::{BridgeTotals, LinkTotals};
+
+use super::report::{CpuLoad, Latency, Report};
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -11,10 +13,8 @@ impl fmt::Display for Report {
             |value: Option<f64>, unit: &str| value.map_or("-".into(), |value| format!("{value:.0} {unit}"));
         let types: Vec<String> = self.types.iter().map(|(name, number)| format!("{number} {name}")).collect();
         let topology = if self.topology_correct { "as wired" } else { "NOT as wired" };
-        writeln!(
-            f,
-            "{modules} modules, {mcus} MCUs: {simulated_seconds} s simulated in {wall_seconds:.2} s"
-        )?;
+        let mcus = if *mcus > 0 { format!(", {mcus} MCUs") } else { String::new() };
+        writeln!(f, "{modules} modules{mcus}: {simulated_seconds} s simulated in {wall_seconds:.2} s")?;
         writeln!(f, "types      {} ({topology})", types.join(", "))?;
         let loss =
             self.loss_notice_ms_max.map_or(String::new(), |ms| format!(", a loss noticed after {ms:.0} ms"));
@@ -44,21 +44,23 @@ impl fmt::Display for Report {
                 "hop        {mean:.0} us mean, {over_wire:.2} times the wires' limit; {max:.0} us at most"
             )?;
         }
-        writeln!(
-            f,
-            "CPU awake  master {:.1} % (at most {:.1} %), slave {:.1} % (at most {:.1} %)",
-            100.0 * self.cpu_load.master.mean,
-            100.0 * self.cpu_load.master.max,
-            100.0 * self.cpu_load.slave.mean,
-            100.0 * self.cpu_load.slave.max
-        )?;
-        let Link { frames, retries, errors, gave_up, no_buffer } = self.link;
+        if let Some(CpuLoad { master, slave }) = &self.cpu_load {
+            writeln!(
+                f,
+                "CPU awake  master {:.1} % (at most {:.1} %), slave {:.1} % (at most {:.1} %)",
+                100.0 * master.mean,
+                100.0 * master.max,
+                100.0 * slave.mean,
+                100.0 * slave.max
+            )?;
+        }
+        let LinkTotals { frames, retries, errors, gave_up, no_buffer } = self.link;
         writeln!(
             f,
             "links      {frames} frames, {retries} repeated, {errors} errors, {gave_up} messages given up, \
              {no_buffer} without a buffer"
         )?;
-        let Bridge { messages, retries, errors, gave_up, no_buffer } = self.bridge;
+        let BridgeTotals { messages, retries, errors, gave_up, no_buffer } = self.bridge;
         writeln!(
             f,
             "bridges    {messages} messages, {retries} repeated, {errors} errors, {gave_up} given up, \

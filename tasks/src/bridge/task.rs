@@ -10,7 +10,7 @@ use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
 
 /// Messages that may wait to cross.
-const ROOM: u8 = 6;
+pub const ROOM: u8 = 6;
 
 /// How often a transfer that failed is tried again.
 const RETRY_LIMIT: u8 = 20;

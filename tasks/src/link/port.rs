@@ -9,10 +9,10 @@ use crate::dock::Dock;
 use crate::mailbox::Mailbox;
 
 /// Messages that may wait at a dock to be sent.
-const ROOM: u8 = 4;
+pub const ROOM: u8 = 4;
 
 /// How often a message is repeated before it is given up.
-const RETRY_LIMIT: u8 = 8;
+pub const RETRY_LIMIT: u8 = 8;
 
 /// A dock's link. A `static`: its tasks run on it, and readers of RAM find the [`LinkCounters`] at its start.
 #[repr(C)]

@@ -14,7 +14,7 @@ use crate::router::Source;
 /// Who speaks after a silence of this many ticks of 1 ms may be another module than before, whose first message is no
 /// repetition whatever its label. A neighbour that is there probes every 40 ms. (A silence of a few ms more than a multiple
 /// of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs remains.)
-const SILENCE: Ticks = 400;
+pub const SILENCE: Ticks = 400;
 
 /// Runs the receiving task of `port`. `seed` should differ from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
 pub fn run(

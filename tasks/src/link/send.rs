@@ -13,7 +13,7 @@ use crate::message::{Address, Buffered, Message};
 
 /// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that heard the
 /// message was not sending, so the ACK is the next that it sends; once something comes in, its end is waited for.
-const ACK_TIMEOUT: Ticks = 3;
+pub const ACK_TIMEOUT: Ticks = 3;
 
 /// Runs the sending task of `port`. `seed` should differ from dock to dock and from module to module.
 pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16) -> Never {

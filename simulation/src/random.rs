@@ -1,4 +1,4 @@
-//! The harness's one source of chance: the same seed gives the same run.
+//! The one source of chance: the same seed gives the same run.
 
 /// SplitMix64 (Steele, Lea, Flood: "Fast Splittable Pseudorandom Number Generators", 2014).
 #[derive(Clone, Debug)]

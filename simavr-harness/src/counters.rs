@@ -1,22 +1,20 @@
 //! What an MCU counts, read out of its RAM by name, as a debugger would.
 
-use simavr_harness::Mcu;
 use tasks::bridge::protocol::BridgeCounters;
 use tasks::link::counters::LinkCounters;
 
-/// The docks' links on either MCU, by symbol.
-const LINKS: [&str; 3] = ["LINK_USART0", "LINK_USART1", LINK_ON_PINS];
+use crate::mcu::Mcu;
 
-/// The link of a dock whose serial port is made of pins.
-pub const LINK_ON_PINS: &str = "LINK_SOFT_UART";
+/// The links at an MCU's serial ports, by their numbers.
+pub(crate) const LINKS: [&str; 3] = ["LINK_USART0", "LINK_USART1", "LINK_SOFT_UART"];
 
 /// The counts of all links of an MCU.
-pub fn links(mcu: &Mcu) -> impl Iterator<Item = LinkCounters> + '_ {
+pub(crate) fn links(mcu: &Mcu) -> impl Iterator<Item = LinkCounters> + '_ {
     LINKS.iter().filter_map(|name| Some(link_counters(&words(mcu, name)?)))
 }
 
 /// The counts of an MCU's side of the bridge.
-pub fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
+pub(crate) fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
     let [messages_sent, messages_received, retries, errors, gave_up, ignored, no_buffer, freed] =
         words(mcu, "BRIDGE")?;
     Some(BridgeCounters {

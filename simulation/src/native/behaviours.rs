@@ -1,0 +1,197 @@
+//! The behaviours of a module: AC_SEND, AC_RECV and HORMONE, as their tasks drive them.
+
+use std::hash::{Hash, Hasher};
+
+use hormone::controller::{Controller, Outgoing, Response};
+use hormone::event::Event;
+use hormone::gait::GaitName;
+use hormone::hormone::Hormone;
+use hormone::probe::Probe;
+use hormone::schedule::Schedule;
+use hormone::status::Status;
+use hormone::task::ac_receive::LOOK;
+use hormone::topology::{self, Topology, to_bytes};
+use tasks::dock::Dock;
+use tasks::message::{Address, Message, TaskCode};
+
+use super::time::{ACT, NEXT, TELL, TICK, WAKE};
+
+pub struct Behaviours {
+    /// Tick 0 of the module's clock.
+    first_tick: u64,
+    topology: Topology,
+    schedule: Schedule,
+    controller: Controller,
+    /// When AC_SEND, AC_RECV and HORMONE are woken by their timers.
+    probe_at: u64,
+    look_at: u64,
+    beat_at: Option<u64>,
+}
+
+impl Hash for Behaviours {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let Status { hormones_received, hormones_sent, topology_changes, neighbours, action, .. } =
+            *self.status();
+        (hormones_received, hormones_sent, topology_changes, neighbours, action as u8).hash(state);
+        (self.probe_at, self.look_at, self.beat_at).hash(state);
+    }
+}
+
+/// What behaviours do: both lists are of the same moment.
+#[derive(Default)]
+pub struct Doing {
+    pub events: Vec<(u64, Event)>,
+    /// Messages to be sent, and when.
+    pub messages: Vec<(u64, Message)>,
+}
+
+impl Behaviours {
+    /// The behaviours of a module whose clock starts at `first_tick`. `seed` should differ from module to module and from
+    /// boot to boot.
+    pub fn new(first_tick: u64, gait: GaitName, seed: u16) -> Self {
+        let controller = Controller::new(gait.gait(), seed, 0);
+        Behaviours {
+            first_tick,
+            topology: Topology::new(),
+            schedule: Schedule::new(0),
+            controller,
+            probe_at: first_tick,
+            look_at: first_tick,
+            beat_at: None,
+        }
+    }
+
+    pub fn status(&self) -> &Status {
+        self.controller.status()
+    }
+
+    /// When a timer is next up.
+    pub fn due(&self) -> u64 {
+        self.probe_at.min(self.look_at).min(self.beat_at.unwrap_or(u64::MAX))
+    }
+
+    /// The beginning of the tick that holds `at`.
+    pub fn tick(&self, at: u64) -> u64 {
+        at - at.saturating_sub(self.first_tick) % TICK
+    }
+
+    /// The tasks' clock.
+    fn clock(&self, now: u64) -> u16 {
+        (now.saturating_sub(self.first_tick) / TICK) as u16
+    }
+
+    /// Does what timers are up for.
+    pub fn wake(&mut self, now: u64, doing: &mut Doing) {
+        if self.probe_at <= now {
+            self.probe(now, doing);
+        }
+        if self.look_at <= now {
+            self.look_at = self.tick(now) + u64::from(LOOK) * TICK;
+            let clock = self.clock(now);
+            let is_news = self.topology.expire(clock);
+            if self.schedule.set_quick(self.topology.lossy(clock), clock) {
+                self.probe_at = now;
+            }
+            if is_news {
+                self.tell(now, doing);
+            }
+        }
+        if self.beat_at.is_some_and(|at| at <= now) {
+            self.beat(now, doing);
+        }
+    }
+
+    /// AC_SEND.
+    fn probe(&mut self, now: u64, doing: &mut Doing) {
+        let clock = self.clock(now);
+        let mut at = now + TELL;
+        while let Some(dock) = self.schedule.due(clock) {
+            let to = Address::beyond(dock, TaskCode::AC_RECEIVE);
+            let from = Address::here(TaskCode::AC_RECEIVE);
+            let probe = self.topology.probe(dock, clock).to_byte();
+            doing.messages.extend(Message::datagram(to, from, &[probe]).ok().map(|message| (at, message)));
+            at += TELL;
+        }
+        self.probe_at = self.tick(now) + u64::from(self.schedule.next_due(clock).max(1)) * TICK;
+    }
+
+    /// A message has come for a behaviour.
+    pub fn take(&mut self, now: u64, message: &Message, doing: &mut Doing) {
+        match (message.to().task(), message.from().dock()) {
+            (TaskCode::AC_RECEIVE, Some(dock)) => self.hear(now, dock, message.payload(), doing),
+            (TaskCode::HORMONE, Some(dock)) => self.receive(now, dock, message.payload(), doing),
+            (TaskCode::HORMONE, None) => self.learn(now, message.payload(), doing),
+            _ => {}
+        }
+    }
+
+    /// AC_RECV.
+    fn hear(&mut self, now: u64, dock: Dock, payload: &[u8], doing: &mut Doing) {
+        let Some(probe) = Probe::from_payload(payload) else { return };
+        let heard = self.topology.heard(dock, probe, self.clock(now));
+        if heard.answer {
+            self.schedule.hurry(dock);
+            self.probe_at = now + TELL;
+        }
+        if heard.changed {
+            self.tell(now, doing);
+        }
+    }
+
+    fn tell(&self, now: u64, doing: &mut Doing) {
+        let [to, from] = [TaskCode::HORMONE, TaskCode::AC_RECEIVE].map(Address::here);
+        let message = Message::new(to, from, &to_bytes(&self.topology.neighbours()));
+        doing.messages.extend(message.ok().map(|message| (now + TELL, message)));
+    }
+
+    /// HORMONE: a neighbour sent a hormone.
+    fn receive(&mut self, now: u64, dock: Dock, payload: &[u8], doing: &mut Doing) {
+        let clock = self.clock(now);
+        match Hormone::from_payload(payload) {
+            Some(hormone) => {
+                let response = self.controller.received(dock, hormone, clock);
+                self.follow(now, response, doing);
+            }
+            None => self.controller.malformed(),
+        }
+        self.beat(now, doing);
+    }
+
+    /// HORMONE: AC_RECV reported the neighbours.
+    fn learn(&mut self, now: u64, payload: &[u8], doing: &mut Doing) {
+        if let Some(neighbours) = topology::from_bytes(payload) {
+            let response = self.controller.topology(&neighbours, self.clock(now));
+            self.follow(now, response, doing);
+        }
+        self.beat(now, doing);
+    }
+
+    /// HORMONE looks at the clock, as it does after each message and when its timer is up.
+    fn beat(&mut self, now: u64, doing: &mut Doing) {
+        let clock = self.clock(now);
+        while let Some(response) = self.controller.timer(clock) {
+            self.follow(now + WAKE, response, doing);
+        }
+        let wait = self.controller.next_due(clock);
+        self.beat_at = wait.map(|wait| self.tick(now) + u64::from(wait.max(1)) * TICK);
+    }
+
+    fn follow(&mut self, now: u64, response: Response, doing: &mut Doing) {
+        doing.events.extend(response.event.map(|event| (now, event)));
+        let mut at = now;
+        if let Some(Outgoing { hormone, docks }) = response.send {
+            for (number, dock) in docks.iter().enumerate() {
+                at += if number == 0 { ACT } else { NEXT };
+                let to = Address::beyond(dock, TaskCode::HORMONE);
+                let from = Address::here(TaskCode::HORMONE);
+                let Ok(message) = Message::new(to, from, hormone.to_payload().bytes()) else { continue };
+                self.controller.sent();
+                if let Hormone::Pace(pace) = hormone {
+                    doing.events.push((at, Event::HormoneSent(dock, pace.data)));
+                }
+                doing.messages.push((at, message));
+            }
+        }
+        doing.events.extend(response.action.map(|action| (at, Event::ActionBegun(action))));
+    }
+}

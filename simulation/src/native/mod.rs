@@ -1,0 +1,275 @@
+//! A robot without microcontrollers: the behaviours, the links' ARQ and the routers of the modules themselves, natively and
+//! in virtual time.
+//!
+//! What tasks do on the MCUs in zero time or with a timer is the same code; around it stands a model of what takes time:
+//! frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There is no CPU that two things
+//! want at once, and no interrupt.
+
+mod behaviours;
+mod module;
+mod port;
+mod time;
+
+use std::hash::{Hash, Hasher};
+
+use tasks::dock::{Dock, DockSet};
+use tasks::link::frame::Label;
+use tasks::link::signature::Signature;
+use tasks::message::{Address, Message, TaskCode};
+
+use crate::change::{Change, Links};
+use crate::deed::Deed;
+use crate::hash::Fnv;
+use crate::random::Random;
+use crate::robot::Robot;
+use crate::totals::{BridgeTotals, LinkTotals};
+use crate::wiring::{Face, Wiring, WiringError};
+use hormone::gait::GaitName;
+use hormone::status::Status;
+use module::{Module, Output};
+use port::{Flight, Wire};
+use time::LOOKAHEAD;
+
+/// Modules of a tile: their memory fits a core's cache.
+const TILE: usize = 250;
+
+/// A robot that runs natively.
+pub struct Native {
+    modules: Vec<Module>,
+    wiring: Wiring,
+    /// By module and dock, the way from there.
+    channels: Vec<[Channel; 6]>,
+    /// Docks that hear what they send.
+    echoes: Vec<DockSet>,
+    /// Whether any link ever lost or changed something.
+    has_faults: bool,
+    /// By module, when it has something to do next.
+    due: Vec<u64>,
+    /// The greatest distance of the indices of neighbours.
+    distance: usize,
+    /// Modules that are run through several windows at once.
+    tile: usize,
+    now: u64,
+    deeds: Vec<Deed>,
+    output: Output,
+    commands: u8,
+}
+
+/// One direction of a link.
+#[derive(Clone)]
+struct Channel {
+    loss: f64,
+    noise: f64,
+    random: Random,
+}
+
+impl Native {
+    /// A robot at power-up. Chance follows from `seed`; modules get their power within so many cycles.
+    pub fn new(wiring: Wiring, seed: u64, power_up_within: u64) -> Self {
+        let count = wiring.modules();
+        let module = |index: usize| {
+            let mut random = Random::of_part(seed, index as u64);
+            let own = Random::new(random.next_u64());
+            let power_up = random.next_u64().checked_rem(power_up_within).unwrap_or(0);
+            Module::new(power_up, GaitName::Centipede, own)
+        };
+        let channel = |module: usize, dock: Dock| {
+            let part = u64::MAX - (module as u64 * 6 + u64::from(dock.index()));
+            Channel { loss: 0.0, noise: 0.0, random: Random::of_part(seed, part) }
+        };
+        let mut robot = Native {
+            modules: (0..count).map(module).collect(),
+            wiring,
+            channels: (0..count).map(|module| Dock::ALL.map(|dock| channel(module, dock))).collect(),
+            echoes: vec![DockSet::EMPTY; count],
+            has_faults: false,
+            due: vec![0; count],
+            distance: 0,
+            tile: TILE,
+            now: 0,
+            deeds: Vec::new(),
+            output: Output::default(),
+            commands: 0,
+        };
+        robot.measure();
+        robot
+    }
+
+    /// Modules that are run through several windows at once. It changes the speed only.
+    pub fn set_tile(&mut self, modules: usize) {
+        self.tile = modules.max(1);
+    }
+
+    /// Looks how far apart neighbours are.
+    fn measure(&mut self) {
+        let distances = self.wiring.attachments().map(|(one, other)| one.module.abs_diff(other.module));
+        self.distance = distances.max().unwrap_or(0);
+    }
+
+    /// Runs all modules up to `end`.
+    ///
+    /// In a window modules do not depend on each other. They need not all be run through one window before the next: a
+    /// module may be in a later window than those of higher index, as long as its neighbours are through the one before.
+    /// So tiles of modules are run through all windows one after the other, each tile shifted down by the greatest
+    /// distance of neighbours from window to window, and a module's memory is in the cache for as long as it is in the tile.
+    fn run_tiles(&mut self, end: u64) {
+        let count = self.modules.len();
+        let windows = self.now / LOOKAHEAD..end.div_ceil(LOOKAHEAD);
+        let reach = (windows.end - windows.start) as usize * self.distance;
+        // Where neighbours lie far apart all modules are one tile.
+        let size = if self.distance < self.tile { self.tile } else { count + reach };
+        for tile in (0..count + reach).step_by(size) {
+            for (passed, window) in windows.clone().enumerate() {
+                let shifted = |edge: usize| edge.saturating_sub(passed * self.distance).min(count);
+                let end = end.min((window + 1) * LOOKAHEAD);
+                for index in shifted(tile)..shifted(tile + size) {
+                    if self.due[index] < end {
+                        self.run_module(index, self.now.max(window * LOOKAHEAD), end);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Lets a module do what is due from `start` to `end`.
+    fn run_module(&mut self, index: usize, start: u64, end: u64) {
+        let mut output = std::mem::take(&mut self.output);
+        self.due[index] = self.modules[index].run(start, end, &mut output);
+        let deed = |(cycle, event)| Deed { cycle, module: index, event };
+        self.deeds.extend(output.events.drain(..).map(deed));
+        for (dock, flight) in output.flights.drain(..) {
+            self.fly(Face { module: index, dock }, flight);
+        }
+        self.output = output;
+    }
+
+    /// A frame leaves by a dock.
+    fn fly(&mut self, from: Face, flight: Flight) {
+        if self.echoes[from.module].contains(from.dock) {
+            self.arrive(from, flight.clone());
+        }
+        let Some(to) = self.wiring.peer(from) else { return };
+        if self.has_faults {
+            let channel = &mut self.channels[from.module][usize::from(from.dock.index())];
+            if channel.random.chance(channel.loss) {
+                return;
+            }
+            // The CRC finds out.
+            if (0..flight.wire.bytes()).any(|_| channel.random.chance(channel.noise)) {
+                return self.modules[to.module].garbled(to.dock);
+            }
+        }
+        self.arrive(to, flight);
+    }
+
+    fn arrive(&mut self, at: Face, flight: Flight) {
+        if let Some(begun_at) = self.modules[at.module].arrive(at.dock, flight) {
+            self.due[at.module] = self.due[at.module].min(begun_at);
+        }
+    }
+
+    fn for_links(&mut self, links: Links, change: impl Fn(&mut Channel)) {
+        self.has_faults = true;
+        match links {
+            Links::All => self.channels.iter_mut().flatten().for_each(change),
+            Links::From(Face { module, dock }) => {
+                change(&mut self.channels[module][usize::from(dock.index())]);
+            }
+        }
+    }
+
+    /// Lets a message to HORMONE come in at a dock, as from a neighbour.
+    fn command(&mut self, at: Face, payload: &[u8]) {
+        self.commands = self.commands.wrapping_add(1);
+        let dock = if at.dock == Dock::Front { Dock::Back } else { Dock::Front };
+        let signature = Signature { dock, epoch: self.commands };
+        let label = Label { signature, sequence: false, fresh: true };
+        let address = Address::here(TaskCode::HORMONE);
+        if let Ok(message) = Message::new(address, address, payload) {
+            let span = self.now..self.now + time::frame(payload.len());
+            self.arrive(at, Flight { wire: Wire::Data(label, message), span });
+        }
+    }
+}
+
+impl Robot for Native {
+    fn wiring(&self) -> &Wiring {
+        &self.wiring
+    }
+
+    fn now(&self) -> u64 {
+        self.now
+    }
+
+    fn powered_up_at(&self, module: usize) -> u64 {
+        self.modules[module].powered_up_at
+    }
+
+    fn is_on(&self, module: usize) -> bool {
+        self.modules[module].is_on
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), WiringError> {
+        change.apply(&mut self.wiring)?;
+        self.measure();
+        match change {
+            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
+            &Change::Reset { module, mcus } => {
+                self.modules[module].reset(self.now, mcus);
+                self.due[module] = self.now;
+            }
+            &Change::Kill(module) => {
+                self.modules[module].is_on = false;
+                self.due[module] = u64::MAX;
+            }
+            &Change::Loss { links, probability } => {
+                self.for_links(links, |channel| channel.loss = probability);
+            }
+            &Change::Noise { links, probability } => {
+                self.for_links(links, |channel| channel.noise = probability);
+            }
+            &Change::Obstacle { at: Face { module, dock }, is_there } => {
+                let echoes = &mut self.echoes[module];
+                if is_there { echoes.insert(dock) } else { echoes.remove(dock) }
+            }
+            Change::Command { at, payload } => self.command(*at, payload),
+        }
+        Ok(())
+    }
+
+    fn run_until(&mut self, cycle: u64) {
+        self.run_tiles(cycle);
+        self.now = self.now.max(cycle);
+    }
+
+    fn take_deeds(&mut self) -> Vec<Deed> {
+        self.deeds.sort_by_key(|deed| (deed.cycle, deed.module));
+        // What a module has begun to do may end later.
+        let past = self.deeds.partition_point(|deed| deed.cycle < self.now);
+        let later = self.deeds.split_off(past);
+        std::mem::replace(&mut self.deeds, later)
+    }
+
+    fn status(&self, module: usize) -> Option<Status> {
+        self.modules.get(module)?.status(self.now)
+    }
+
+    fn links(&self) -> LinkTotals {
+        let mut totals = LinkTotals::default();
+        self.modules.iter().flat_map(Module::links).for_each(|counters| totals.add(counters));
+        totals
+    }
+
+    fn bridges(&self) -> BridgeTotals {
+        let mut totals = BridgeTotals::default();
+        self.modules.iter().for_each(|module| totals.add(module.bridge()));
+        totals
+    }
+
+    fn state_hash(&self) -> u64 {
+        let mut hasher = Fnv::default();
+        self.now.hash(&mut hasher);
+        self.modules.iter().for_each(|module| module.hash(&mut hasher));
+        hasher.finish()
+    }
+}

@@ -1,0 +1,312 @@
+//! One module: behaviours on the master, three docks on each MCU, and the bridge between.
+
+use std::hash::{Hash, Hasher};
+use std::mem;
+use std::ops::Range;
+
+use hormone::event::Event;
+use hormone::gait::GaitName;
+use hormone::status::Status;
+use tasks::bridge::protocol::BridgeCounters;
+use tasks::bridge::task::ROOM;
+use tasks::dock::{Dock, DockSet};
+use tasks::link::counters::LinkCounters;
+use tasks::message::Message;
+use tasks::router::{Mcu, Route, Router, Source};
+
+use super::behaviours::{Behaviours, Doing};
+use super::port::{Flight, Port, Taken, count};
+use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, RECEIVE, START, WAKE, transfer};
+use crate::change::Mcus;
+use crate::hardware::{RESIDENCE, is_deaf_while_it_sends, is_on_slave};
+use crate::random::Random;
+
+const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
+const SLAVE: Router = Router::new(Mcu::Slave, RESIDENCE);
+
+/// What is under way inside a module.
+enum Input {
+    /// The first character of a frame has come in at a dock.
+    Begun(Dock, Range<u64>),
+    /// A frame has come in at a dock.
+    Frame(Dock, Flight),
+    /// A message has crossed to an MCU.
+    Crossed(Mcu, Message),
+    /// A behaviour takes a message.
+    Taken(Message),
+    /// A behaviour sends a message.
+    Sent(Message),
+}
+
+pub struct Module {
+    /// From when on it has power.
+    pub powered_up_at: u64,
+    pub is_on: bool,
+    /// The gait that it begins with.
+    gait: GaitName,
+    random: Random,
+    /// From when on the master's and the slave's programs run.
+    live_since: [u64; 2],
+    behaviours: Behaviours,
+    ports: [Port; 6],
+    /// When the sending task of each dock has something to do, but for those that were touched since.
+    send_at: [u64; 6],
+    touched: DockSet,
+    /// The latest first.
+    inputs: Vec<(u64, Input)>,
+    /// Until when the two-wire bus is busy.
+    bus_until: u64,
+    /// Messages that cross to the master and to the slave now.
+    crossing: [u8; 2],
+    bridge: BridgeCounters,
+}
+
+impl Hash for Module {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.is_on.hash(state);
+        self.behaviours.hash(state);
+        self.ports.iter().for_each(|port| port.hash(state));
+        self.inputs.iter().for_each(|(at, input)| {
+            at.hash(state);
+            mem::discriminant(input).hash(state);
+        });
+        self.bus_until.hash(state);
+    }
+}
+
+/// What a module does to the outside.
+#[derive(Default)]
+pub struct Output {
+    pub flights: Vec<(Dock, Flight)>,
+    pub events: Vec<(u64, Event)>,
+    doing: Doing,
+}
+
+impl Module {
+    /// A module whose power comes at `powered_up_at`.
+    pub fn new(powered_up_at: u64, gait: GaitName, mut random: Random) -> Self {
+        let live = powered_up_at + START;
+        Module {
+            powered_up_at,
+            is_on: true,
+            live_since: [live; 2],
+            behaviours: Behaviours::new(live, gait, random.next_u64() as u16),
+            gait,
+            ports: Dock::ALL.map(|dock| Port::new(dock, random.next_u64() as u16, live)),
+            send_at: [u64::MAX; 6],
+            touched: DockSet::EMPTY,
+            inputs: Vec::new(),
+            bus_until: live,
+            crossing: [0; 2],
+            bridge: BridgeCounters::new(),
+            random,
+        }
+    }
+
+    /// What the module says of itself; `None` while its master's program does not run yet.
+    pub fn status(&self, now: u64) -> Option<Status> {
+        (self.live_since[Mcu::Master as usize] <= now).then(|| *self.behaviours.status())
+    }
+
+    pub fn links(&self) -> impl Iterator<Item = &LinkCounters> {
+        self.ports.iter().map(|port| &port.counters)
+    }
+
+    /// What the bridge counts, both sides together.
+    pub fn bridge(&self) -> &BridgeCounters {
+        &self.bridge
+    }
+
+    /// When something is next due.
+    pub fn due(&self) -> u64 {
+        if !self.is_on {
+            return u64::MAX;
+        }
+        let input = self.inputs.last().map_or(u64::MAX, |input| input.0);
+        let send = self.send_at.iter().copied().min().unwrap_or(u64::MAX);
+        input.min(send).min(self.behaviours.due())
+    }
+
+    /// Does all that is due before `end`. Returns when more is.
+    pub fn run(&mut self, start: u64, end: u64, output: &mut Output) -> u64 {
+        loop {
+            let due = self.due();
+            if due >= end {
+                return due;
+            }
+            self.act(due.max(start), output);
+        }
+    }
+
+    fn act(&mut self, now: u64, output: &mut Output) {
+        if self.behaviours.due() <= now {
+            self.behaviours.wake(now, &mut output.doing);
+            self.follow(output);
+        }
+        while self.inputs.last().is_some_and(|input| input.0 <= now) {
+            let Some((_, input)) = self.inputs.pop() else { break };
+            self.take(now, input, output);
+        }
+        let behaviours = &self.behaviours;
+        let ports = Dock::ALL.into_iter().zip(&mut self.ports).zip(&mut self.send_at);
+        for ((dock, port), send_at) in ports {
+            if *send_at <= now || self.touched.contains(dock) {
+                if port.due(now).is_some_and(|due| due <= now) {
+                    let flight = port.send(now, |at| behaviours.tick(at));
+                    output.flights.extend(flight.map(|flight| (dock, flight)));
+                }
+                *send_at = port.due(now).unwrap_or(u64::MAX);
+            }
+        }
+        self.touched = DockSet::EMPTY;
+    }
+
+    /// Takes over what the behaviours do.
+    fn follow(&mut self, output: &mut Output) {
+        output.events.append(&mut output.doing.events);
+        for (at, message) in output.doing.messages.drain(..) {
+            insert(&mut self.inputs, at, Input::Sent(message));
+        }
+    }
+
+    fn take(&mut self, now: u64, input: Input, output: &mut Output) {
+        match input {
+            Input::Begun(dock, span) => self.ports[usize::from(dock.index())].expect(span),
+            Input::Frame(dock, flight) => self.receive(now, dock, &flight),
+            Input::Crossed(mcu, message) => {
+                self.crossing[mcu as usize] -= 1;
+                if self.deliver(now, mcu, message, Source::Bridge) {
+                    count(&mut self.bridge.messages_received);
+                } else {
+                    count(&mut self.bridge.no_buffer);
+                }
+            }
+            Input::Taken(message) => {
+                self.behaviours.take(now, &message, &mut output.doing);
+                self.follow(output);
+            }
+            Input::Sent(message) => {
+                self.deliver(now, Mcu::Master, message, Source::Task);
+            }
+        }
+    }
+
+    /// A frame is sent to a dock. Returns when the module first knows of it.
+    pub fn arrive(&mut self, dock: Dock, flight: Flight) -> Option<u64> {
+        if !self.is_on || flight.span.start < self.live_since[mcu_of(dock) as usize] {
+            return None;
+        }
+        let begun_at = flight.span.start + CHARACTER;
+        insert(&mut self.inputs, begun_at, Input::Begun(dock, flight.span.clone()));
+        insert(&mut self.inputs, flight.span.end + RECEIVE, Input::Frame(dock, flight));
+        Some(begun_at)
+    }
+
+    /// What comes in at a dock is no frame.
+    pub fn garbled(&mut self, dock: Dock) {
+        count(&mut self.port(dock).counters.errors);
+    }
+
+    fn receive(&mut self, now: u64, dock: Dock, flight: &Flight) {
+        if is_deaf_while_it_sends(dock) && self.port(dock).has_drowned(&flight.span) {
+            return self.garbled(dock);
+        }
+        match self.port(dock).receive(now, &flight.wire) {
+            Taken::Nothing => {}
+            Taken::Message(label, message) => {
+                if self.deliver(now, mcu_of(dock), message, Source::Dock(dock)) {
+                    self.port(dock).accept(label);
+                } else {
+                    count(&mut self.port(dock).counters.no_buffer);
+                }
+            }
+            Taken::Datagram(message) => {
+                self.deliver(now, mcu_of(dock), message, Source::Dock(dock));
+            }
+        }
+    }
+
+    /// Hands a message on as the router says. Returns whether it is dealt with: there was room, or nobody wants it.
+    fn deliver(&mut self, now: u64, mcu: Mcu, message: Message, source: Source) -> bool {
+        let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
+        match router.route(&message, source) {
+            Route::Task(_) => insert(&mut self.inputs, now + WAKE, Input::Taken(message)),
+            Route::Link(dock) => return self.port(dock).put(message),
+            Route::Bridge => {
+                let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
+                return self.cross(now, other, message);
+            }
+            Route::Ignored | Route::Refused => {
+                if let Source::Dock(dock) = source {
+                    count(&mut self.port(dock).counters.refused);
+                }
+            }
+        }
+        true
+    }
+
+    /// Sends a message over the bridge. Returns whether there was room.
+    fn cross(&mut self, now: u64, to: Mcu, message: Message) -> bool {
+        let crossing = &mut self.crossing[to as usize];
+        if *crossing > ROOM {
+            return false;
+        }
+        *crossing += 1;
+        self.bus_until = self.bus_until.max(now + CROSS_BEFORE) + transfer(message.payload().len());
+        count(&mut self.bridge.messages_sent);
+        insert(&mut self.inputs, self.bus_until + CROSS_AFTER, Input::Crossed(to, message));
+        true
+    }
+
+    /// Programs start over.
+    pub fn reset(&mut self, now: u64, mcus: Mcus) {
+        let is_reset = |mcu: Mcu| match mcus {
+            Mcus::Both => true,
+            Mcus::Master => mcu == Mcu::Master,
+            Mcus::Slave => mcu == Mcu::Slave,
+        };
+        let live = now + START;
+        for mcu in [Mcu::Master, Mcu::Slave].into_iter().filter(|mcu| is_reset(*mcu)) {
+            self.live_since[mcu as usize] = live;
+        }
+        for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
+            if is_reset(mcu_of(dock)) {
+                *port = Port::new(dock, self.random.next_u64() as u16, live);
+                self.touched.insert(dock);
+            }
+        }
+        if is_reset(Mcu::Master) {
+            self.behaviours = Behaviours::new(live, self.gait, self.random.next_u64() as u16);
+        }
+        // What crosses the bridge is lost whichever end of it is reset.
+        self.crossing = [0; 2];
+        self.inputs.retain(|(_, input)| match input {
+            Input::Begun(dock, _) | Input::Frame(dock, _) => !is_reset(mcu_of(*dock)),
+            Input::Crossed(..) => false,
+            Input::Taken(_) | Input::Sent(_) => !is_reset(Mcu::Master),
+        });
+    }
+
+    fn port(&mut self, dock: Dock) -> &mut Port {
+        self.touched.insert(dock);
+        &mut self.ports[usize::from(dock.index())]
+    }
+}
+
+/// The MCU that a dock is on.
+fn mcu_of(dock: Dock) -> Mcu {
+    if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
+}
+
+/// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they were put in.
+fn insert(inputs: &mut Vec<(u64, Input)>, at: u64, input: Input) {
+    let place = inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
+    inputs.insert(place, (at, input));
+}
+
+fn rank(input: &Input) -> u8 {
+    match input {
+        Input::Begun(dock, _) | Input::Frame(dock, _) => dock.index(),
+        _ => u8::MAX,
+    }
+}

@@ -1,0 +1,63 @@
+//! What things take, in cycles.
+
+use crate::hardware::MILLISECOND;
+
+/// A millisecond of a module's clock: the kernel's tick.
+pub const TICK: u64 = MILLISECOND;
+
+/// A character on the wire: ten bits of 416 cycles, as the USARTs are set up.
+pub const CHARACTER: u64 = 4160;
+
+/// Bytes of a frame on the wire beside its payload: control, epoch, address, CRC-16, and two of COBS. An ACK has no
+/// address.
+const OVERHEAD: u64 = 7;
+const ACK_BYTES: u64 = OVERHEAD - 1;
+
+/// What a module does reaches no other one sooner: that hears it at the end of a frame's first character.
+pub const LOOKAHEAD: u64 = SEND + CHARACTER;
+
+/// A frame with so many bytes of payload.
+pub fn frame(payload: usize) -> u64 {
+    (OVERHEAD + payload as u64) * CHARACTER
+}
+
+/// An ACK.
+pub const fn ack() -> u64 {
+    ACK_BYTES * CHARACTER
+}
+
+/// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8 beside the
+/// payload; nine bits each, and START and STOP, at 400 kHz.
+pub fn transfer(payload: usize) -> u64 {
+    (2 + 9 * (5 + payload as u64)) * 40
+}
+
+// What the programs take in simavr, read off the events and characters of a chain of three; tests/simavr holds both
+// engines together.
+
+/// From a module's power, or from the end of a reset, to its first tick. Folding SRAM to a nonce takes most of it.
+pub const START: u64 = micros(3000);
+
+/// From the end of a frame until what it brings is in the mailbox that it is for.
+pub const RECEIVE: u64 = micros(240);
+
+/// From a mailbox's message to the first bit on the wire.
+pub const SEND: u64 = micros(130);
+
+/// Of a transfer between the MCUs, beside the bus: before it, and after.
+pub const CROSS_BEFORE: u64 = micros(140);
+pub const CROSS_AFTER: u64 = micros(140);
+
+/// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
+pub const WAKE: u64 = micros(140);
+
+/// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
+pub const ACT: u64 = micros(185);
+pub const NEXT: u64 = micros(290);
+
+/// From one probe of AC_SEND to the next, and to a message of AC_RECV.
+pub const TELL: u64 = micros(100);
+
+const fn micros(number: u64) -> u64 {
+    number * MILLISECOND / 1000
+}

@@ -1,0 +1,216 @@
+//! The robot that runs natively: it walks, through what happens to it, and the same each time.
+
+use hormone::event::Event as Behaviour;
+use hormone::gait::GaitName;
+use hormone::hormone::{Data, Hormone};
+use hormone::module_type::ModuleType::{self, Branch, Head, LeftLeg, RightLeg, Spine, Tail};
+use hormone::pace::Pace;
+use simulation::{
+    Change, Face, Links, MILLISECOND, Mcus, Native, Observer, Robot, Run, Scenario, Shape, Wiring, fnv_1a,
+};
+use tasks::dock::Dock::{self, Back, Front, Left, Up};
+
+const SECOND: u64 = 1000 * MILLISECOND;
+const PERIOD: u64 = SECOND;
+/// Modules find their neighbours within this time, and notice within the others that one is gone: a link that has lost
+/// frames, as those at Right do where the ends drown each other, gives a neighbour more time.
+const FOUND: u64 = 150 * MILLISECOND;
+const LOST: u64 = 300 * MILLISECOND;
+const LOST_AT_MOST: u64 = 650 * MILLISECOND;
+
+fn face(module: usize, dock: Dock) -> Face {
+    Face { module, dock }
+}
+
+fn robot(shape: Shape, modules: usize, seed: u64) -> Native {
+    Native::new(shape.wiring(modules).unwrap(), seed, 40 * MILLISECOND)
+}
+
+/// Runs a robot through what happens to it.
+fn run(robot: Native, events: &str, seconds: u64) -> Run<Native> {
+    let modules = robot.wiring().modules();
+    let text = format!("modules = {modules}\n{events}");
+    let timeline = Scenario::from_toml(&text).expect("the events are right").timeline;
+    let mut run = Run::new(robot, timeline, PERIOD);
+    while run.step(seconds * SECOND).expect("the events can happen") {}
+    run
+}
+
+/// What is wrong with a robot.
+fn faults(run: &Run<Native>) -> Vec<String> {
+    let mistaken = (0..run.robot.wiring().modules()).filter(|&module| !run.robot.is_right(module));
+    let mut faults: Vec<String> = mistaken.map(|module| format!("{module} is mistaken")).collect();
+    if run.observer.gait.violations > 0 {
+        faults.push(format!("{} gait violations", run.observer.gait.violations));
+    }
+    faults
+}
+
+fn count(robot: &Native, wanted: ModuleType) -> usize {
+    let modules = 0..robot.wiring().modules();
+    modules.filter_map(|module| robot.status(module)).filter(|status| status.module_type == wanted).count()
+}
+
+#[test]
+fn a_hundred_modules_walk() {
+    for seed in 0..3 {
+        let run = run(robot(Shape::Centipede, 100, seed), "", 20);
+        assert_eq!(faults(&run), [""; 0]);
+        let counts = [Head, Branch, LeftLeg, RightLeg, Spine, Tail].map(|of| count(&run.robot, of));
+        assert_eq!(counts, [1, 24, 24, 24, 26, 1]);
+        let Observer { hops, discovery, gait } = &run.observer;
+        assert_eq!((hops.lost(), hops.out_of_turn, discovery.lapses), (0, 0, 0));
+        // 39 beats over 99 links; the last one may be under way.
+        assert!(hops.delivered > 38 * 99, "{}", hops.delivered);
+        assert!(discovery.found_after.unwrap() <= FOUND);
+        assert!(gait.beats > 38 * 48);
+        // A hormone that is drowned at Right is repeated.
+        assert!(gait.skew_max.unwrap() <= 20 * MILLISECOND);
+        assert!(gait.recovery_periods().unwrap() <= 1.3);
+        assert!((1.0..2.0).contains(&hops.latency_over_wire().unwrap()));
+        let links = run.robot.links();
+        assert_eq!((links.gave_up, links.no_buffer), (0, 0));
+        // At Right the ends of a link drown each other now and then.
+        assert!(links.retries < 20 && links.errors * 100 < links.frames, "{links:?}");
+    }
+}
+
+#[test]
+fn the_outcome_depends_on_the_seed_only() {
+    let outcome = |seed, tile, step: u64| {
+        let mut robot = robot(Shape::Centipede, 200, seed);
+        robot.set_tile(tile);
+        robot.change(&Change::Loss { links: Links::All, probability: 0.2 }).unwrap();
+        robot.change(&Change::Noise { links: Links::From(face(0, Back)), probability: 0.01 }).unwrap();
+        let mut deeds = Vec::new();
+        while robot.now() < SECOND {
+            robot.run_until((robot.now() + step).min(SECOND));
+            deeds.append(&mut robot.take_deeds());
+        }
+        let deeds = fnv_1a(deeds.iter().flat_map(|deed| format!("{deed:?}").into_bytes()));
+        (robot.state_hash(), robot.links(), deeds)
+    };
+    let expected = outcome(1, 1000, SECOND);
+    assert!(expected.1.retries > 0 && expected.1.errors > 0, "{:?}", expected.1);
+    for tile in [1, 7, 64, 150] {
+        assert_eq!(outcome(1, tile, SECOND), expected, "tiles of {tile}");
+    }
+    for step in [MILLISECOND / 3, 20 * MILLISECOND + 7] {
+        assert_eq!(outcome(1, 64, step), expected, "steps of {step}");
+    }
+    assert_ne!(outcome(2, 64, SECOND).0, expected.0);
+}
+
+#[test]
+fn a_robot_comes_right_after_whatever_happens_to_it() {
+    // Head 0, branch 1 with legs 2 and 3, spine 4, branch 5 with legs 6 and 7, spine 8, ..., spines 16 to 18, tail 19.
+    for (name, events) in [
+        (
+            "legs off and on",
+            "detach = \"5.Left\"\n[[event]]\nat = 3.3\ndetach = \"5.Right\"\n[[event]]\nat = 6\nattach = [\"4.Left\", \"6.Back\"]\n[[event]]\nat = 6\nattach = [\"4.Right\", \"7.Back\"]",
+        ),
+        ("a leg and a spine swapped", "swap = [3, 4]"),
+        (
+            "cut in two and joined",
+            "detach = \"5.Back\"\n[[event]]\nat = 6\nattach = [\"5.Back\", \"8.Front\"]",
+        ),
+        ("a spine reset", "reset = 4"),
+        ("a slave reset", "reset = 5\nmcu = \"slave\""),
+        ("a master reset", "reset = 5\nmcu = \"master\""),
+        ("a spine dead", "kill = 17"),
+        ("a leg dead", "kill = 3"),
+        ("an obstacle", "obstacle = \"4.Up\""),
+    ] {
+        for seed in 0..4 {
+            let events = format!("[[event]]\nat = 3.3\n{events}");
+            let robot = robot(Shape::Centipede, 20, seed);
+            let mut run = Run::new(robot, timeline(&events), PERIOD);
+            while run.step(12 * SECOND).expect("the events can happen") {}
+            assert_eq!(faults(&run), [""; 0], "{name}, seed {seed}");
+            let longest = run.observer.discovery.lost_after.unwrap_or(0);
+            assert!(longest <= LOST_AT_MOST, "{name}: a loss noticed after {} ms", longest / MILLISECOND);
+        }
+    }
+}
+
+fn timeline(events: &str) -> Vec<simulation::Event> {
+    Scenario::from_toml(&format!("modules = 20\nshape = \"centipede\"\n{events}")).unwrap().timeline
+}
+
+#[test]
+fn with_a_dock_blind_in_one_direction_neither_end_counts_the_other() {
+    for blind in [face(1, Back), face(2, Front)] {
+        let mut robot = robot(Shape::Chain, 4, 1);
+        robot.run_until(SECOND);
+        robot.change(&Change::Loss { links: Links::From(blind), probability: 1.0 }).unwrap();
+        robot.run_until(SECOND + LOST);
+        let types = [0, 1, 2, 3].map(|module| robot.status(module).unwrap().module_type);
+        assert_eq!(types, [Head, Tail, Head, Tail]);
+    }
+}
+
+#[test]
+fn a_dock_before_an_obstacle_has_no_neighbour() {
+    let mut robot = robot(Shape::Chain, 2, 1);
+    robot.change(&Change::Obstacle { at: face(0, Up), is_there: true }).unwrap();
+    robot.run_until(2 * SECOND);
+    assert!(robot.is_right(0));
+}
+
+#[test]
+fn a_module_without_power_is_silent() {
+    let mut robot = robot(Shape::Chain, 3, 1);
+    robot.run_until(SECOND);
+    robot.change(&Change::Kill(2)).unwrap();
+    robot.take_deeds();
+    robot.run_until(3 * SECOND);
+    assert!(robot.take_deeds().iter().all(|deed| deed.module != 2));
+    assert!(!robot.is_on(2) && robot.is_right(1));
+}
+
+#[test]
+fn a_reset_begins_anew() {
+    for mcus in [Mcus::Master, Mcus::Both] {
+        let mut robot = robot(Shape::Chain, 3, 1);
+        robot.run_until(2 * SECOND);
+        assert!(robot.status(1).unwrap().hormones_received > 0);
+        robot.change(&Change::Reset { module: 1, mcus }).unwrap();
+        assert_eq!(robot.status(1), None, "its program starts");
+        robot.run_until(2 * SECOND + 4 * MILLISECOND);
+        assert_eq!(robot.status(1).unwrap().hormones_received, 0);
+        robot.run_until(2 * SECOND + FOUND);
+        assert!(robot.is_right(1));
+    }
+}
+
+#[test]
+fn a_command_reaches_hormone_through_a_free_dock() {
+    let mut robot = robot(Shape::Chain, 3, 1);
+    robot.run_until(SECOND / 4);
+    robot.take_deeds();
+    let pace = Pace { name: GaitName::Centipede as u8, data: Data::A, rhythm: 0, lifetime: None };
+    let payload = Hormone::Pace(pace).to_payload().bytes().to_vec();
+    let command = Change::Command { at: face(1, Left), payload };
+    robot.change(&command).unwrap();
+    robot.run_until(SECOND / 4 + 10 * MILLISECOND);
+    let deeds = robot.take_deeds();
+    let received = deeds.iter().find(|deed| deed.event == Behaviour::HormoneReceived(Left, Data::A));
+    assert!(received.is_some_and(|deed| deed.module == 1), "{deeds:?}");
+    let refused = robot.change(&Change::Command { at: face(1, Back), payload: vec![] });
+    assert!(refused.is_err(), "a module is attached there");
+}
+
+#[test]
+fn neighbours_may_have_any_indices() {
+    // A chain in an order that takes great steps.
+    let place = |number: usize| number * 37 % 101;
+    let mut wiring = Wiring::new(101);
+    for number in 0..100 {
+        wiring.attach(face(place(number), Back), face(place(number + 1), Front)).unwrap();
+    }
+    let mut robot = Native::new(wiring, 1, 40 * MILLISECOND);
+    robot.set_tile(8);
+    let run = run(robot, "", 3);
+    assert_eq!(faults(&run), [""; 0]);
+    assert_eq!(run.observer.hops.lost(), 0);
+}

@@ -1,0 +1,94 @@
+//! The two engines, held against each other: simavr with the images, and the native one over its model of what takes
+//! time. The same types, the same hormones in the same order, legs that do the same, and times that lie close.
+
+use hormone::action::Action;
+use hormone::event::Event;
+use hormone::module_type::ModuleType;
+use simavr_harness::{Engine, RobotBuilder};
+use simulation::{Hops, Native, Robot, Shape};
+use superbot_tests_simavr::{MILLISECOND, firmware};
+
+/// How long robots run, and how often modules are looked at: never when a beat is due.
+const END: u64 = 5_000 * MILLISECOND;
+const LOOK: u64 = 100 * MILLISECOND;
+
+/// Modules get their power within this time, in both engines at the same moments.
+const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
+
+/// How far apart the engines may be in when a module does something with a hormone: on each hop a probe may be in the
+/// way in the one, and not in the other.
+const APART_PER_HOP: u64 = 3 * MILLISECOND;
+
+/// How far apart their mean hop latencies may be, in parts of the longer.
+const LATENCY_APART: f64 = 0.05;
+
+/// What was seen of a robot.
+struct Seen {
+    /// By module, what HORMONE did with hormones, and when.
+    hormones: Vec<Vec<(Event, u64)>>,
+    /// By module, its type and its action, as often as it was looked at.
+    looks: Vec<Vec<(ModuleType, Action)>>,
+    hops: Hops,
+}
+
+fn watch(mut robot: impl Robot) -> Seen {
+    let modules = robot.wiring().modules();
+    let mut seen = Seen {
+        hormones: vec![Vec::new(); modules],
+        looks: vec![Vec::new(); modules],
+        hops: Hops::new(modules),
+    };
+    while robot.now() < END {
+        robot.run_until(robot.now() + LOOK);
+        for deed in robot.take_deeds() {
+            seen.hops.take(&deed, robot.wiring());
+            if !matches!(deed.event, Event::TopologyChanged(_) | Event::ActionBegun(Action::Rest)) {
+                seen.hormones[deed.module].push((deed.event, deed.cycle));
+            }
+        }
+        for (module, looks) in seen.looks.iter_mut().enumerate() {
+            let status = robot.status(module).expect("the program runs");
+            looks.push((status.module_type, status.action));
+        }
+    }
+    seen
+}
+
+/// The same robot in both engines: simavr's first.
+fn both(shape: Shape, modules: usize, seed: u64) -> [Seen; 2] {
+    let wiring = shape.wiring(modules).expect("the shape has so many modules");
+    let builder = RobotBuilder::wired(firmware(), &wiring).seed(seed).power_up_within(POWER_UP_WITHIN);
+    let engine = Engine::new(builder.build().expect("the robot can be built"), 2);
+    [watch(engine), watch(Native::new(wiring, seed, POWER_UP_WITHIN))]
+}
+
+fn assert_alike(shape: Shape, modules: usize) {
+    for seed in 1..=3 {
+        let [simavr, native] = both(shape, modules, seed);
+        for module in 0..modules {
+            let name = format!("module {module} of {modules}, seed {seed}");
+            assert_eq!(simavr.looks[module], native.looks[module], "{name}");
+            let what = |seen: &Seen| seen.hormones[module].iter().map(|did| did.0).collect::<Vec<_>>();
+            assert_eq!(what(&simavr), what(&native), "{name}");
+            for (one, other) in simavr.hormones[module].iter().zip(&native.hormones[module]) {
+                let apart = one.1.abs_diff(other.1);
+                assert!(apart <= modules as u64 * APART_PER_HOP, "{name}: {one:?} {other:?}");
+            }
+        }
+        let [simavr, native] = [simavr, native].map(|seen| seen.hops);
+        assert_eq!((simavr.sent, simavr.delivered), (native.sent, native.delivered));
+        let [simavr, native] = [simavr, native].map(|hops| hops.latency().expect("hormones came").0);
+        let apart = (simavr - native).abs() / simavr.max(native);
+        assert!(apart <= LATENCY_APART, "seed {seed}: hop latencies {simavr} and {native} cycles");
+    }
+}
+
+#[test]
+fn a_centipede_does_the_same_in_both_engines() {
+    assert_alike(Shape::Centipede, 18);
+}
+
+#[test]
+fn a_chain_does_the_same_in_both_engines() {
+    assert_alike(Shape::Chain, 10);
+}
