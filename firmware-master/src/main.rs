@@ -66,7 +66,7 @@ mod stack {
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<336> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
-    pub static AC_SEND: Stack<140> = Stack::new();
+    pub static AC_SEND: Stack<141> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -71,7 +71,7 @@ fn a_hundred_modules_walk() {
         let links = run.robot.links();
         assert_eq!((links.gave_up, links.no_buffer), (0, 0));
         // At Right the ends of a link drown each other now and then.
-        assert!(links.retries < 20 && links.errors * 100 < links.frames, "{links:?}");
+        assert!((links.retries + links.errors) * 100 < links.frames, "{links:?}");
     }
 }
 
