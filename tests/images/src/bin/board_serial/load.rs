@@ -14,6 +14,7 @@ use board::twi::Twi;
 use board::usart::{Usart0, Usart1};
 use kernel::{Boot, Context, MaskedCell, Never, Priority, Semaphore, Stack, Task, Ticks};
 use tasks::device::{Bus, Receive, Transfer, Transmit};
+use tasks::link::backoff::Backoff;
 use tests_images::start;
 
 /// Bytes of a frame, with its zero: the longest that a link sends.
@@ -67,13 +68,13 @@ where
         receive2
             .start(boot, Priority::P1, |task| check(task, receiver, &FOR_SOFT_UART, |task| HEARD.post(task))),
     );
-    // Ends that both wait do not wait for the same time.
-    let patience = 20 + Ticks::from(board.nonce as u8 % 32);
+    let mut backoff = Backoff::new(board.nonce);
     start(send2.start(boot, Priority::P2, move |task| {
         send(task, transmitter, move |task| {
-            // What came before is no answer. If none comes, it is time to send again.
+            // What came before is no answer. If none comes, it is time to send again; ends that both wait differ by more
+            // than a frame before long.
             while HEARD.try_wait(task) {}
-            let _ = HEARD.wait_timeout(task, patience);
+            let _ = HEARD.wait_timeout(task, 20 + 8 * Ticks::from(backoff.next_ms()));
         })
     }));
     let (transmitter, receiver) = board.usart0.start(interrupts);
