@@ -31,10 +31,22 @@ use crate::ready;
 use crate::task::Boot;
 
 mod sealed {
-    pub trait Sealed {}
-}
+    use super::Task;
 
-/// A caller of the kernel: [`Task`], [`Interrupt`], or [`Boot`] before there are any.
+    /// Keeps calls to this crate.
+    pub struct Private;
+
+    pub trait Sealed {
+        /// The task that calls, if it is one.
+        #[inline(always)]
+        fn task(&mut self, _: Private) -> Option<&mut Task> {
+            None
+        }
+    }
+}
+pub(crate) use sealed::Private;
+
+/// A caller of the kernel: [`Task`], [`Interrupt`], [`JobContext`], or [`Boot`] before there are any.
 pub trait Context: sealed::Sealed {
     /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency.
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R;
@@ -45,15 +57,33 @@ pub trait Context: sealed::Sealed {
     fn reschedule(&mut self, is_needed: bool);
 }
 
-/// A caller outside of interrupts: [`Task`] or [`Boot`]. For calls that take as long as a list is.
+/// A caller outside of interrupts: [`Task`], [`JobContext`] or [`Boot`]. For calls that take as long as a list is.
 pub trait ThreadContext: Context {}
 
 impl ThreadContext for Task {}
+impl ThreadContext for JobContext<'_> {}
 impl ThreadContext for Boot {}
 
 /// The context of a task: interrupts are enabled, blocking is allowed. Each task gets its own when it starts.
 pub struct Task {
     _not_send: PhantomData<*mut ()>,
+}
+
+/// The context of a [`Job`](crate::Job): interrupts are enabled, but nothing may block.
+///
+/// ```compile_fail,E0308
+/// # use kernel::{JobContext, Semaphore};
+/// fn body(job: &mut JobContext, pressed: &Semaphore) {
+///     pressed.wait(job); // error: expected `&mut Task`, found `&mut JobContext`
+/// }
+/// ```
+pub struct JobContext<'a>(&'a mut Task);
+
+impl<'a> JobContext<'a> {
+    #[inline(always)]
+    pub(crate) fn new(task: &'a mut Task) -> JobContext<'a> {
+        JobContext(task)
+    }
 }
 
 /// The context of an interrupt handler: interrupts are masked, nothing may block.
@@ -79,7 +109,20 @@ impl Interrupt {
     }
 }
 
-impl sealed::Sealed for Task {}
+impl sealed::Sealed for Task {
+    #[inline(always)]
+    fn task(&mut self, _: Private) -> Option<&mut Task> {
+        Some(self)
+    }
+}
+
+impl sealed::Sealed for JobContext<'_> {
+    #[inline(always)]
+    fn task(&mut self, _: Private) -> Option<&mut Task> {
+        Some(self.0)
+    }
+}
+
 impl sealed::Sealed for Interrupt {}
 impl sealed::Sealed for Boot {}
 
@@ -98,6 +141,18 @@ impl Context for Task {
         if is_needed {
             arch::switch_from_call();
         }
+    }
+}
+
+impl Context for JobContext<'_> {
+    #[inline(always)]
+    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
+        self.0.mask(body)
+    }
+
+    #[inline(always)]
+    fn reschedule(&mut self, is_needed: bool) {
+        self.0.reschedule(is_needed);
     }
 }
 

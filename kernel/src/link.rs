@@ -23,6 +23,10 @@ impl Link {
     pub(crate) const NONE: Link = Link(ptr::null());
     /// Of a task that waits for nothing but a timer.
     pub(crate) const DELAYED: Link = Link(ptr::without_provenance(END));
+    /// Of a task that would be ready, were it not suspended.
+    pub(crate) const PARKED: Link = Link(ptr::without_provenance(END | 2));
+    /// Of a task for which others wait: see [`group`](crate::group).
+    pub(crate) const GROUPED: Link = Link(ptr::without_provenance(END | 4));
 
     /// To the next task.
     #[inline(always)]
@@ -44,6 +48,13 @@ impl Link {
     #[inline(always)]
     pub(crate) fn is_end(self) -> bool {
         self.0.addr() & END != 0
+    }
+
+    /// What the tasks wait for whose list ends here, if that is a semaphore.
+    pub(crate) fn semaphore(self) -> Option<&'static Semaphore> {
+        let is_semaphore = self.is_end() && ![Link::DELAYED, Link::PARKED, Link::GROUPED].contains(&self);
+        // SAFETY: `end_of` made it from a semaphore, which lives as long as a task waits for it.
+        is_semaphore.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
     }
 
     /// The next task, unless this is an end.

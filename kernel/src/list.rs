@@ -1,10 +1,13 @@
 //! Tasks out of the middle of a list.
 
-use crate::context::Context;
+use crate::context::{Context, ThreadContext};
+use crate::link::Link;
 use crate::masked::Masked;
+use crate::ready;
 use crate::semaphore::Semaphore;
-use crate::task::ControlBlock;
+use crate::task::{ControlBlock, Flag};
 use crate::walk;
+use crate::{IDLE, KERNEL};
 
 /// Takes `task` from those that wait for `semaphore`, and in the same masked section does `then`. Returns whether it was
 /// one of them.
@@ -69,4 +72,151 @@ struct Place {
 enum Step {
     On(Place),
     Done(bool),
+}
+
+/// What a search for a task has found.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Found {
+    Ready,
+    Waiting,
+    /// It has a mutex, or waits for one. Only if it is to be suspended.
+    Locks,
+}
+
+/// Searches `task` among those that are ready; takes it from them and suspends it if `suspend` says so. It is not the running
+/// one then.
+///
+/// Linear in the number of ready tasks, in steps.
+#[inline(never)]
+pub(crate) fn search(
+    context: &mut impl ThreadContext,
+    task: &'static ControlBlock,
+    suspend: bool,
+) -> Found {
+    let mut place: Option<ReadyPlace> = None;
+    loop {
+        let step = context.mask(|masked| {
+            if suspend && task.has_flag(masked, Flag::Locks) {
+                return ReadyStep::Done(Found::Locks);
+            }
+            let step = if task.link.get(masked).is_end() {
+                // What is ready is linked to another task.
+                ReadyStep::Done(Found::Waiting)
+            } else {
+                let place = place.filter(|_| walk::goes_on(masked)).unwrap_or_else(|| {
+                    walk::begin(masked);
+                    ReadyPlace::Start
+                });
+                place.step(masked, task, suspend)
+            };
+            if suspend && let ReadyStep::Done(found) = step {
+                task.suspend(masked);
+                if found == Found::Ready {
+                    walk::end(masked);
+                    task.link.set(masked, Link::PARKED);
+                }
+            }
+            step
+        });
+        match step {
+            ReadyStep::On(next) => place = Some(next),
+            ReadyStep::Done(result) => return result,
+        }
+    }
+}
+
+/// How far a walk along the ready tasks has got.
+#[derive(Clone, Copy)]
+enum ReadyPlace {
+    Start,
+    /// To this one in the list that begins with the head.
+    Head(&'static ControlBlock),
+    /// To `before`, among those that have arrived, of which `last` was the last.
+    Arrived { before: &'static ControlBlock, last: &'static ControlBlock },
+}
+
+enum ReadyStep {
+    On(ReadyPlace),
+    Done(Found),
+}
+
+impl ReadyPlace {
+    /// One step on the way to `task`, which is taken out where it is found if `take` says so.
+    #[inline(always)]
+    fn step(self, masked: &Masked, task: &'static ControlBlock, take: bool) -> ReadyStep {
+        let ready = &KERNEL.ready;
+        match self {
+            ReadyPlace::Start => {
+                let head = ready.head.get(masked);
+                if !head.is(task) {
+                    return ReadyStep::On(ReadyPlace::Head(head));
+                }
+                if take {
+                    ready.head.set(masked, task.next_ready(masked));
+                }
+            }
+            ReadyPlace::Head(before) if before.is(&IDLE) => {
+                return match ready::last_arrived(masked, task) {
+                    Some(last) => ReadyStep::On(ReadyPlace::Arrived { before: last, last }),
+                    None => ReadyStep::Done(Found::Waiting),
+                };
+            }
+            ReadyPlace::Head(before) => {
+                let next = before.next_ready(masked);
+                if !next.is(task) {
+                    return ReadyStep::On(ReadyPlace::Head(next));
+                }
+                if take {
+                    before.link.set(masked, task.link.get(masked));
+                }
+            }
+            ReadyPlace::Arrived { before, last } => {
+                // Interrupts append.
+                if !ready::last_arrived(masked, task).is_some_and(|now| now.is(last)) {
+                    return ReadyStep::On(ReadyPlace::Start);
+                }
+                let next = before.next_ready(masked);
+                if !next.is(task) {
+                    return match next.is(last) {
+                        true => ReadyStep::Done(Found::Waiting),
+                        false => ReadyStep::On(ReadyPlace::Arrived { before: next, last }),
+                    };
+                }
+                if take {
+                    ready::take_after(masked, before, task);
+                }
+            }
+        }
+        ReadyStep::Done(Found::Ready)
+    }
+}
+
+/// The semaphore that `task`, which is suspended, waits for, if it does.
+///
+/// Linear in the number of tasks that wait for it, in steps.
+#[inline(never)]
+pub(crate) fn awaited(
+    context: &mut impl ThreadContext,
+    task: &'static ControlBlock,
+) -> Option<&'static Semaphore> {
+    let mut place: Option<(&'static ControlBlock, Link)> = None;
+    loop {
+        let (link, began_with) = context.mask(|masked| {
+            // Interrupts wake the first, so none behind `task` before that itself, which shows in its link.
+            let own = task.link.get(masked);
+            match place {
+                Some((before, began_with)) if walk::goes_on(masked) && began_with == own => {
+                    (before.link.get(masked), own)
+                }
+                _ => {
+                    walk::begin(masked);
+                    (own, own)
+                }
+            }
+        });
+        match link.task() {
+            Some(next) => place = Some((next, began_with)),
+            None => return link.semaphore(),
+        }
+    }
 }

@@ -7,7 +7,7 @@ use crate::arch;
 use crate::context::{Context, Task};
 use crate::ready;
 use crate::semaphore::Semaphore;
-use crate::task::Priority;
+use crate::task::{Flag, Priority};
 
 /// A value that one task at a time works on, with interrupts enabled. 3 bytes besides the value.
 ///
@@ -42,8 +42,8 @@ impl<T> Mutex<T> {
 
     /// Takes the value until the guard is dropped. About 60 cycles, and as many then.
     pub fn lock<'a>(&'a self, task: &'a mut Task) -> Guard<'a, T> {
-        let above = self.lock.take(task);
-        Guard { mutex: self, task, above }
+        self.lock.take(task);
+        Guard { mutex: self, task }
     }
 
     /// Runs `work` on the value.
@@ -56,8 +56,6 @@ impl<T> Mutex<T> {
 pub struct Guard<'a, T> {
     mutex: &'a Mutex<T>,
     task: &'a mut Task,
-    /// What preempted the task before it took the value.
-    above: u8,
 }
 
 impl<T> Deref for Guard<'_, T> {
@@ -78,7 +76,7 @@ impl<T> DerefMut for Guard<'_, T> {
 
 impl<T> Drop for Guard<'_, T> {
     fn drop(&mut self) {
-        self.mutex.lock.give(self.task, self.above);
+        self.mutex.lock.give(self.task);
     }
 }
 
@@ -91,27 +89,32 @@ struct Lock {
 }
 
 impl Lock {
-    /// Returns what preempted the task before, for [`give`](Self::give).
     #[inline(never)]
-    fn take(&self, task: &mut Task) -> u8 {
-        let taken = task.mask(|masked| self.free.take(masked).then(|| ready::raise(masked, self.ceiling)));
-        match taken {
-            Some(above) => above,
-            None => {
-                // The task that gives it hands it to this one.
-                if self.free.block(task).is_some() {
-                    arch::switch_from_call();
-                }
-                task.mask(|masked| ready::raise(masked, self.ceiling))
+    fn take(&self, task: &mut Task) {
+        let is_taken = task.mask(|masked| {
+            let is_taken = self.free.take(masked);
+            if is_taken {
+                ready::raise(masked, self.ceiling);
+            } else {
+                // From here on it may own the mutex without knowing.
+                ready::running(masked).set_flag(masked, Flag::Locks);
             }
+            is_taken
+        });
+        if !is_taken {
+            // The task that gives it hands it to this one.
+            if self.free.block(task).is_some() {
+                arch::switch_from_call();
+            }
+            task.mask(|masked| ready::raise(masked, self.ceiling));
         }
     }
 
     #[inline(never)]
-    fn give(&self, task: &mut Task, above: u8) {
+    fn give(&self, task: &mut Task) {
         // Before the ceiling is left, or a task between the two could hold up the one that waits.
         task.mask(|masked| self.free.signal(masked));
-        if ready::restore(task, above) {
+        if ready::restore(task) {
             arch::switch_from_call();
         }
     }

@@ -13,9 +13,10 @@
 use crate::KERNEL;
 use crate::arch;
 use crate::context::{Context, Task};
+use crate::group::Group;
 use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
-use crate::task::ControlBlock;
+use crate::task::{ControlBlock, Flag};
 use crate::walk;
 
 /// The state of the scheduler. `repr(C)`: the context switch reads its first two fields.
@@ -67,8 +68,7 @@ pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
         KERNEL.ready.head.set(masked, task);
         true
     } else {
-        arrive(masked, task);
-        false
+        arrive(masked, task)
     }
 }
 
@@ -108,6 +108,18 @@ pub(crate) fn block_unless(
             return blocked;
         }
         pull(task);
+    }
+}
+
+/// Takes the running task from the ready ones, and does `then` in the same masked section.
+#[inline(always)]
+pub(crate) fn retire<R>(task: &mut Task, then: impl Fn(&'static ControlBlock, &Masked) -> R) -> R {
+    loop {
+        let result = task.mask(|masked| block(masked, Link::PARKED).map(|task| then(task, masked)));
+        match result {
+            Some(result) => return result,
+            None => pull(task),
+        }
     }
 }
 
@@ -186,23 +198,24 @@ pub(crate) fn rotate(task: &mut Task) -> Option<&'static ControlBlock> {
     })
 }
 
-/// Lets only the priorities in `ceiling` preempt the running task, if that is fewer than do now. Returns those, for
-/// [`restore`].
+/// Lets only the priorities in `ceiling` preempt the running task, if that is fewer than do now, until [`restore`].
 #[inline(always)]
-pub(crate) fn raise(masked: &Masked, ceiling: u8) -> u8 {
+pub(crate) fn raise(masked: &Masked, ceiling: u8) {
     let task = KERNEL.ready.head.get(masked);
     let above = task.above.get(masked);
     task.above.set(masked, above & ceiling);
-    above
+    task.set_flag(masked, Flag::Locks);
 }
 
 /// Undoes [`raise`]. Returns whether another task is the head now, or was before.
-pub(crate) fn restore(task: &mut Task, above: u8) -> bool {
+pub(crate) fn restore(task: &mut Task) -> bool {
+    // No ceiling within a ceiling: who has one can't lock another mutex.
+    let above = task.mask(running).above_priority(task);
     loop {
         let among = task.mask(|masked| {
             let among = KERNEL.ready.arrived.get(masked) & above;
             if among == 0 {
-                running(masked).above.set(masked, above);
+                lift(masked, running(masked), above);
             }
             among
         });
@@ -217,6 +230,13 @@ pub(crate) fn restore(task: &mut Task, above: u8) -> bool {
     }
 }
 
+/// Ends the ceiling under which `task` runs.
+#[inline(always)]
+fn lift(masked: &Masked, task: &ControlBlock, above: u8) {
+    task.above.set(masked, above);
+    task.clear_flag(masked, Flag::Locks);
+}
+
 /// Restores `above`, and makes the first task that arrived at `priority` the head; `false`, with nothing done, where a higher
 /// one has arrived meanwhile.
 fn restore_to_arrived(masked: &Masked, above: u8, priority: usize) -> bool {
@@ -225,20 +245,24 @@ fn restore_to_arrived(masked: &Masked, above: u8, priority: usize) -> bool {
     let head = ready.head.get(masked);
     if !head.is(task) {
         // What was woken outranks the ceiling, so it outranks those that arrived.
-        task.above.set(masked, above);
+        lift(masked, task, above);
         return true;
     }
     let among = ready.arrived.get(masked) & above;
     let Some(first) = take_arrived(masked, among, priority) else { return false };
-    task.above.set(masked, above);
+    lift(masked, task, above);
     first.link.set(masked, Link::to(task));
     ready.head.set(masked, first);
     true
 }
 
-/// Appends `task` to those that arrived at its priority.
+/// Appends `task` to those that arrived at its priority, unless it is suspended. Returns whether another is the one to run
+/// now: that which it stands for.
 #[inline(never)]
-fn arrive(masked: &Masked, task: &'static ControlBlock) {
+fn arrive(masked: &Masked, task: &'static ControlBlock) -> bool {
+    if task.is_suspended(masked) {
+        return park(masked, task);
+    }
     let last = &KERNEL.ready.last[task.index(masked)];
     match last.get(masked) {
         Some(previous) => {
@@ -248,6 +272,40 @@ fn arrive(masked: &Masked, task: &'static ControlBlock) {
         }
         None => begin_queue(masked, last, task),
     }
+    false
+}
+
+/// The last task that arrived at `task`'s priority.
+#[inline(always)]
+pub(crate) fn last_arrived(masked: &Masked, task: &ControlBlock) -> Option<&'static ControlBlock> {
+    KERNEL.ready.last[task.index(masked)].get(masked)
+}
+
+/// Takes `task` from those that arrived at its priority, where it stands behind `before`.
+#[inline(always)]
+pub(crate) fn take_after(masked: &Masked, before: &'static ControlBlock, task: &'static ControlBlock) {
+    let ready = &KERNEL.ready;
+    let last = &ready.last[task.index(masked)];
+    if before.is(task) {
+        last.set(masked, None);
+        ready.arrived.set(masked, ready.arrived.get(masked) & !task.bit(masked));
+        return;
+    }
+    before.link.set(masked, task.link.get(masked));
+    if last.get(masked).is_some_and(|last| last.is(task)) {
+        last.set(masked, Some(before));
+    }
+}
+
+/// Leaves a suspended task until it is resumed; tells the task that another stands in for. Returns whether that is now the
+/// one to run.
+#[inline(never)]
+fn park(masked: &Masked, task: &'static ControlBlock) -> bool {
+    if task.has_flag(masked, Flag::StandsIn) {
+        return Group::of(masked, task).arrive(masked, task);
+    }
+    task.link.set(masked, Link::PARKED);
+    false
 }
 
 /// Makes `task` the only one that arrived at its priority.

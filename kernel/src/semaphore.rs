@@ -157,7 +157,7 @@ impl Semaphore {
     pub(crate) fn block(&self, task: &mut Task) -> Option<&'static ControlBlock> {
         // The commonest case in a function of its own, which has to preserve no registers.
         let blocked = task.mask(|masked| match self.word.get(masked) {
-            State::Empty | State::Signals(0) => self.block_first(masked),
+            State::Empty | State::Signals(0) => self.enter_first(masked, ready::block),
             _ => None,
         });
         if blocked.is_some() {
@@ -169,10 +169,14 @@ impl Semaphore {
         }
     }
 
-    /// Blocks the running task as the first that waits, if that is so simple.
+    /// Has a task wait as the first, if that is so simple.
     #[inline(always)]
-    fn block_first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
-        let blocked = ready::block(masked, Link::end_of(self))?;
+    fn enter_first(
+        &self,
+        masked: &Masked,
+        block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
+    ) -> Option<&'static ControlBlock> {
+        let blocked = block(masked, Link::end_of(self))?;
         self.word.set_link(masked, Link::to(blocked));
         Some(blocked)
     }
@@ -182,22 +186,47 @@ impl Semaphore {
     /// Linear in the number of waiting tasks that this one does not precede, but interrupts are masked for a step at a time.
     #[inline(never)]
     pub(crate) fn block_until(&self, task: &mut Task, until: Option<&Until>) -> Came {
-        let mut place = Place { before: None, began_with: None };
         let own = task.mask(ready::running);
+        self.enter(task, own, until, ready::block)
+    }
+
+    /// Takes a signal; else puts `stand_in` among those that wait. Returns whether it waits.
+    ///
+    /// Linear likewise.
+    #[inline(never)]
+    pub(crate) fn enlist(&self, task: &mut Task, stand_in: &'static ControlBlock) -> bool {
+        let came = self.enter(task, stand_in, None, |masked, link| {
+            walk::end(masked);
+            stand_in.link.set(masked, link);
+            Some(stand_in)
+        });
+        matches!(came, Came::Blocked(_))
+    }
+
+    /// Takes a signal, unless `until` has come; else has `own` wait: `block` links it as it says, and returns it.
+    #[inline(always)]
+    fn enter(
+        &self,
+        task: &mut Task,
+        own: &'static ControlBlock,
+        until: Option<&Until>,
+        block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
+    ) -> Came {
+        let mut place = Place { before: None, began_with: None };
         loop {
             let step = task.mask(|masked| {
                 if self.signals(masked) == 0 && until.is_some_and(|until| until.has_come(masked)) {
                     return Step::Done(Came::Until);
                 }
                 match self.word.get(masked) {
-                    State::Waiting(first) => self.step(masked, own, first, &mut place),
+                    State::Waiting(first) => self.step(masked, own, first, &mut place, &block),
                     State::Signals(signals @ 1..) => {
                         self.word.set_signals(masked, signals - 1);
                         Step::Done(Came::Signal)
                     }
-                    _ => {
-                        self.block_first(masked).map_or(Step::Arrived, |task| Step::Done(Came::Blocked(task)))
-                    }
+                    _ => self.enter_first(masked, &block).map_or(Step::Arrived, |task| {
+                        Step::Done(Came::Blocked(task))
+                    }),
                 }
             });
             match step {
@@ -213,7 +242,7 @@ impl Semaphore {
         }
     }
 
-    /// One step of the running task on its way into the list that begins with `first`.
+    /// One step of `task` on its way into the list that begins with `first`.
     #[inline(always)]
     fn step(
         &self,
@@ -221,6 +250,7 @@ impl Semaphore {
         task: &ControlBlock,
         first: &'static ControlBlock,
         place: &mut Place,
+        block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
     ) -> Step {
         if !walk::goes_on(masked) || !place.began_with.is_some_and(|began_with| began_with.is(first)) {
             walk::begin(masked);
@@ -233,7 +263,7 @@ impl Semaphore {
             place.before = Some(next);
             return Step::On;
         }
-        let Some(blocked) = ready::block(masked, link) else { return Step::Arrived };
+        let Some(blocked) = block(masked, link) else { return Step::Arrived };
         match place.before {
             Some(before) => before.link.set(masked, Link::to(blocked)),
             None => self.word.set_link(masked, Link::to(blocked)),

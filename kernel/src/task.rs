@@ -6,6 +6,7 @@ use core::ptr;
 
 use crate::arch;
 use crate::context::{Context, Interrupt, Task};
+use crate::handle::TaskHandle;
 use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
@@ -29,6 +30,11 @@ pub enum Priority {
 }
 
 impl Priority {
+    const ALL: [Priority; 8] = {
+        use Priority::*;
+        [P0, P1, P2, P3, P4, P5, P6, P7]
+    };
+
     /// The set of priorities above this one, a bit each: bit 0 is `P0`.
     pub(crate) const fn above(self) -> u8 {
         (1 << self as u8) - 1
@@ -58,9 +64,29 @@ pub struct ControlBlock {
     pub(crate) stack_pointer: MaskedCell<usize>,
     /// What stands behind this task in the one list that it is in.
     pub(crate) link: MaskedCell<Link>,
-    /// The priority; unused for the idle task.
-    priority: MaskedCell<Priority>,
+    /// The priority in the low three bits, and the flags of [`Flag`]; unused for the idle task.
+    priority: MaskedCell<u8>,
 }
+
+/// What keeps others from interfering with a task; and what is no task.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+pub(crate) enum Flag {
+    /// It holds a mutex, or waits for one.
+    Locks = 0x80,
+    /// Others stand in for it in the lists of semaphores.
+    Represented = 0x40,
+    /// It stands in for a task: its `stack_pointer` is the address of a [`Group`](crate::group::Group).
+    StandsIn = 0x20,
+    /// It is being killed.
+    Dies = 0x10,
+}
+
+/// The priority in [`ControlBlock::priority`].
+const PRIORITY: u8 = 7;
+
+/// [`ControlBlock::above`] of a task that is suspended: nothing has less to preempt.
+const SUSPENDED: u8 = 0xff;
 
 impl ControlBlock {
     /// A block of a task that has not started.
@@ -69,7 +95,7 @@ impl ControlBlock {
             above: MaskedCell::new(0),
             stack_pointer: MaskedCell::new(0),
             link: MaskedCell::new(Link::NONE),
-            priority: MaskedCell::new(Priority::P0),
+            priority: MaskedCell::new(0),
         }
     }
 
@@ -100,7 +126,7 @@ impl ControlBlock {
     /// Whether this task is of higher priority than `other`, where both wait.
     #[inline(always)]
     pub(crate) fn precedes(&self, masked: &Masked, other: &ControlBlock) -> bool {
-        (self.priority.get(masked) as u8) < other.priority.get(masked) as u8
+        self.priority.get(masked) & PRIORITY < other.priority.get(masked) & PRIORITY
     }
 
     /// The bit of this task's priority in a set of priorities.
@@ -112,14 +138,72 @@ impl ControlBlock {
     /// The index of this task's priority, 0 to 7.
     #[inline(always)]
     pub(crate) fn index(&self, masked: &Masked) -> usize {
-        (self.priority.get(masked) as u8 & 7) as usize
+        (self.priority.get(masked) & PRIORITY) as usize
     }
 
     /// Gives the task its priority.
     #[inline(always)]
     pub(crate) fn set_priority(&self, masked: &Masked, priority: Priority) {
         self.above.set(masked, priority.above());
-        self.priority.set(masked, priority);
+        self.priority.set(masked, priority as u8);
+    }
+
+    pub(crate) fn priority(&self, masked: &Masked) -> Priority {
+        Priority::ALL.get(self.index(masked)).copied().unwrap_or(Priority::P7)
+    }
+
+    /// The set of priorities above this task's, without the ceiling of a mutex.
+    pub(crate) fn above_priority(&self, context: &mut impl Context) -> u8 {
+        let priority = context.mask(|masked| self.priority.get(masked));
+        // Outside of the masked section: the AVR shifts by one bit at a time.
+        (1 << (priority & PRIORITY)) - 1
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_flag(&self, masked: &Masked, flag: Flag) {
+        self.priority.set(masked, self.priority.get(masked) | flag as u8);
+    }
+
+    #[inline(always)]
+    pub(crate) fn clear_flag(&self, masked: &Masked, flag: Flag) {
+        self.priority.set(masked, self.priority.get(masked) & !(flag as u8));
+    }
+
+    #[inline(always)]
+    pub(crate) fn has_flag(&self, masked: &Masked, flag: Flag) -> bool {
+        self.priority.get(masked) & flag as u8 != 0
+    }
+
+    /// Whether this task is suspended; whatever stands in for a task always is.
+    #[inline(always)]
+    pub(crate) fn is_suspended(&self, masked: &Masked) -> bool {
+        self.above.get(masked) == SUSPENDED
+    }
+
+    /// Changes the priority, but not what preempts the task now.
+    pub(crate) fn change_priority(&self, masked: &Masked, priority: Priority) {
+        self.priority.set(masked, self.priority.get(masked) & !PRIORITY | priority as u8);
+    }
+
+    /// Marks the task, unless it is not suspended any more or marked already. Returns whether it did.
+    pub(crate) fn begin_to_die(&self, masked: &Masked) -> bool {
+        let may = self.is_suspended(masked) && !self.has_flag(masked, Flag::Dies);
+        if may {
+            self.set_flag(masked, Flag::Dies);
+        }
+        may
+    }
+
+    /// The task has ended.
+    pub(crate) fn forget(&self, masked: &Masked) {
+        self.link.set(masked, Link::NONE);
+        self.above.set(masked, 0);
+        self.stack_pointer.set(masked, 0);
+    }
+
+    #[inline(always)]
+    pub(crate) fn suspend(&self, masked: &Masked) {
+        self.above.set(masked, SUSPENDED);
     }
 
     /// Whether both are the same task.
@@ -167,6 +251,11 @@ impl<const BYTES: usize> Stack<BYTES> {
     /// A stack with no task on it.
     pub const fn new() -> Self {
         Stack { control: ControlBlock::new(), memory: UnsafeCell::new([MaybeUninit::uninit(); BYTES]) }
+    }
+
+    /// The task on this stack, to others.
+    pub const fn task(&'static self) -> TaskHandle {
+        TaskHandle { control: &self.control, bytes: BYTES }
     }
 
     /// Makes a task on this stack ready; it runs `body`, which never returns. What `body` captures moves onto the stack.

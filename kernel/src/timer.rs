@@ -3,6 +3,7 @@
 //! Armed timers form a list by deadline. A tick only counts down to the first deadline, so it costs the
 //! same however many are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
 
+use core::ops::Range;
 use core::ptr;
 
 use crate::KERNEL;
@@ -283,6 +284,18 @@ pub(crate) fn arm(
 /// Disarms `timer`. Returns whether it was armed.
 #[inline(never)]
 pub(crate) fn disarm(context: &mut impl ThreadContext, timer: &'static Timer) -> bool {
+    disarm_first(context, |next| ptr::eq(next, timer))
+}
+
+/// Disarms all timers that lie in `memory`.
+#[inline(never)]
+pub(crate) fn disarm_within(context: &mut impl ThreadContext, memory: Range<usize>) {
+    while disarm_first(context, |next| memory.contains(&ptr::from_ref(next).addr())) {}
+}
+
+/// Disarms the first timer that `is_it` says. Returns whether there was one.
+#[inline(always)]
+fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer) -> bool) -> bool {
     let mut slot = None;
     loop {
         let came = context.mask(|masked| {
@@ -293,14 +306,14 @@ pub(crate) fn disarm(context: &mut impl ThreadContext, timer: &'static Timer) ->
                     &KERNEL.timers.first
                 }
             };
-            match slot.get(masked) {
-                Some(next) if !ptr::eq(next, timer) => return Step::On(&next.link),
-                Some(_) => {}
+            let timer = match slot.get(masked) {
+                Some(next) if !is_it(next) => return Step::On(&next.link),
+                Some(next) => next,
                 None => {
                     walk::end(masked);
                     return Step::Done(false);
                 }
-            }
+            };
             walk::end(masked);
             slot.set(masked, timer.link.get(masked));
             timer.target.set(masked, Target::NOTHING);

@@ -38,6 +38,7 @@
 
 use core::arch::asm;
 use core::mem::{MaybeUninit, size_of};
+use core::ops::Range;
 use core::ptr;
 
 use crate::context::Task;
@@ -529,6 +530,18 @@ pub(crate) fn switch_from_call() {
 pub(crate) fn run() -> ! {
     // SAFETY: interrupts are masked, and `main`, whose stack this takes, never gets control back.
     unsafe { kernel_run() }
+}
+
+/// Runs the tasks; the running one, which is not ready any more, is forgotten.
+pub(crate) fn leave(_: &Masked) -> ! {
+    // SAFETY: interrupts are masked, and nothing of the task that calls this is needed again.
+    unsafe { kernel_run() }
+}
+
+/// Where the stack of `task` lies, that has `bytes`.
+pub(crate) fn stack(task: &'static ControlBlock, bytes: usize) -> Range<usize> {
+    let bottom = ptr::from_ref(task).addr() + size_of::<ControlBlock>();
+    bottom..bottom + bytes
 }
 
 /// Lays `body` and a first context at the top of `memory`. Returns the stack pointer, or `None` if they do not fit.

@@ -9,10 +9,12 @@ use std::boxed::Box;
 use std::cell::{Cell, RefCell};
 use std::mem::MaybeUninit;
 use std::panic::{self, AssertUnwindSafe};
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::vec::Vec;
 
+use corosensei::stack::{DefaultStack, Stack as _};
 use corosensei::{Coroutine, Yielder};
 
 use crate::context::{Interrupt, Task};
@@ -30,6 +32,8 @@ std::thread_local! {
     static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
     /// The interrupt that is to strike inside of a kernel call.
     static STRIKE: RefCell<Option<Strike>> = const { RefCell::new(None) };
+    /// Where their stacks lie.
+    static STACKS: RefCell<Vec<Range<usize>>> = const { RefCell::new(Vec::new()) };
     /// How the running task gives control back.
     static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(std::ptr::null()) };
 }
@@ -114,6 +118,7 @@ pub fn struck<R>(
 /// Forgets the tasks of the run before.
 fn reset() {
     TASKS.take();
+    STACKS.take();
     // SAFETY: no task runs, and no other thread: the caller holds `ONE_KERNEL`.
     let masked = unsafe { Masked::assume() };
     KERNEL.ready.reset(&masked, &IDLE);
@@ -187,12 +192,27 @@ pub(crate) fn switch_from_call() {
     YIELDER.set(yielder);
 }
 
+pub(crate) fn leave(_: &Masked) -> ! {
+    loop {
+        switch_from_call();
+    }
+}
+
+/// Where the stack of `task`'s coroutine lies.
+pub(crate) fn stack(task: &'static ControlBlock, _: usize) -> Range<usize> {
+    // SAFETY: what stands for interrupts runs only where a test calls it.
+    let index = task.stack_pointer.get(&unsafe { Masked::assume() });
+    STACKS.with_borrow(|stacks| index.checked_sub(1).and_then(|index| stacks.get(index)).cloned().unwrap_or(0..0))
+}
+
 pub(crate) fn prepare<F>(_memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
 where
     F: FnOnce(&mut Task) -> Never + 'static,
 {
     let body = Box::new(body);
-    let coroutine = Coroutine::new(move |yielder: &Yielder<(), ()>, ()| {
+    let stack = DefaultStack::default();
+    STACKS.with_borrow_mut(|stacks| stacks.push(stack.limit().get()..stack.base().get()));
+    let coroutine = Coroutine::with_stack(stack, move |yielder: &Yielder<(), ()>, ()| {
         YIELDER.set(yielder);
         // SAFETY: this is the task, and it has just started.
         body(&mut unsafe { Task::assume() })

@@ -1,0 +1,124 @@
+//! Waits for several semaphores at once.
+//!
+//! A task can be in one list only. So where it waits for several, others wait in its place: control blocks without a stack,
+//! suspended for good. One that is woken joins its group, and that wakes the task.
+
+use core::ptr;
+
+use crate::arch;
+use crate::context::{Context, Task};
+use crate::link::Link;
+use crate::list;
+use crate::masked::{Masked, MaskedCell};
+use crate::ready;
+use crate::semaphore::Semaphore;
+use crate::task::{ControlBlock, Flag};
+
+/// Those that stand in for a task.
+pub(crate) struct Group {
+    /// The last of those that were woken; its link is the first.
+    last: MaskedCell<Option<&'static ControlBlock>>,
+    task: &'static ControlBlock,
+}
+
+impl Group {
+    /// A group that stands in for the running task.
+    pub(crate) fn new(task: &mut Task) -> Group {
+        Group { last: MaskedCell::new(None), task: task.mask(ready::running) }
+    }
+
+    /// The group of `stand_in`.
+    pub(crate) fn of(masked: &Masked, stand_in: &ControlBlock) -> &'static Group {
+        // SAFETY: `claim` stored it from a static.
+        unsafe { &*ptr::with_exposed_provenance(stand_in.stack_pointer.get(masked)) }
+    }
+
+    /// Makes `stand_in` one of this group, unless it is one of another. Returns whether it did.
+    pub(crate) fn claim(&'static self, masked: &Masked, stand_in: &'static ControlBlock) -> bool {
+        let is_free = stand_in.stack_pointer.get(masked) == 0;
+        if is_free {
+            stand_in.stack_pointer.set(masked, ptr::from_ref(self).expose_provenance());
+            stand_in.set_priority(masked, self.task.priority(masked));
+            stand_in.set_flag(masked, Flag::StandsIn);
+            stand_in.suspend(masked);
+        }
+        is_free
+    }
+
+    /// `stand_in` has been woken. Returns whether the task it stands in for is now the one to run.
+    pub(crate) fn arrive(&self, masked: &Masked, stand_in: &'static ControlBlock) -> bool {
+        self.append(masked, stand_in);
+        self.task.link.get(masked) == Link::GROUPED && ready::make_ready(masked, self.task)
+    }
+
+    /// Puts `stand_in` behind those that were woken.
+    pub(crate) fn append(&self, masked: &Masked, stand_in: &'static ControlBlock) {
+        let first = match self.last.get(masked) {
+            Some(last) => last.link.replace(masked, Link::to(stand_in)),
+            None => Link::to(stand_in),
+        };
+        stand_in.link.set(masked, first);
+        self.last.set(masked, Some(stand_in));
+    }
+
+    /// The first that was woken; blocks until there is one.
+    pub(crate) fn receive(&self, task: &mut Task) -> &'static ControlBlock {
+        loop {
+            if let Some(first) = task.mask(|masked| self.take(masked)) {
+                return first;
+            }
+            if ready::block_unless(task, Link::GROUPED, |masked| self.last.get(masked).is_some()).is_some() {
+                arch::switch_from_call();
+            }
+        }
+    }
+
+    fn take(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+        let last = self.last.get(masked)?;
+        let first = last.next_ready(masked);
+        if first.is(last) {
+            self.last.set(masked, None);
+        } else {
+            last.link.set(masked, first.link.get(masked));
+        }
+        Some(first)
+    }
+}
+
+impl Task {
+    /// Takes a signal of one of `semaphores`, and blocks until there is one; of several the first. Returns its index.
+    ///
+    /// A wait for one thing with a time-out has [`Semaphore::wait_timeout`]; this one ends in time if a
+    /// [`Timer`](crate::Timer) posts one of the semaphores. 6 bytes of stack a semaphore, and 5. Linear in the number of
+    /// tasks that wait for them, in steps.
+    pub fn wait_any<const N: usize>(&mut self, semaphores: [&Semaphore; N]) -> usize {
+        if let Some(index) = semaphores.iter().position(|semaphore| semaphore.try_wait(self)) {
+            return index;
+        }
+        let group = Group::new(self);
+        let stand_ins = [const { ControlBlock::new() }; N];
+        // SAFETY: below all that wait are expelled, or have been woken, before this returns; and a task for which others wait
+        // is not killed.
+        let (group, stand_ins): (&'static Group, &'static [ControlBlock; N]) =
+            unsafe { (&*ptr::from_ref(&group), &*ptr::from_ref(&stand_ins)) };
+        self.mask(|masked| group.task.set_flag(masked, Flag::Represented));
+        let all = || stand_ins.iter().zip(semaphores).enumerate();
+        let came = all().position(|(_, (stand_in, semaphore))| {
+            self.mask(|masked| group.claim(masked, stand_in));
+            !semaphore.enlist(self, stand_in)
+        });
+        let sent = came.unwrap_or(N);
+        let came = came.unwrap_or_else(|| {
+            let woken = group.receive(self);
+            stand_ins.iter().position(|stand_in| stand_in.is(woken)).unwrap_or(0)
+        });
+        for (index, (stand_in, semaphore)) in all().take(sent) {
+            if index != came && !list::expel(self, semaphore, stand_in, |_| {}) {
+                // It has taken a signal too.
+                semaphore.post(self);
+            }
+        }
+        self.mask(|masked| group.task.clear_flag(masked, Flag::Represented));
+        came
+    }
+}

@@ -1,0 +1,315 @@
+//! What tasks do to tasks: suspend, resume, change of priority, kill.
+
+mod log;
+
+use kernel::{Mutex, Priority, Queue, Refused, Semaphore, Stack, StartError, TaskState, host};
+use log::Log;
+
+#[test]
+fn a_suspended_task_does_not_run_until_it_is_resumed() {
+    static LOG: Log = Log::new();
+    static WORKER: Stack<0> = Stack::new();
+    static BOSS: Stack<0> = Stack::new();
+    static GO: Semaphore = Semaphore::new(0);
+    host::run_for(
+        2,
+        |boot| {
+            WORKER
+                .start(boot, Priority::P3, |task| {
+                    loop {
+                        GO.wait(task);
+                        LOG.note("worker");
+                    }
+                })
+                .unwrap();
+            BOSS.start(boot, Priority::P5, |task| {
+                let worker = WORKER.task();
+                assert_eq!(worker.state(task), TaskState::Waiting);
+                worker.suspend(task).unwrap();
+                GO.post(task);
+                GO.post(task);
+                assert_eq!(worker.state(task), TaskState::Suspended);
+                LOG.note("boss");
+                assert!(worker.resume(task));
+                LOG.note("boss again");
+                assert!(!worker.resume(task), "it is not suspended");
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["boss", "worker", "worker", "boss again"]);
+}
+
+#[test]
+fn a_task_is_suspended_wherever_it_is() {
+    static LOG: Log = Log::new();
+    static ARRIVED: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static PREEMPTED: Stack<0> = Stack::new();
+    static HIGH: Stack<0> = Stack::new();
+    static WAKE: Semaphore = Semaphore::new(0);
+    const NAMES: [&str; 3] = ["first", "second", "third"];
+    host::run_for(
+        1,
+        |boot| {
+            PREEMPTED
+                .start(boot, Priority::P6, |task| {
+                    LOG.note("low");
+                    WAKE.post(task);
+                    LOG.note("low again");
+                    forever(task)
+                })
+                .unwrap();
+            HIGH.start(boot, Priority::P1, |task| {
+                WAKE.wait(task);
+                for (stack, name) in ARRIVED.iter().zip(NAMES) {
+                    stack
+                        .start(task, Priority::P4, move |task| {
+                            LOG.note(name);
+                            forever(task)
+                        })
+                        .unwrap();
+                }
+                let all = ARRIVED.iter().chain([&PREEMPTED]).map(Stack::task);
+                // In no order of theirs: the middle, the last, the first.
+                for index in [1, 2, 0] {
+                    assert_eq!(ARRIVED[index].task().state(task), TaskState::Ready);
+                    ARRIVED[index].task().suspend(task).unwrap();
+                }
+                PREEMPTED.task().suspend(task).unwrap();
+                assert!(all.clone().all(|one| one.state(task) == TaskState::Suspended));
+                task.delay(1);
+                LOG.note("all are still");
+                all.rev().for_each(|one| assert!(one.resume(task)));
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["low", "all are still", "third", "second", "first", "low again"]);
+}
+
+#[test]
+fn a_task_suspends_itself_and_an_interrupt_resumes_it() {
+    static LOG: Log = Log::new();
+    static SELF: Stack<0> = Stack::new();
+    host::run_for(
+        3,
+        |boot| {
+            SELF.start(boot, Priority::P3, |task| {
+                loop {
+                    LOG.note("once");
+                    SELF.task().suspend(task).unwrap();
+                }
+            })
+            .unwrap();
+        },
+        |interrupt, tick| {
+            if tick == 2 {
+                SELF.task().resume(interrupt);
+            }
+        },
+    );
+    LOG.expect(&["once", "once"]);
+}
+
+#[test]
+fn a_change_of_priority_takes_effect_at_once() {
+    static LOG: Log = Log::new();
+    static ONE: Stack<0> = Stack::new();
+    static OTHER: Stack<0> = Stack::new();
+    host::run_for(
+        1,
+        |boot| {
+            OTHER
+                .start(boot, Priority::P5, |task| {
+                    LOG.note("other");
+                    forever(task)
+                })
+                .unwrap();
+            ONE.start(boot, Priority::P3, |task| {
+                ONE.task().set_priority(task, Priority::P4).unwrap();
+                LOG.note("still the higher");
+                OTHER.task().set_priority(task, Priority::P2).unwrap();
+                LOG.note("one again");
+                assert_eq!(ONE.task().priority(task), Priority::P4);
+                assert_eq!(OTHER.task().state(task), TaskState::Waiting);
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["still the higher", "other", "one again"]);
+}
+
+#[test]
+fn who_lowers_itself_lets_the_others_run() {
+    static LOG: Log = Log::new();
+    static ONE: Stack<0> = Stack::new();
+    static OTHERS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    host::run_for(
+        1,
+        |boot| {
+            ONE.start(boot, Priority::P1, |task| {
+                for (stack, name) in OTHERS.iter().zip(["second", "third"]) {
+                    stack
+                        .start(task, Priority::P3, move |task| {
+                            LOG.note(name);
+                            forever(task)
+                        })
+                        .unwrap();
+                }
+                LOG.note("first");
+                ONE.task().set_priority(task, Priority::P3).unwrap();
+                LOG.note("last");
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["first", "second", "third", "last"]);
+}
+
+#[test]
+fn a_killed_task_leaves_every_list_and_its_stack_is_free() {
+    static LOG: Log = Log::new();
+    static VICTIM: Stack<0> = Stack::new();
+    static OTHER: Stack<0> = Stack::new();
+    static BOSS: Stack<0> = Stack::new();
+    static SHARED: Semaphore = Semaphore::new(0);
+    host::run_for(
+        20,
+        |boot| {
+            VICTIM
+                .start(boot, Priority::P3, |task| {
+                    SHARED.wait_timeout(task, 5).unwrap();
+                    unreachable!("it was killed")
+                })
+                .unwrap();
+            OTHER
+                .start(boot, Priority::P4, |task| {
+                    SHARED.wait(task);
+                    LOG.note("other");
+                    forever(task)
+                })
+                .unwrap();
+            BOSS.start(boot, Priority::P5, |task| {
+                let victim = VICTIM.task();
+                assert_eq!(victim.kill(task), Ok(()));
+                assert_eq!(victim.state(task), TaskState::NotStarted);
+                assert_eq!(victim.kill(task), Err(Refused::NotStarted));
+                SHARED.post(task);
+                task.delay(10);
+                VICTIM
+                    .start(task, Priority::P3, |task| {
+                        LOG.note("anew");
+                        forever(task)
+                    })
+                    .unwrap();
+                LOG.note("boss");
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["other", "anew", "boss"]);
+}
+
+#[test]
+fn a_delayed_and_a_ready_task_are_killed() {
+    static DELAYED: Stack<0> = Stack::new();
+    static READY: Stack<0> = Stack::new();
+    static BOSS: Stack<0> = Stack::new();
+    host::run_for(
+        20,
+        |boot| {
+            DELAYED
+                .start(boot, Priority::P1, |task| {
+                    task.delay(5);
+                    unreachable!("it was killed")
+                })
+                .unwrap();
+            BOSS.start(boot, Priority::P3, |task| {
+                READY.start(task, Priority::P5, |_| unreachable!("it was killed")).unwrap();
+                READY.task().kill(task).unwrap();
+                DELAYED.task().kill(task).unwrap();
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+}
+
+#[test]
+fn a_task_that_exits_can_be_started_again() {
+    static LOG: Log = Log::new();
+    static SHORT: Stack<0> = Stack::new();
+    static BOSS: Stack<0> = Stack::new();
+    host::run_for(
+        1,
+        |boot| {
+            BOSS.start(boot, Priority::P5, |task| {
+                for name in ["once", "twice"] {
+                    let body = move |task: &mut kernel::Task| {
+                        LOG.note(name);
+                        task.exit()
+                    };
+                    assert_eq!(SHORT.start(task, Priority::P3, body), Ok(()));
+                }
+                let low = |task: &mut kernel::Task| task.exit();
+                assert_eq!(SHORT.start(task, Priority::P6, low), Ok(()));
+                assert_eq!(SHORT.start(task, Priority::P6, low), Err(StartError::Started));
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["once", "twice"]);
+}
+
+#[test]
+fn who_has_a_mutex_is_left_alone() {
+    static HOLDER: Stack<0> = Stack::new();
+    static HIGH: Stack<0> = Stack::new();
+    static WAKE: Semaphore = Semaphore::new(0);
+    static VALUE: Mutex<u8> = Mutex::new(Priority::P4, 0);
+    static TRIED: Log = Log::new();
+    host::run_for(
+        1,
+        |boot| {
+            HIGH.start(boot, Priority::P1, |task| {
+                for expected in [Err(Refused::Busy), Ok(())] {
+                    WAKE.wait(task);
+                    assert_eq!(HOLDER.task().suspend(task), expected);
+                    TRIED.note("tried");
+                }
+                forever(task)
+            })
+            .unwrap();
+            HOLDER
+                .start(boot, Priority::P6, |task| {
+                    VALUE.with(task, |_| {
+                        host::interrupt(|interrupt| WAKE.post(interrupt));
+                    });
+                    WAKE.post(task);
+                    unreachable!("it is suspended")
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    TRIED.expect(&["tried", "tried"]);
+}
+
+fn forever(task: &mut kernel::Task) -> kernel::Never {
+    loop {
+        task.delay(kernel::LONGEST);
+    }
+}
