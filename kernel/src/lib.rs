@@ -25,6 +25,8 @@ mod pool;
 mod queue;
 mod ready;
 mod semaphore;
+#[cfg(target_arch = "avr")]
+mod step;
 mod target;
 mod task;
 mod timeout;
@@ -44,6 +46,9 @@ pub use pool::{Exhausted, Message, Pool, Pooled, Slot};
 pub use queue::{Full, Queue};
 pub use semaphore::Semaphore;
 #[cfg(target_arch = "avr")]
+#[doc(hidden)]
+pub use step::{STEPPED, stepped};
+#[cfg(target_arch = "avr")]
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError, running};
 pub use timeout::Elapsed;
@@ -51,9 +56,10 @@ pub use timeout::Elapsed;
 pub use timer::TICKS_LEFT;
 pub use timer::{LONGEST, Period, Ticks, Timer, now};
 
-/// Everything the kernel keeps, apart from what its users declare.
+/// Everything the kernel keeps, apart from what its users declare. Public for the assembly of vectors only.
+#[doc(hidden)]
 #[repr(C)]
-struct Kernel {
+pub struct Kernel {
     ready: ready::Ready,
     timers: timer::Timers,
     walk: walk::Walk,
@@ -61,7 +67,8 @@ struct Kernel {
 
 static IDLE: task::ControlBlock = task::ControlBlock::idle();
 
-static KERNEL: Kernel =
+#[doc(hidden)]
+pub static KERNEL: Kernel =
     Kernel { ready: ready::Ready::new(&IDLE), timers: timer::Timers::new(), walk: walk::Walk::new() };
 
 #[cfg(doctest)]

@@ -65,7 +65,7 @@ pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
     let (head, above) = arch::head_and_above(masked);
     if task.above.get(masked) < above {
         task.link.set(masked, Link::to(head));
-        KERNEL.ready.head.set(masked, task);
+        arch::set_head(masked, task);
         true
     } else {
         arrive(masked, task)

@@ -55,7 +55,8 @@ impl Target {
 
 #[inline(never)]
 fn wake_semaphore(expiry: &mut Expiry, semaphore: &'static Semaphore) {
-    match expiry.peek(|masked| Timeout::marked(masked, semaphore)) {
+    // A section of its own: what is a mark stays one, as no task runs meanwhile.
+    match expiry.mask(|masked| Timeout::marked(masked, semaphore)) {
         Some(timeout) => timeout.elapse(expiry),
         None => expiry.mask(|masked| {
             semaphore.signal(masked);

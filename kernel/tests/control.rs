@@ -2,7 +2,7 @@
 
 mod log;
 
-use kernel::{Mutex, Priority, Queue, Refused, Semaphore, Stack, StartError, TaskState, host};
+use kernel::{Mutex, Priority, Refused, Semaphore, Stack, StartError, TaskState, host};
 use log::Log;
 
 #[test]

@@ -61,7 +61,8 @@ pub(crate) const IDLE_CONTEXT: usize = 0x8000;
 
 /// Offsets of what the assembly reads, in bytes.
 const HEAD: usize = core::mem::offset_of!(Kernel, ready.head);
-const RUNNING: usize = core::mem::offset_of!(Kernel, ready.running);
+#[doc(hidden)]
+pub const RUNNING: usize = core::mem::offset_of!(Kernel, ready.running);
 const STACK_POINTER: usize = core::mem::offset_of!(ControlBlock, stack_pointer);
 const LINK: usize = core::mem::offset_of!(ControlBlock, link);
 const _: () = assert!(core::mem::offset_of!(ControlBlock, above) == 0);
@@ -113,6 +114,22 @@ pub(crate) fn head_and_above(_: &Masked) -> (&'static ControlBlock, u8) {
     }
     // SAFETY: the head is a static, always.
     (unsafe { &*head }, above)
+}
+
+/// Makes `task` the head, from the register through which its link was written: 4 cycles.
+#[inline(always)]
+pub(crate) fn set_head(_: &Masked, task: &'static ControlBlock) {
+    // SAFETY: writes `KERNEL.ready.head`, a static's address; interrupts are masked.
+    unsafe {
+        asm!(
+            "sts {kernel}+{head}, r30",   // 2
+            "sts {kernel}+{head}+1, r31", // 2
+            kernel = sym KERNEL,
+            head = const HEAD,
+            in("Z") task,
+            options(nostack, preserves_flags),
+        );
+    }
 }
 
 /// The head, the next task, and the priorities above that, in registers that they need not leave.
@@ -678,6 +695,60 @@ macro_rules! tick_interrupt {
                 "rjmp {enter}",           // 2
                 left = sym $crate::TICKS_LEFT,
                 enter = sym $crate::arch::kernel_enter_tick,
+                options(noreturn),
+            ) }
+        }
+    };
+}
+
+/// Declares the vector of the trap, for [`TaskHandle::step`](crate::TaskHandle::step): an interrupt that stays pending until the
+/// block disables it, such as that of the self-programming hardware while it is idle.
+///
+/// ```ignore
+/// kernel::trap_interrupt! { fn __vector_34(masked) { disable_the_trap(masked) } }
+/// ```
+#[macro_export]
+macro_rules! trap_interrupt {
+    (fn $vector:ident($interrupt:ident) $body:block) => {
+        #[unsafe(no_mangle)]
+        #[unsafe(link_section = ".lowtext.kernel")]
+        unsafe extern "C" fn $vector() -> ! {
+            extern "C" fn handler() {
+                // SAFETY: only the vector calls this, with interrupts masked.
+                let $interrupt = &mut unsafe { $crate::Interrupt::assume() };
+                $crate::stepped($interrupt);
+                $body
+            }
+            // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt` restores all.
+            unsafe { core::arch::asm!(
+                "push r31",               // 2
+                "push r30",               // 2
+                "push r0",                // 2
+                "in r0, 0x3f",            // 1: SREG
+                "lds r30, {stepped}",     // 2: the low byte of the task that is to make a step
+                "lds r31, {kernel}+{running}", // 2: and of the one that runs
+                "cp r30, r31",            // 1
+                "brne 1f",                // 1, or 2
+                "lds r30, {stepped}+1",   // 2: the high bytes
+                "lds r31, {kernel}+{running}+1", // 2
+                "cp r30, r31",            // 1
+                "brne 1f",                // 1, or 2
+                "out 0x3f, r0",           // 1
+                "pop r0",                 // 2
+                "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
+                "ldi r31, hi8(gs({handler}))", // 1
+                "rjmp {enter}",           // 2
+                "1:",
+                "out 0x3f, r0",           // 1
+                "pop r0",                 // 2
+                "pop r30",                // 2
+                "pop r31",                // 2
+                "reti",                   // 4: and one instruction of what was struck
+                handler = sym handler,
+                stepped = sym $crate::STEPPED,
+                kernel = sym $crate::KERNEL,
+                running = const $crate::arch::RUNNING,
+                enter = sym $crate::arch::kernel_enter_interrupt,
                 options(noreturn),
             ) }
         }

@@ -164,6 +164,10 @@ pub(crate) fn head_and_above(masked: &Masked) -> (&'static ControlBlock, u8) {
     (head, head.above.get(masked))
 }
 
+pub(crate) fn set_head(masked: &Masked, task: &'static ControlBlock) {
+    KERNEL.ready.head.set(masked, task);
+}
+
 pub(crate) fn head_and_next(masked: &Masked) -> (&'static ControlBlock, &'static ControlBlock, u8) {
     let head = KERNEL.ready.head.get(masked);
     let next = head.next_ready(masked);
