@@ -45,13 +45,19 @@ impl Group {
         is_free
     }
 
-    /// `stand_in` has been woken. Returns whether the task it stands in for is now the one to run.
-    pub(crate) fn arrive(&self, masked: &Masked, stand_in: &'static ControlBlock) -> bool {
+    /// `stand_in` has been woken. Returns the task it stands in for, if that waits.
+    #[inline(always)]
+    pub(crate) fn arrive(
+        &self,
+        masked: &Masked,
+        stand_in: &'static ControlBlock,
+    ) -> Option<&'static ControlBlock> {
         self.append(masked, stand_in);
-        self.task.link.get(masked) == Link::GROUPED && ready::make_ready(masked, self.task)
+        (self.task.link.get(masked) == Link::GROUPED).then_some(self.task)
     }
 
     /// Puts `stand_in` behind those that were woken.
+    #[inline(always)]
     pub(crate) fn append(&self, masked: &Masked, stand_in: &'static ControlBlock) {
         let first = match self.last.get(masked) {
             Some(last) => last.link.replace(masked, Link::to(stand_in)),

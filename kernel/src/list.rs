@@ -88,11 +88,7 @@ pub(crate) enum Found {
 ///
 /// Linear in the number of ready tasks, in steps.
 #[inline(never)]
-pub(crate) fn search(
-    context: &mut impl ThreadContext,
-    task: &'static ControlBlock,
-    suspend: bool,
-) -> Found {
+pub(crate) fn search(context: &mut impl ThreadContext, task: &'static ControlBlock, suspend: bool) -> Found {
     let mut place: Option<ReadyPlace> = None;
     loop {
         let step = context.mask(|masked| {
@@ -132,7 +128,10 @@ enum ReadyPlace {
     /// To this one in the list that begins with the head.
     Head(&'static ControlBlock),
     /// To `before`, among those that have arrived, of which `last` was the last.
-    Arrived { before: &'static ControlBlock, last: &'static ControlBlock },
+    Arrived {
+        before: &'static ControlBlock,
+        last: &'static ControlBlock,
+    },
 }
 
 enum ReadyStep {

@@ -64,12 +64,18 @@ impl Ready {
 pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
     let (head, above) = arch::head_and_above(masked);
     if task.above.get(masked) < above {
-        task.link.set(masked, Link::to(head));
-        arch::set_head(masked, task);
+        preempt(masked, task, head);
         true
     } else {
         arrive(masked, task)
     }
+}
+
+/// Puts `task` before `head`, which it outranks.
+#[inline(always)]
+fn preempt(masked: &Masked, task: &'static ControlBlock, head: &'static ControlBlock) {
+    task.link.set(masked, Link::to(head));
+    arch::set_head(masked, task);
 }
 
 /// Takes the running task, which is the head, from the ready ones, and links it as `link`; the next takes its place.
@@ -263,6 +269,13 @@ fn arrive(masked: &Masked, task: &'static ControlBlock) -> bool {
     if task.is_suspended(masked) {
         return park(masked, task);
     }
+    append(masked, task);
+    false
+}
+
+/// Appends `task` to those that arrived at its priority.
+#[inline(always)]
+fn append(masked: &Masked, task: &'static ControlBlock) {
     let last = &KERNEL.ready.last[task.index(masked)];
     match last.get(masked) {
         Some(previous) => {
@@ -272,7 +285,6 @@ fn arrive(masked: &Masked, task: &'static ControlBlock) -> bool {
         }
         None => begin_queue(masked, last, task),
     }
-    false
 }
 
 /// The last task that arrived at `task`'s priority.
@@ -301,10 +313,21 @@ pub(crate) fn take_after(masked: &Masked, before: &'static ControlBlock, task: &
 /// one to run.
 #[inline(never)]
 fn park(masked: &Masked, task: &'static ControlBlock) -> bool {
+    let mut parked = task;
     if task.has_flag(masked, Flag::StandsIn) {
-        return Group::of(masked, task).arrive(masked, task);
+        let Some(task) = Group::of(masked, task).arrive(masked, task) else { return false };
+        let (head, above) = arch::head_and_above(masked);
+        if task.above.get(masked) < above {
+            preempt(masked, task, head);
+            return true;
+        }
+        if !task.is_suspended(masked) {
+            append(masked, task);
+            return false;
+        }
+        parked = task;
     }
-    task.link.set(masked, Link::PARKED);
+    parked.link.set(masked, Link::PARKED);
     false
 }
 

@@ -224,9 +224,9 @@ impl Semaphore {
                         self.word.set_signals(masked, signals - 1);
                         Step::Done(Came::Signal)
                     }
-                    _ => self.enter_first(masked, &block).map_or(Step::Arrived, |task| {
-                        Step::Done(Came::Blocked(task))
-                    }),
+                    _ => self
+                        .enter_first(masked, &block)
+                        .map_or(Step::Arrived, |task| Step::Done(Came::Blocked(task))),
                 }
             });
             match step {

@@ -8,8 +8,8 @@
 use std::boxed::Box;
 use std::cell::{Cell, RefCell};
 use std::mem::MaybeUninit;
-use std::panic::{self, AssertUnwindSafe};
 use std::ops::Range;
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::vec::Vec;
@@ -206,7 +206,9 @@ pub(crate) fn leave(_: &Masked) -> ! {
 pub(crate) fn stack(task: &'static ControlBlock, _: usize) -> Range<usize> {
     // SAFETY: what stands for interrupts runs only where a test calls it.
     let index = task.stack_pointer.get(&unsafe { Masked::assume() });
-    STACKS.with_borrow(|stacks| index.checked_sub(1).and_then(|index| stacks.get(index)).cloned().unwrap_or(0..0))
+    STACKS.with_borrow(|stacks| {
+        index.checked_sub(1).and_then(|index| stacks.get(index)).cloned().unwrap_or(0..0)
+    })
 }
 
 pub(crate) fn prepare<F>(_memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
