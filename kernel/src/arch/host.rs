@@ -102,8 +102,8 @@ pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
     }
 }
 
-/// Makes a kernel call of a task that an interrupt strikes at the end of its `sections`-th masked section, counted from 1. If
-/// it has fewer, or the task blocks or is preempted before, the interrupt does not come.
+/// Makes a kernel call of a task, or a [`tick`], that an interrupt strikes at the end of its `sections`-th masked section,
+/// counted from 1. If it has fewer, or the task blocks or is preempted before, the interrupt does not come.
 pub fn struck<R>(
     sections: usize,
     handler: impl FnOnce(&mut Interrupt) + 'static,
@@ -147,17 +147,26 @@ fn run_ready() {
 pub(crate) fn disable_interrupts() {}
 
 pub(crate) fn enable_interrupts() {
-    let strikes = STRIKE.with_borrow_mut(|strike| {
-        let sections = &mut strike.as_mut()?.sections;
-        *sections = sections.saturating_sub(1);
-        if *sections == 0 { strike.take() } else { None }
-    });
-    if let Some(Strike { handler, .. }) = strikes {
+    if let Some(Strike { handler, .. }) = end_section() {
         interrupt(handler);
     }
 }
 
-pub(crate) fn let_interrupts_strike() {}
+pub(crate) fn let_interrupts_strike() {
+    if let Some(Strike { handler, .. }) = end_section() {
+        // SAFETY: the tick's interrupt, which calls this, does nothing else meanwhile, and switches at its end.
+        handler(&mut unsafe { Interrupt::assume() });
+    }
+}
+
+/// A masked section ends. Returns what strikes now.
+fn end_section() -> Option<Strike> {
+    STRIKE.with_borrow_mut(|strike| {
+        let sections = &mut strike.as_mut()?.sections;
+        *sections = sections.saturating_sub(1);
+        if *sections == 0 { strike.take() } else { None }
+    })
+}
 
 pub(crate) fn head_and_above(masked: &Masked) -> (&'static ControlBlock, u8) {
     let head = KERNEL.ready.head.get(masked);

@@ -7,6 +7,8 @@ use kernel::{Priority, Ticks};
 pub struct Setup {
     /// A task for each.
     pub priorities: Vec<Priority>,
+    /// So many of them are started before the kernel runs.
+    pub started: usize,
     /// A semaphore for each, with so many signals in store.
     pub semaphores: Vec<u8>,
     /// A mutex for each, with this ceiling.
@@ -25,6 +27,10 @@ pub const FIFO_BYTES: usize = 3;
 /// A kernel call; the objects by their index in the setup.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Call {
+    /// Starts a task. Returns whether it was not started before.
+    Start {
+        task: usize,
+    },
     Post {
         semaphore: usize,
     },
@@ -130,10 +136,11 @@ pub enum Outcome {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Handler {
     Calls(Vec<Call>),
-    Tick,
+    /// A tick of the clock, and what strikes inside of it.
+    Tick(Option<Box<Strike>>),
 }
 
-/// An interrupt that comes inside of a task's call: at the end of its masked section of this number.
+/// An interrupt that comes inside of a task's call or of a tick: at the end of its masked section of this number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strike {
     pub section: usize,

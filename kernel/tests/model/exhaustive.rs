@@ -89,6 +89,7 @@ impl Script for Exhaustive {
 pub fn setup(priorities: [Priority; 3], ceiling: Priority) -> Setup {
     Setup {
         priorities: priorities.to_vec(),
+        started: priorities.len(),
         semaphores: vec![0, 0],
         ceilings: vec![ceiling],
         rooms: vec![1],
@@ -121,7 +122,7 @@ const CALLS_OF_INTERRUPTS: [Call; 3] =
 const SECTIONS: usize = 6;
 
 fn handlers() -> impl Iterator<Item = Handler> {
-    CALLS_OF_INTERRUPTS.into_iter().map(|call| Handler::Calls(vec![call])).chain([Handler::Tick])
+    CALLS_OF_INTERRUPTS.into_iter().map(|call| Handler::Calls(vec![call])).chain([Handler::Tick(None)])
 }
 
 /// No strike, or one of every kind.

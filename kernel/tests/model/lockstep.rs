@@ -6,7 +6,7 @@ use std::fmt;
 use std::panic::{self, AssertUnwindSafe};
 use std::rc::Rc;
 
-use kernel::{Boot, Interrupt, Never, Task, host};
+use kernel::{Boot, Context, Interrupt, Never, Priority, Task, host};
 
 use crate::call::{Call, Handler, Outcome, Setup, Step, Strike};
 use crate::reference::{Reference, TaskId};
@@ -58,9 +58,18 @@ impl fmt::Display for Disagreement {
 pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<u64, Box<Disagreement>>) {
     let references = vec![Reference::new(supposed)];
     let progress = Progress { references, script, is_over: false, history: Vec::new(), calls: 0 };
-    let lockstep = Rc::new(Lockstep { world: World::new(real), progress: RefCell::new(progress) });
+    let lockstep = Rc::new(Lockstep {
+        world: World::new(real),
+        priorities: real.priorities.clone(),
+        progress: RefCell::new(progress),
+    });
     let played = panic::catch_unwind(AssertUnwindSafe(|| {
-        host::run(|boot| lockstep.start(boot, real), |interrupt| lockstep.idle(interrupt));
+        let start = |boot: &mut Boot| {
+            for task in 0..real.started {
+                assert!(lockstep.start(boot, task), "a new stack");
+            }
+        };
+        host::run(start, |interrupt| lockstep.idle(interrupt));
     }));
     let Progress { script, history, calls, .. } =
         Rc::into_inner(lockstep).expect("the tasks are dropped").progress.into_inner();
@@ -82,6 +91,7 @@ fn message(panic: Box<dyn Any + Send>) -> String {
 
 struct Lockstep<S> {
     world: &'static World,
+    priorities: Vec<Priority>,
     /// Not borrowed while a task calls the kernel, which may run another.
     progress: RefCell<Progress<S>>,
 }
@@ -96,11 +106,11 @@ struct Progress<S> {
 }
 
 impl<S: Script> Lockstep<S> {
-    fn start(self: &Rc<Self>, boot: &mut Boot, setup: &Setup) {
-        for (id, (stack, &priority)) in self.world.tasks.iter().zip(&setup.priorities).enumerate() {
-            let lockstep = Rc::clone(self);
-            stack.start(boot, priority, move |task| lockstep.run(id, task)).expect("a new stack");
-        }
+    /// Starts a task. Returns whether it was not started before.
+    fn start(self: &Rc<Self>, context: &mut impl Context, id: TaskId) -> bool {
+        let lockstep = Rc::clone(self);
+        let run = move |task: &mut Task| lockstep.run(id, task);
+        self.world.tasks[id].start(context, self.priorities[id], run).is_ok()
     }
 
     /// A task.
@@ -110,7 +120,10 @@ impl<S: Script> Lockstep<S> {
             match self.next_call(id) {
                 Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
                 Some((call, strike)) => {
-                    let outcome = self.struck(strike, || self.world.call_of_task(task, &mut own, call));
+                    let outcome = self.called(strike, || match call {
+                        Call::Start { task: id } => Outcome::Truth(self.start(task, id)),
+                        _ => self.world.call_of_task(task, &mut own, call),
+                    });
                     self.returned(id, outcome);
                 }
                 None => {
@@ -124,17 +137,17 @@ impl<S: Script> Lockstep<S> {
 
     /// From the lock of a mutex to its unlock, which is the only call that can come next.
     fn section(self: &Rc<Self>, id: TaskId, task: &mut Task, mutex: usize, strike: Option<Strike>) {
-        let mut value = self.struck(strike, || self.world.mutexes[mutex].lock(task));
+        let mut value = self.called(strike, || self.world.mutexes[mutex].lock(task));
         self.returned(id, Outcome::Number((*value).into()));
         *value = value.wrapping_add(1);
         let strike = self.next_call(id).and_then(|(_, strike)| strike);
-        self.struck(strike, || drop(value));
+        self.called(strike, || drop(value));
         self.returned(id, Outcome::Nothing);
     }
 
     /// The next call of task `id`, and what strikes inside of it. Before it come the interrupts that strike the task where
     /// it is.
-    fn next_call(&self, id: TaskId) -> Option<(Call, Option<Strike>)> {
+    fn next_call(self: &Rc<Self>, id: TaskId) -> Option<(Call, Option<Strike>)> {
         loop {
             match self.next(Some(id))? {
                 Step::Call(call, strike) => return Some((call, strike)),
@@ -145,24 +158,34 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// Makes a call of a task.
-    fn struck<R>(self: &Rc<Self>, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
-        let Some(Strike { section, handler }) = strike else { return call() };
+    fn called<R>(self: &Rc<Self>, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
+        self.struck(strike, Reference::struck_in_call, call)
+    }
+
+    /// Does what is struck, while things stand in one of the `ways`.
+    fn struck<R>(
+        self: &Rc<Self>,
+        strike: Option<Strike>,
+        ways: fn(&Reference) -> Vec<Reference>,
+        work: impl FnOnce() -> R,
+    ) -> R {
+        let Some(Strike { section, handler }) = strike else { return work() };
         let lockstep = Rc::clone(self);
         let strike = move |interrupt: &mut Interrupt| {
-            lockstep.progress().branch();
+            lockstep.progress().branch(ways);
             lockstep.handle(interrupt, &handler);
         };
-        host::struck(section, strike, call)
+        host::struck(section, strike, work)
     }
 
     /// While no task runs. Returns whether it goes on.
-    fn idle(&self, interrupt: &mut Interrupt) -> bool {
+    fn idle(self: &Rc<Self>, interrupt: &mut Interrupt) -> bool {
         match self.next(None) {
             Some(Step::Call(call, _)) => unreachable!("no task runs that could make {call:?}"),
             Some(Step::Interrupt(handler)) => self.handle(interrupt, &handler),
             Some(Step::Silence(ticks)) => {
                 for _ in 0..ticks {
-                    self.handle(interrupt, &Handler::Tick);
+                    self.handle(interrupt, &Handler::Tick(None));
                     if self.progress().references.iter().any(|reference| reference.running().is_some()) {
                         break;
                     }
@@ -216,23 +239,29 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// The handler of an interrupt.
-    fn handle(&self, interrupt: &mut Interrupt, handler: &Handler) {
-        let outcomes = match handler {
-            Handler::Calls(calls) => calls
-                .iter()
-                .map(|&call| self.world.call(interrupt, &mut Belongings::default(), call))
-                .collect(),
-            Handler::Tick => {
-                host::tick(interrupt);
-                Vec::new()
-            }
+    fn handle(self: &Rc<Self>, interrupt: &mut Interrupt, handler: &Handler) {
+        let calls = match handler {
+            Handler::Calls(calls) => calls,
+            Handler::Tick(strike) => return self.tick(interrupt, strike.as_deref().cloned()),
         };
+        let call = |&call| match call {
+            Call::Start { task } => Outcome::Truth(self.start(interrupt, task)),
+            _ => self.world.call(interrupt, &mut Belongings::default(), call),
+        };
+        let outcomes: Vec<_> = calls.iter().map(call).collect();
         let mut progress = self.progress();
         progress.calls += outcomes.len() as u64;
-        progress.keep(|reference| match reference.interrupt(handler) {
+        progress.keep(|reference| match reference.interrupt(calls) {
             expected if expected == outcomes => Ok(()),
             expected => Err(format!("the handler is told {outcomes:?}, but it should be {expected:?}")),
         });
+    }
+
+    /// The handler of a tick.
+    fn tick(self: &Rc<Self>, interrupt: &mut Interrupt, strike: Option<Strike>) {
+        self.progress().references.iter_mut().for_each(Reference::pass);
+        self.struck(strike, Reference::struck_at_tick, || host::tick(interrupt));
+        self.progress().references.iter_mut().for_each(Reference::fire);
     }
 
     fn progress(&self) -> RefMut<'_, Progress<S>> {
@@ -260,9 +289,9 @@ impl<S: Script> Progress<S> {
         });
     }
 
-    /// An interrupt is about to strike inside of a call.
-    fn branch(&mut self) {
-        self.references = self.references.iter().flat_map(Reference::as_struck).collect();
+    /// An interrupt is about to strike, where things may stand in any of the `ways`.
+    fn branch(&mut self, ways: fn(&Reference) -> Vec<Reference>) {
+        self.references = self.references.iter().flat_map(ways).collect();
     }
 
     /// Keeps the references that agree with the kernel. If none does, it ends the run, without a word yet.

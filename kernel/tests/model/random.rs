@@ -18,8 +18,10 @@ impl Setup {
     pub fn random(rng: &mut Rng) -> Self {
         let highest = rng.usize(0..PRIORITIES.len());
         let lowest = rng.usize(highest..PRIORITIES.len());
+        let priorities = several(rng, 1, 6, |rng| PRIORITIES[rng.usize(highest..=lowest)]);
         Setup {
-            priorities: several(rng, 1, 6, |rng| PRIORITIES[rng.usize(highest..=lowest)]),
+            started: rng.usize(1..=priorities.len()),
+            priorities,
             semaphores: several(rng, 1, 3, |rng| *one_of(rng, &[0, 0, 1, 254])),
             // Some lower than tasks that lock it.
             ceilings: several(rng, 1, 2, |rng| PRIORITIES[rng.usize(highest.saturating_sub(1)..=lowest)]),
@@ -73,7 +75,7 @@ impl Random {
     fn call_of_either(&mut self) -> Call {
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
-        match self.rng.u8(..17) {
+        match self.rng.u8(..18) {
             0..4 => Call::Post { semaphore },
             4 => Call::TryWait { semaphore },
             5..7 => Call::SetFlags(self.flags()),
@@ -84,6 +86,7 @@ impl Random {
             13 => *one_of(&mut self.rng, &[Call::PoolExhausted, Call::PoolMostUsed, Call::Overruns]),
             14 => Call::Put(self.rng.u8(..)),
             15 => Call::Take,
+            16 => Call::Start { task: self.rng.usize(..self.setup.priorities.len()) },
             _ => Call::Now,
         }
     }
@@ -105,10 +108,19 @@ impl Random {
 
     fn handler(&mut self) -> Handler {
         if self.rng.u8(..4) == 0 {
-            return Handler::Tick;
+            return self.tick();
         }
         let number = *one_of(&mut self.rng, &[1, 1, 1, 2, 4]);
         Handler::Calls((0..number).map(|_| self.call_of_either()).collect())
+    }
+
+    /// Another interrupt strikes inside of half of all.
+    fn tick(&mut self) -> Handler {
+        if self.rng.bool() {
+            return Handler::Tick(None);
+        }
+        let strike = Strike { section: self.rng.usize(1..6), handler: self.handler() };
+        Handler::Tick(Some(Box::new(strike)))
     }
 
     /// Strikes into half of all calls.
@@ -135,7 +147,7 @@ impl Script for Random {
         Some(match self.rng.u16(..4000) {
             // So long that the clock wraps.
             0 => Step::Silence(u16::MAX),
-            1..2000 => Step::Interrupt(Handler::Tick),
+            1..2000 => Step::Interrupt(self.tick()),
             _ => Step::Interrupt(self.handler()),
         })
     }

@@ -86,33 +86,49 @@ impl Shortest<'_> {
 }
 
 fn size<'a>(steps: impl IntoIterator<Item = &'a Step>) -> usize {
-    let of_handler = |handler: &Handler| match handler {
-        Handler::Calls(calls) => calls.len(),
-        Handler::Tick => 1,
-    };
-    let of_step = |step| match step {
-        &Step::Call(_, Some(Strike { ref handler, .. })) => 1 + of_handler(handler),
-        Step::Interrupt(handler) => 1 + of_handler(handler),
+    let of_step = |step: &Step| match step {
+        Step::Call(_, Some(strike)) => 1 + size_of_handler(&strike.handler),
+        Step::Interrupt(handler) => 1 + size_of_handler(handler),
         Step::Call(_, None) | Step::Silence(_) => 1,
     };
     steps.into_iter().map(of_step).sum()
 }
 
+fn size_of_handler(handler: &Handler) -> usize {
+    match handler {
+        Handler::Calls(calls) => calls.len(),
+        Handler::Tick(None) => 1,
+        Handler::Tick(Some(strike)) => 1 + size_of_handler(&strike.handler),
+    }
+}
+
 fn simpler(step: &Step) -> Vec<Step> {
     match step {
-        Step::Call(call, Some(Strike { section, handler })) => {
-            let strikes =
-                simpler_handlers(handler).into_iter().map(|handler| Strike { section: *section, handler });
-            iter::once(None).chain(strikes.map(Some)).map(|strike| Step::Call(*call, strike)).collect()
+        Step::Call(call, Some(strike)) => {
+            simpler_strikes(strike).map(|strike| Step::Call(*call, strike)).collect()
         }
         Step::Interrupt(handler) => simpler_handlers(handler).into_iter().map(Step::Interrupt).collect(),
         Step::Call(_, None) | Step::Silence(_) => Vec::new(),
     }
 }
 
+/// None, and those with a simpler handler.
+fn simpler_strikes(strike: &Strike) -> impl Iterator<Item = Option<Strike>> {
+    let section = strike.section;
+    let strikes =
+        simpler_handlers(&strike.handler).into_iter().map(move |handler| Strike { section, handler });
+    iter::once(None).chain(strikes.map(Some))
+}
+
 /// Those with a call less.
 fn simpler_handlers(handler: &Handler) -> Vec<Handler> {
-    let Handler::Calls(calls) = handler else { return Vec::new() };
+    let calls = match handler {
+        Handler::Calls(calls) => calls,
+        Handler::Tick(None) => return Vec::new(),
+        Handler::Tick(Some(strike)) => {
+            return simpler_strikes(strike).map(|strike| Handler::Tick(strike.map(Box::new))).collect();
+        }
+    };
     let without = |index| {
         let mut calls = calls.clone();
         calls.remove(index);

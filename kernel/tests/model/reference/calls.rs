@@ -119,6 +119,7 @@ impl Reference {
     /// What a task and an interrupt do alike.
     fn call_of_either(&mut self, call: Call) -> Outcome {
         match call {
+            Call::Start { task } => Outcome::Truth(self.start(task)),
             Call::Post { semaphore } => self.post(semaphore),
             Call::TryWait { semaphore } => Outcome::Truth(self.take_signal(semaphore)),
             Call::SetFlags(flags) => self.set_flags(flags),
@@ -133,6 +134,16 @@ impl Reference {
             Call::Now => Outcome::Number(self.ticks()),
             _ => unreachable!("a task only can make {call:?}"),
         }
+    }
+
+    /// Returns whether the task was new.
+    fn start(&mut self, id: TaskId) -> bool {
+        let is_new = self.tasks[id].activity == Activity::New;
+        if is_new {
+            self.tasks[id].activity = Activity::Own;
+            self.ready.push(id);
+        }
+        is_new
     }
 
     pub(super) fn post(&mut self, semaphore: usize) -> Outcome {

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use kernel::{Priority, Ticks};
 
-use crate::call::{Call, Handler, Outcome, Setup};
+use crate::call::{Call, Outcome, Setup};
 
 pub type TaskId = usize;
 
@@ -30,6 +30,8 @@ enum Activity {
     Announcing { queue: usize },
     /// In a call that counts a message as refused when the task runs.
     Refused { queue: usize },
+    /// It has not been started.
+    New,
     /// It has left: it neither runs nor waits for anything here.
     Gone,
 }
@@ -117,9 +119,9 @@ pub struct Reference {
 impl Reference {
     /// The kernel at the start.
     pub fn new(setup: &Setup) -> Self {
-        let task = |&priority| Task {
+        let task = |(id, &priority)| Task {
             priority,
-            activity: Activity::Own,
+            activity: if id < setup.started { Activity::Own } else { Activity::New },
             clock: None,
             holds: None,
             made: None,
@@ -131,8 +133,8 @@ impl Reference {
             |&room: &u8| Queue { room: room.into(), messages: VecDeque::new(), promised: 0, refused: 0 };
         Reference {
             now: 0,
-            tasks: setup.priorities.iter().map(task).collect(),
-            ready: (0..setup.priorities.len()).collect(),
+            tasks: setup.priorities.iter().enumerate().map(task).collect(),
+            ready: (0..setup.started).collect(),
             blocked: Vec::new(),
             alarms: Vec::new(),
             semaphores: setup.semaphores.clone(),
@@ -217,34 +219,38 @@ impl Reference {
     }
 
     /// An interrupt comes and goes. Tells what its calls return.
-    pub fn interrupt(&mut self, handler: &Handler) -> Vec<Outcome> {
-        match handler {
-            Handler::Calls(calls) => calls.iter().map(|&call| self.call_of_interrupt(call)).collect(),
-            Handler::Tick => {
-                self.now += 1;
-                self.fire();
-                Vec::new()
-            }
-        }
+    pub fn interrupt(&mut self, calls: &[Call]) -> Vec<Outcome> {
+        calls.iter().map(|&call| self.call_of_interrupt(call)).collect()
+    }
+
+    /// A tick passes.
+    pub fn pass(&mut self) {
+        self.now += 1;
     }
 
     /// What is due by now happens.
-    fn fire(&mut self) {
-        while let Some(index) = self.alarms.iter().position(|alarm| alarm.deadline <= self.now) {
-            match self.alarms[index].event {
-                Event::Post { semaphore, .. } => {
-                    self.alarms.remove(index);
-                    self.post(semaphore);
+    pub fn fire(&mut self) {
+        while self.fire_first() {}
+    }
+
+    /// The first of what is due by now happens. Returns whether there was any.
+    fn fire_first(&mut self) -> bool {
+        let due = self.alarms.iter().filter(|alarm| alarm.deadline <= self.now);
+        let Some(Alarm { event, .. }) = due.min_by_key(|alarm| alarm.deadline) else { return false };
+        let event = *event;
+        self.alarms.retain(|alarm| alarm.event != event);
+        match event {
+            Event::Post { semaphore, .. } => {
+                self.post(semaphore);
+            }
+            Event::EndWait(id) => {
+                // If it does not wait yet, it looks at the clock itself before it does.
+                if let Activity::Blocked(call) = self.tasks[id].activity {
+                    self.wake(id, Activity::Returning(self.outcome_in_the_end(id, call)));
                 }
-                Event::EndWait(id) => match self.tasks[id].activity {
-                    Activity::Blocked(call) => {
-                        self.wake(id, Activity::Returning(self.outcome_in_the_end(id, call)));
-                    }
-                    // It does not wait yet: it looks at the clock itself before it does.
-                    _ => self.cancel_end(id),
-                },
             }
         }
+        true
     }
 
     /// The task that runs does what its call has to do, and so does the next if that blocks, until one is where its call

@@ -5,7 +5,7 @@ use crate::call::Call;
 
 impl Reference {
     /// All ways in which things may stand inside of the call that the running task is in.
-    pub fn as_struck(&self) -> Vec<Reference> {
+    pub fn struck_in_call(&self) -> Vec<Reference> {
         let id = self.running().expect("a task runs");
         let Activity::Acting(call) = self.tasks[id].activity else { unreachable!("it is in a call") };
         // It counts time from here.
@@ -18,6 +18,16 @@ impl Reference {
         acted.perform(id, call);
         let mut ways = begun.halfway(id, call);
         ways.extend([self.clone(), begun, timed, acted]);
+        ways
+    }
+
+    /// All ways in which things may stand inside of a tick: what is due happens one after the other.
+    pub fn struck_at_tick(&self) -> Vec<Reference> {
+        let mut way = self.clone();
+        let mut ways = vec![way.clone()];
+        while way.fire_first() {
+            ways.push(way.clone());
+        }
         ways
     }
 
