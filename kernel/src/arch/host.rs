@@ -103,7 +103,7 @@ pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
 }
 
 /// Makes a kernel call of a task, or a [`tick`], that an interrupt strikes at the end of its `sections`-th masked section,
-/// counted from 1. If it has fewer, or the task blocks or is preempted before, the interrupt does not come.
+/// counted from 1, while that task runs. If there are fewer, the interrupt does not come.
 pub fn struck<R>(
     sections: usize,
     handler: impl FnOnce(&mut Interrupt) + 'static,
@@ -197,12 +197,14 @@ pub(crate) fn switch_from_call() {
     if thread::panicking() {
         return;
     }
-    STRIKE.set(None);
+    // It is to strike this task only.
+    let strike = STRIKE.take();
     let yielder = YIELDER.get();
     assert!(!yielder.is_null(), "a kernel call that may switch was made outside `run_for`");
     // SAFETY: the pointer is the running coroutine's own yielder, which lives as long as it does.
     unsafe { (*yielder).suspend(()) };
     YIELDER.set(yielder);
+    STRIKE.set(strike);
 }
 
 pub(crate) fn leave(_: &Masked) -> ! {

@@ -120,7 +120,7 @@ impl<S: Script> Lockstep<S> {
             match self.next_call(id) {
                 Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
                 Some((call, strike)) => {
-                    let outcome = self.called(strike, || match call {
+                    let outcome = self.called(id, strike, || match call {
                         Call::Start { task: id } => Outcome::Truth(self.start(task, id)),
                         _ => self.world.call_of_task(task, &mut own, call),
                     });
@@ -137,11 +137,11 @@ impl<S: Script> Lockstep<S> {
 
     /// From the lock of a mutex to its unlock, which is the only call that can come next.
     fn section(self: &Rc<Self>, id: TaskId, task: &mut Task, mutex: usize, strike: Option<Strike>) {
-        let mut value = self.called(strike, || self.world.mutexes[mutex].lock(task));
+        let mut value = self.called(id, strike, || self.world.mutexes[mutex].lock(task));
         self.returned(id, Outcome::Number((*value).into()));
         *value = value.wrapping_add(1);
         let strike = self.next_call(id).and_then(|(_, strike)| strike);
-        self.called(strike, || drop(value));
+        self.called(id, strike, || drop(value));
         self.returned(id, Outcome::Nothing);
     }
 
@@ -157,16 +157,16 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// Makes a call of a task.
-    fn called<R>(self: &Rc<Self>, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
-        self.struck(strike, Reference::struck_in_call, call)
+    /// Makes a call of task `id`.
+    fn called<R>(self: &Rc<Self>, id: TaskId, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
+        self.struck(strike, move |reference| reference.struck_in_call(id), call)
     }
 
     /// Does what is struck, while things stand in one of the `ways`.
     fn struck<R>(
         self: &Rc<Self>,
         strike: Option<Strike>,
-        ways: fn(&Reference) -> Vec<Reference>,
+        ways: impl Fn(&Reference) -> Vec<Reference> + 'static,
         work: impl FnOnce() -> R,
     ) -> R {
         let Some(Strike { section, handler }) = strike else { return work() };
@@ -290,8 +290,11 @@ impl<S: Script> Progress<S> {
     }
 
     /// An interrupt is about to strike, where things may stand in any of the `ways`.
-    fn branch(&mut self, ways: fn(&Reference) -> Vec<Reference>) {
+    fn branch(&mut self, ways: impl Fn(&Reference) -> Vec<Reference>) {
         self.references = self.references.iter().flat_map(ways).collect();
+        if self.references.is_empty() {
+            panic::resume_unwind(Box::new("another task should be struck".to_string()));
+        }
     }
 
     /// Keeps the references that agree with the kernel. If none does, it ends the run, without a word yet.

@@ -256,21 +256,26 @@ impl Reference {
     /// The task that runs does what its call has to do, and so does the next if that blocks, until one is where its call
     /// returns or between two calls.
     pub fn settle(&mut self) {
-        while let Some(id) = self.running() {
-            match self.tasks[id].activity {
-                Activity::Acting(call) => self.perform(id, call),
-                Activity::Receiving { queue } => self.take_promised(id, queue),
-                Activity::Announcing { queue } => {
-                    self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
-                    self.announce(queue);
-                }
-                Activity::Refused { queue } => {
-                    self.count_refused(queue);
-                    self.tasks[id].activity = Activity::Returning(Outcome::Full);
-                }
-                _ => return,
+        while self.settle_first() {}
+    }
+
+    /// The task that runs does what its call has to do. Returns whether there was anything.
+    fn settle_first(&mut self) -> bool {
+        let Some(id) = self.running() else { return false };
+        match self.tasks[id].activity {
+            Activity::Acting(call) => self.perform(id, call),
+            Activity::Receiving { queue } => self.take_promised(id, queue),
+            Activity::Announcing { queue } => {
+                self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
+                self.announce(queue);
             }
+            Activity::Refused { queue } => {
+                self.count_refused(queue);
+                self.tasks[id].activity = Activity::Returning(Outcome::Full);
+            }
+            _ => return false,
         }
+        true
     }
 
     /// Makes a blocked task ready.

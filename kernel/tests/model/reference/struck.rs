@@ -4,21 +4,30 @@ use super::{Activity, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
-    /// All ways in which things may stand inside of the call that the running task is in.
-    pub fn struck_in_call(&self) -> Vec<Reference> {
-        let id = self.running().expect("a task runs");
-        let Activity::Acting(call) = self.tasks[id].activity else { unreachable!("it is in a call") };
-        // It counts time from here.
-        let mut begun = self.clone();
-        begun.tasks[id].clock = Some(self.now);
-        // It has set the time at which it ends, but does not wait yet.
-        let mut timed = begun.clone();
-        timed.set_end(id, call);
-        let mut acted = begun.clone();
-        acted.perform(id, call);
-        let mut ways = begun.halfway(id, call);
-        ways.extend([self.clone(), begun, timed, acted]);
-        ways
+    /// All ways in which things may stand inside of the call that task `id` is in, which runs; none if it should not.
+    pub fn struck_in_call(&self, id: TaskId) -> Vec<Reference> {
+        let mut before = self.clone();
+        while before.running() != Some(id) {
+            if !before.settle_first() {
+                return Vec::new();
+            }
+        }
+        let mut acted = before.clone();
+        if let Activity::Acting(call) = before.tasks[id].activity {
+            // It counts time from here.
+            let mut begun = before.clone();
+            begun.tasks[id].clock.get_or_insert(before.now);
+            // It has set the time at which it ends, but does not wait yet.
+            let mut timed = begun.clone();
+            timed.set_end(id, call);
+            acted.perform(id, call);
+            let mut ways = begun.halfway(id, call);
+            ways.extend([before, begun, timed, acted]);
+            ways
+        } else {
+            acted.settle_first();
+            vec![before, acted]
+        }
     }
 
     /// All ways in which things may stand inside of a tick: what is due happens one after the other.
@@ -53,7 +62,7 @@ impl Reference {
                 vec![way]
             }
             // A message is promised before it is taken.
-            Call::ReceiveTimeout { queue, .. } if way.queues[queue].has_some() => {
+            Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } if way.queues[queue].has_some() => {
                 way.queues[queue].promised += 1;
                 way.tasks[id].activity = Activity::Receiving { queue };
                 vec![way]
