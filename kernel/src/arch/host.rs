@@ -109,10 +109,15 @@ pub fn struck<R>(
     handler: impl FnOnce(&mut Interrupt) + 'static,
     call: impl FnOnce() -> R,
 ) -> R {
-    STRIKE.set(Some(Strike { sections, handler: Box::new(handler) }));
+    strike_again(sections, handler);
     let result = call();
     STRIKE.set(None);
     result
+}
+
+/// From the handler of [`struck`]: another interrupt strikes so many masked sections later.
+pub fn strike_again(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'static) {
+    STRIKE.set(Some(Strike { sections, handler: Box::new(handler) }));
 }
 
 /// Forgets the tasks of the run before.

@@ -140,11 +140,13 @@ pub enum Handler {
     Tick(Option<Box<Strike>>),
 }
 
-/// An interrupt that comes inside of a task's call or of a tick: at the end of its masked section of this number.
+/// An interrupt that comes inside of a task's call or of a tick, at the end of a masked section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strike {
-    pub section: usize,
+    /// So many sections from the beginning, or from the strike before.
+    pub sections: usize,
     pub handler: Handler,
+    pub then: Option<Box<Strike>>,
 }
 
 /// What happens next, between two calls of the running task or while none runs.

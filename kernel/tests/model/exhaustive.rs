@@ -127,7 +127,7 @@ fn handlers() -> impl Iterator<Item = Handler> {
 
 /// No strike, or one of every kind.
 fn strikes() -> impl Iterator<Item = Option<Strike>> {
-    let strikes =
-        (1..=SECTIONS).flat_map(|section| handlers().map(move |handler| Strike { section, handler }));
+    let strikes = (1..=SECTIONS)
+        .flat_map(|sections| handlers().map(move |handler| Strike { sections, handler, then: None }));
     iter::once(None).chain(strikes.map(Some))
 }

@@ -1,7 +1,7 @@
 //! Runs the kernel and the reference side by side: who runs and what each call returns must be the same at every step.
 
 use std::any::Any;
-use std::cell::{RefCell, RefMut};
+use std::cell::{Cell, RefCell, RefMut};
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe};
 use std::rc::Rc;
@@ -61,6 +61,7 @@ pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<
     let lockstep = Rc::new(Lockstep {
         world: World::new(real),
         priorities: real.priorities.clone(),
+        is_in_tick: Cell::new(false),
         progress: RefCell::new(progress),
     });
     let played = panic::catch_unwind(AssertUnwindSafe(|| {
@@ -92,9 +93,13 @@ fn message(panic: Box<dyn Any + Send>) -> String {
 struct Lockstep<S> {
     world: &'static World,
     priorities: Vec<Priority>,
+    is_in_tick: Cell<bool>,
     /// Not borrowed while a task calls the kernel, which may run another.
     progress: RefCell<Progress<S>>,
 }
+
+/// How things may stand where an interrupt strikes.
+type Ways = Rc<dyn Fn(&Reference) -> Vec<Reference>>;
 
 struct Progress<S> {
     /// One, unless an interrupt has struck inside of a call: until it shows which came first, all that may be.
@@ -159,23 +164,27 @@ impl<S: Script> Lockstep<S> {
 
     /// Makes a call of task `id`.
     fn called<R>(self: &Rc<Self>, id: TaskId, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
-        self.struck(strike, move |reference| reference.struck_in_call(id), call)
+        self.struck(strike, Rc::new(move |reference: &Reference| reference.struck_in_call(id)), call)
     }
 
-    /// Does what is struck, while things stand in one of the `ways`.
-    fn struck<R>(
-        self: &Rc<Self>,
-        strike: Option<Strike>,
-        ways: impl Fn(&Reference) -> Vec<Reference> + 'static,
-        work: impl FnOnce() -> R,
-    ) -> R {
-        let Some(Strike { section, handler }) = strike else { return work() };
+    /// Does what is struck, where things stand in one of the `ways`.
+    fn struck<R>(self: &Rc<Self>, strike: Option<Strike>, ways: Ways, work: impl FnOnce() -> R) -> R {
+        match strike {
+            Some(strike) => host::struck(strike.sections, self.strike(strike, ways), work),
+            None => work(),
+        }
+    }
+
+    /// What a strike does.
+    fn strike(self: &Rc<Self>, strike: Strike, ways: Ways) -> Box<dyn FnOnce(&mut Interrupt)> {
         let lockstep = Rc::clone(self);
-        let strike = move |interrupt: &mut Interrupt| {
-            lockstep.progress().branch(ways);
-            lockstep.handle(interrupt, &handler);
-        };
-        host::struck(section, strike, work)
+        Box::new(move |interrupt| {
+            lockstep.progress().branch(&*ways);
+            lockstep.handle(interrupt, &strike.handler);
+            if let Some(then) = strike.then {
+                host::strike_again(then.sections, lockstep.strike(*then, ways));
+            }
+        })
     }
 
     /// While no task runs. Returns whether it goes on.
@@ -257,11 +266,15 @@ impl<S: Script> Lockstep<S> {
         });
     }
 
-    /// The handler of a tick.
+    /// The handler of a tick. One inside of another only counts: what is due then is left to the other.
     fn tick(self: &Rc<Self>, interrupt: &mut Interrupt, strike: Option<Strike>) {
+        let is_inside = self.is_in_tick.replace(true);
         self.progress().references.iter_mut().for_each(Reference::pass);
-        self.struck(strike, Reference::struck_at_tick, || host::tick(interrupt));
-        self.progress().references.iter_mut().for_each(Reference::fire);
+        self.struck(strike, Rc::new(Reference::struck_at_tick), || host::tick(interrupt));
+        if !is_inside {
+            self.progress().references.iter_mut().for_each(Reference::fire);
+        }
+        self.is_in_tick.set(is_inside);
     }
 
     fn progress(&self) -> RefMut<'_, Progress<S>> {
@@ -290,7 +303,7 @@ impl<S: Script> Progress<S> {
     }
 
     /// An interrupt is about to strike, where things may stand in any of the `ways`.
-    fn branch(&mut self, ways: impl Fn(&Reference) -> Vec<Reference>) {
+    fn branch(&mut self, ways: &dyn Fn(&Reference) -> Vec<Reference>) {
         self.references = self.references.iter().flat_map(ways).collect();
         if self.references.is_empty() {
             panic::resume_unwind(Box::new("another task should be struck".to_string()));

@@ -31,16 +31,20 @@ impl Setup {
     }
 }
 
-/// A number of steps drawn by lot.
+/// A number of steps drawn by lot. Each script does without some calls, so that others meet more often.
 pub struct Random {
     rng: Rng,
+    /// Which it has, of a task's and of all.
+    of_task: u32,
+    of_either: u32,
     setup: Setup,
     left: usize,
 }
 
 impl Random {
-    pub fn new(rng: Rng, setup: Setup, steps: usize) -> Self {
-        Random { rng, setup, left: steps }
+    pub fn new(mut rng: Rng, setup: Setup, steps: usize) -> Self {
+        let (of_task, of_either) = (rng.u32(..), rng.u32(..));
+        Random { rng, of_task, of_either, setup, left: steps }
     }
 
     fn call_of_task(&mut self, reference: &Reference) -> Call {
@@ -50,7 +54,7 @@ impl Random {
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
         let timer = self.rng.usize(..self.setup.timers);
-        match self.rng.u8(..26) {
+        match draw(&mut self.rng, self.of_task, 26) {
             0..2 => Call::Wait { semaphore },
             2 => Call::WaitTimeout { semaphore, ticks: self.ticks() },
             3..6 => Call::Lock { mutex: self.rng.usize(..self.setup.ceilings.len()) },
@@ -75,7 +79,7 @@ impl Random {
     fn call_of_either(&mut self) -> Call {
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
-        match self.rng.u8(..18) {
+        match draw(&mut self.rng, self.of_either, 18) {
             0..4 => Call::Post { semaphore },
             4 => Call::TryWait { semaphore },
             5..7 => Call::SetFlags(self.flags()),
@@ -119,17 +123,27 @@ impl Random {
         if self.rng.bool() {
             return Handler::Tick(None);
         }
-        let strike = Strike { section: self.rng.usize(1..6), handler: self.handler() };
+        let strike = self.strike(6);
         Handler::Tick(Some(Box::new(strike)))
     }
 
     /// Strikes into half of all calls.
-    fn strike(&mut self, call: Call) -> Option<Strike> {
+    fn strike_into(&mut self, call: Call) -> Option<Strike> {
         // This one is two calls of the kernel.
         if matches!(call, Call::Send { .. }) || self.rng.bool() {
             return None;
         }
-        Some(Strike { section: self.rng.usize(1..10), handler: self.handler() })
+        Some(self.strike(10))
+    }
+
+    /// Every third is followed by another.
+    fn strike(&mut self, sections: usize) -> Strike {
+        let then = self.rng.u8(..3) == 0;
+        Strike {
+            sections: self.rng.usize(1..sections),
+            handler: self.handler(),
+            then: then.then(|| Box::new(self.strike(6))),
+        }
     }
 }
 
@@ -142,7 +156,7 @@ impl Script for Random {
         if reference.running().is_some() {
             let call =
                 iter::repeat_with(|| self.call_of_task(reference)).find(|&call| reference.permits(call))?;
-            return Some(Step::Call(call, self.strike(call)));
+            return Some(Step::Call(call, self.strike_into(call)));
         }
         Some(match self.rng.u16(..4000) {
             // So long that the clock wraps.
@@ -150,6 +164,16 @@ impl Script for Random {
             1..2000 => Step::Interrupt(self.tick()),
             _ => Step::Interrupt(self.handler()),
         })
+    }
+}
+
+/// A number below `end` whose bit is set in `those`; the last is always among them.
+fn draw(rng: &mut Rng, those: u32, end: u8) -> u8 {
+    loop {
+        let number = rng.u8(..end);
+        if number + 1 == end || those & 1 << number != 0 {
+            return number;
+        }
     }
 }
 

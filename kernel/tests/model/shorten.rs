@@ -87,37 +87,42 @@ impl Shortest<'_> {
 
 fn size<'a>(steps: impl IntoIterator<Item = &'a Step>) -> usize {
     let of_step = |step: &Step| match step {
-        Step::Call(_, Some(strike)) => 1 + size_of_handler(&strike.handler),
+        Step::Call(_, Some(strike)) => 1 + size_of_strike(strike),
         Step::Interrupt(handler) => 1 + size_of_handler(handler),
         Step::Call(_, None) | Step::Silence(_) => 1,
     };
     steps.into_iter().map(of_step).sum()
 }
 
+fn size_of_strike(strike: &Strike) -> usize {
+    size_of_handler(&strike.handler) + strike.then.as_deref().map_or(0, size_of_strike)
+}
+
 fn size_of_handler(handler: &Handler) -> usize {
     match handler {
         Handler::Calls(calls) => calls.len(),
         Handler::Tick(None) => 1,
-        Handler::Tick(Some(strike)) => 1 + size_of_handler(&strike.handler),
+        Handler::Tick(Some(strike)) => 1 + size_of_strike(strike),
     }
 }
 
 fn simpler(step: &Step) -> Vec<Step> {
     match step {
         Step::Call(call, Some(strike)) => {
-            simpler_strikes(strike).map(|strike| Step::Call(*call, strike)).collect()
+            simpler_strikes(strike).into_iter().map(|strike| Step::Call(*call, strike)).collect()
         }
         Step::Interrupt(handler) => simpler_handlers(handler).into_iter().map(Step::Interrupt).collect(),
         Step::Call(_, None) | Step::Silence(_) => Vec::new(),
     }
 }
 
-/// None, and those with a simpler handler.
-fn simpler_strikes(strike: &Strike) -> impl Iterator<Item = Option<Strike>> {
-    let section = strike.section;
-    let strikes =
-        simpler_handlers(&strike.handler).into_iter().map(move |handler| Strike { section, handler });
-    iter::once(None).chain(strikes.map(Some))
+/// None, those with a simpler handler, and those with less behind them.
+fn simpler_strikes(strike: &Strike) -> Vec<Option<Strike>> {
+    let handlers = simpler_handlers(&strike.handler).into_iter();
+    let with_handler = handlers.map(|handler| Some(Strike { handler, ..strike.clone() }));
+    let thens = strike.then.as_deref().map(simpler_strikes).unwrap_or_default().into_iter();
+    let with_then = thens.map(|then| Some(Strike { then: then.map(Box::new), ..strike.clone() }));
+    iter::once(None).chain(with_handler).chain(with_then).collect()
 }
 
 /// Those with a call less.
@@ -126,7 +131,8 @@ fn simpler_handlers(handler: &Handler) -> Vec<Handler> {
         Handler::Calls(calls) => calls,
         Handler::Tick(None) => return Vec::new(),
         Handler::Tick(Some(strike)) => {
-            return simpler_strikes(strike).map(|strike| Handler::Tick(strike.map(Box::new))).collect();
+            let strikes = simpler_strikes(strike).into_iter();
+            return strikes.map(|strike| Handler::Tick(strike.map(Box::new))).collect();
         }
     };
     let without = |index| {

@@ -191,14 +191,23 @@ impl Reference {
         Outcome::Number(value.into())
     }
 
-    /// Hands the mutex to the first who waits for it.
+    /// Hands the mutex to the first who waits for it, and then leaves its ceiling.
     fn unlock(&mut self, id: TaskId) -> Outcome {
-        let mutex = self.tasks[id].holds.take().expect("it holds one");
+        self.hand_over(id);
+        self.leave_ceiling(id)
+    }
+
+    pub(super) fn hand_over(&mut self, id: TaskId) {
+        let mutex = self.tasks[id].holds.expect("it holds one");
         self.mutexes[mutex].is_taken = false;
         if let Some(next) = self.first_blocked(|call| call == Call::Lock { mutex }) {
             let outcome = self.lock(next, mutex);
             self.wake(next, Activity::Returning(outcome));
         }
+    }
+
+    pub(super) fn leave_ceiling(&mut self, id: TaskId) -> Outcome {
+        self.tasks[id].holds = None;
         Outcome::Nothing
     }
 
@@ -255,7 +264,7 @@ impl Reference {
 }
 
 /// The tick so many ticks after `start`: at least 1 and at most `LONGEST`.
-fn deadline(start: u64, ticks: Ticks) -> u64 {
+pub(super) fn deadline(start: u64, ticks: Ticks) -> u64 {
     start + u64::from(ticks.clamp(1, LONGEST))
 }
 

@@ -30,6 +30,8 @@ enum Activity {
     Announcing { queue: usize },
     /// In a call that counts a message as refused when the task runs.
     Refused { queue: usize },
+    /// In a call that leaves a ceiling when the task runs.
+    Leaving,
     /// It has not been started.
     New,
     /// It has left: it neither runs nor waits for anything here.
@@ -42,7 +44,7 @@ struct Task {
     activity: Activity,
     /// What the clock was when the call that it is in read it, if it has.
     clock: Option<u64>,
-    /// The mutex that it holds.
+    /// The mutex that it holds, or whose ceiling it has not left yet.
     holds: Option<usize>,
     /// The message that it has made.
     made: Option<u8>,
@@ -272,6 +274,10 @@ impl Reference {
             Activity::Refused { queue } => {
                 self.count_refused(queue);
                 self.tasks[id].activity = Activity::Returning(Outcome::Full);
+            }
+            Activity::Leaving => {
+                self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
+                self.leave_ceiling(id);
             }
             _ => return false,
         }

@@ -1,5 +1,8 @@
 //! How things may stand where an interrupt strikes inside of a call.
 
+use std::iter;
+
+use super::calls::deadline;
 use super::{Activity, Reference, TaskId};
 use crate::call::Call;
 
@@ -44,10 +47,13 @@ impl Reference {
     fn halfway(&self, id: TaskId, call: Call) -> Vec<Reference> {
         let mut way = self.clone();
         match call {
-            // A timer that is set anew is cancelled before.
-            Call::StartTimer { timer, .. } => {
+            // A timer that is set anew is cancelled before. One that is due by now is not set: the call posts in its place.
+            Call::StartTimer { timer, ticks, semaphore } => {
                 way.disarm(timer);
-                vec![way]
+                let cancelled = way.clone();
+                way.tasks[id].activity = Activity::Acting(Call::Post { semaphore });
+                let is_due = way.tasks[id].clock.is_some_and(|clock| deadline(clock, ticks) <= way.now);
+                iter::once(cancelled).chain(is_due.then_some(way)).collect()
             }
             // A message is refused before that is counted.
             Call::SendMade { queue } if way.is_full(queue) => {
@@ -65,6 +71,12 @@ impl Reference {
             Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } if way.queues[queue].has_some() => {
                 way.queues[queue].promised += 1;
                 way.tasks[id].activity = Activity::Receiving { queue };
+                vec![way]
+            }
+            // A mutex is handed over before its ceiling is left.
+            Call::Unlock => {
+                way.hand_over(id);
+                way.tasks[id].activity = Activity::Leaving;
                 vec![way]
             }
             // Those who wait for flags are woken one by one, also one who looked in vain and waits again.
