@@ -40,7 +40,6 @@ pub fn start(started: Result<(), kernel::StartError>) {
 }
 
 #[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    println!("panic");
-    halt()
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    board::panic::record_and_reset(info)
 }
