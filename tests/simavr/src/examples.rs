@@ -22,6 +22,11 @@ pub fn source(name: &str) -> PathBuf {
     root().join("examples/src/bin").join(name).with_extension("rs")
 }
 
+/// The file of notes for `stack-bound` about an example, if it needs one.
+pub fn stack_notes(name: &str) -> Option<PathBuf> {
+    Some(root().join("examples/stacks").join(name).with_extension("txt")).filter(|notes| notes.exists())
+}
+
 /// The folder of the pages about the examples.
 pub fn pages() -> PathBuf {
     root().join("docs/examples")

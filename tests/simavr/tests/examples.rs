@@ -45,7 +45,9 @@ fn each_page_shows_the_program_what_it_prints_and_what_it_costs() {
 fn each_has_large_enough_stacks() {
     for name in examples::names() {
         let image = Image::load(examples::image(&name)).expect("the image can be read");
-        let stacks = stack_bound::stacks(&image, &Annotations::default())
+        let notes = examples::stack_notes(&name);
+        let notes = notes.map(|notes| Annotations::load(notes, &image).expect("the notes fit the image"));
+        let stacks = stack_bound::stacks(&image, &notes.unwrap_or_default())
             .unwrap_or_else(|problems| panic!("{name}: {problems:?}"));
         for stack in stacks {
             println!("{name}: {} needs {} bytes of {}", stack.name, stack.needs(), stack.size);
