@@ -2,7 +2,7 @@
 
 mod log;
 
-use kernel::{Mutex, Priority, Semaphore, Stack, host};
+use kernel::{Boot, Interrupt, Mutex, Priority, Semaphore, Stack, host};
 use log::Log;
 
 #[test]
@@ -243,6 +243,45 @@ fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
         |_, _| {},
     );
     LOG.expect(&["low works on", "high", "low is done", "low, high"]);
+}
+
+#[test]
+fn whoever_is_woken_while_a_ceiling_is_left_runs_in_its_turn() {
+    // One for each masked section of the call.
+    for section in 1..=3 {
+        let log: &'static Log = Box::leak(Box::new(Log::new()));
+        let stacks: &'static [Stack<0>; 3] = Box::leak(Box::new([const { Stack::new() }; 3]));
+        let value: &'static Mutex<()> = Box::leak(Box::new(Mutex::new(Priority::P1, ())));
+        let wakes: &'static [Semaphore; 2] = Box::leak(Box::new([const { Semaphore::new(0) }; 2]));
+        let start = |boot: &mut Boot| {
+            let [high, middle, low] = stacks;
+            let [wake_high, wake_middle] = wakes;
+            high.start(boot, Priority::P2, |task| {
+                wake_high.wait(task);
+                log.note("high");
+                forever(task)
+            })
+            .unwrap();
+            middle
+                .start(boot, Priority::P3, |task| {
+                    wake_middle.wait(task);
+                    log.note("middle");
+                    forever(task)
+                })
+                .unwrap();
+            low.start(boot, Priority::P5, move |task| {
+                let guard = value.lock(task);
+                host::interrupt(|interrupt| wake_middle.post(interrupt));
+                let strike = |interrupt: &mut Interrupt| wake_high.post(interrupt);
+                host::struck(section, strike, || drop(guard));
+                log.note("low");
+                forever(task)
+            })
+            .unwrap();
+        };
+        host::run(start, |_| false);
+        log.expect(&["high", "middle", "low"]);
+    }
 }
 
 #[test]

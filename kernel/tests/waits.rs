@@ -2,8 +2,11 @@
 
 mod log;
 
+use std::sync::Mutex;
+
 use kernel::{
-    Boot, Elapsed, EventFlags, LONGEST, Message, Priority, Queue, Semaphore, Stack, Task, host, now,
+    Boot, Elapsed, EventFlags, Interrupt, LONGEST, Message, Priority, Queue, Semaphore, Stack, Task, host,
+    now,
 };
 use log::Log;
 
@@ -86,6 +89,48 @@ fn a_timeout_takes_its_own_task_from_the_list_wherever_it_stands() {
         },
     );
     LOG.expect(&["P2 Err(Elapsed)", "P4 Err(Elapsed)", "P1 Ok(())", "P3 Ok(())"]);
+}
+
+#[test]
+fn a_timeout_finds_its_task_though_interrupts_wake_others_meanwhile() {
+    const WAITING: usize = 5;
+    for (section, posts) in (1..8).flat_map(|section| (1..WAITING).map(move |posts| (section, posts))) {
+        let signal: &'static Semaphore = Box::leak(Box::new(Semaphore::new(0)));
+        let stacks: &'static [Stack<0>; WAITING] = Box::leak(Box::new([const { Stack::new() }; WAITING]));
+        let results: &'static Mutex<Vec<_>> = Box::leak(Box::default());
+        let start = |boot: &mut Boot| {
+            for (number, stack) in stacks.iter().enumerate() {
+                // That of the last in the list is up first.
+                let ticks = if number == WAITING - 1 { 2 } else { LONGEST };
+                let body = move |task: &mut Task| {
+                    let result = signal.wait_timeout(task, ticks);
+                    results.lock().unwrap().push((number, result));
+                    idle(task)
+                };
+                stack.start(boot, Priority::P3, body).unwrap();
+            }
+        };
+        let mut passed = 0;
+        host::run(start, |interrupt| {
+            passed += 1;
+            match passed {
+                2 => {
+                    let strike = move |interrupt: &mut Interrupt| {
+                        (0..posts).for_each(|_| signal.post(interrupt));
+                    };
+                    host::struck(section, strike, || host::tick(interrupt));
+                }
+                // Whoever waits still.
+                3 => (0..WAITING).for_each(|_| signal.post(interrupt)),
+                _ => host::tick(interrupt),
+            }
+            passed < 4
+        });
+        let mut results = results.lock().unwrap();
+        results.sort_by_key(|&(number, _)| number);
+        let expected = [(0, Ok(())), (1, Ok(())), (2, Ok(())), (3, Ok(())), (4, Err(Elapsed))];
+        assert_eq!(*results, expected, "{posts} posts at the end of section {section}");
+    }
 }
 
 #[test]
