@@ -14,7 +14,7 @@ use crate::task::ControlBlock;
 pub(crate) struct Link(*const ControlBlock);
 
 #[cfg(target_arch = "avr")]
-const END: usize = 0x8000;
+pub(crate) const END: usize = 0x8000;
 #[cfg(not(target_arch = "avr"))]
 const END: usize = 1;
 

@@ -27,7 +27,7 @@ pub(crate) struct Ready {
     /// The task whose registers are in the CPU.
     pub(crate) running: MaskedCell<&'static ControlBlock>,
     /// The priorities at which tasks have arrived, a bit each.
-    arrived: MaskedCell<u8>,
+    pub(crate) arrived: MaskedCell<u8>,
     /// For each of these the last task to arrive; its link is the first.
     last: [Last; 8],
 }

@@ -153,16 +153,14 @@ impl Semaphore {
     }
 
     /// Takes a signal; else blocks the task. Returns it if it has blocked, and a switch is due.
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn block(&self, task: &mut Task) -> Option<&'static ControlBlock> {
-        // The commonest case in a function of its own, which has to preserve no registers.
-        let blocked = task.mask(|masked| match self.word.get(masked) {
-            State::Empty | State::Signals(0) => self.enter_first(masked, ready::block),
-            _ => None,
-        });
-        if blocked.is_some() {
-            return blocked;
-        }
+        arch::block(self, task)
+    }
+
+    /// The same by steps, where there is more to it than that the running task is the first to wait.
+    #[inline(always)]
+    pub(crate) fn block_or_take(&self, task: &mut Task) -> Option<&'static ControlBlock> {
         match self.block_until(task, None) {
             Came::Blocked(task) => Some(task),
             _ => None,

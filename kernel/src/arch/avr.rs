@@ -43,6 +43,7 @@ use core::ptr;
 
 use crate::context::Task;
 use crate::masked::Masked;
+use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Never};
 use crate::{IDLE, KERNEL, Kernel};
 
@@ -64,6 +65,8 @@ const HEAD: usize = core::mem::offset_of!(Kernel, ready.head);
 #[doc(hidden)]
 pub const RUNNING: usize = core::mem::offset_of!(Kernel, ready.running);
 const STACK_POINTER: usize = core::mem::offset_of!(ControlBlock, stack_pointer);
+const ARRIVED: usize = core::mem::offset_of!(Kernel, ready.arrived);
+const WALK: usize = core::mem::offset_of!(Kernel, walk);
 const LINK: usize = core::mem::offset_of!(ControlBlock, link);
 const _: () = assert!(core::mem::offset_of!(ControlBlock, above) == 0);
 
@@ -476,6 +479,42 @@ unsafe extern "C" fn kernel_switch() {
             "cli",                                // 1: leaves the Z flag alone
             "brne 3b",                            // 1, or 2
             "rjmp exit_interrupt",                // 2
+            // Blocks the running task at the semaphore r25:r24, and returns it in these; in the commonest case: where there are
+            // neither signals nor other tasks, and none has arrived that should run before the next.
+            ".global kernel_block",
+            "kernel_block:",
+            "cli",                                // 1
+            "movw r30, r24",                      // 1: Z = the semaphore
+            "ldd r18, Z+1",                       // 2: the high byte of its word
+            "tst r18",                            // 1
+            "brmi 6f",                            // 2, or 1: it was left empty by who waited last
+            "ld r19, Z",                          // 2
+            "or r18, r19",                        // 1
+            "brne 7f",                            // 1, or 2: there are signals, or tasks
+            "6:",
+            "lds r30, {kernel}+{head}",           // 2: Z = the running task
+            "lds r31, {kernel}+{head}+1",         // 2
+            "ldd r26, Z+{link}",                  // 2: X = the next one
+            "ldd r27, Z+{link}+1",                // 2
+            "ld r18, X",                          // 2: the priorities above that
+            "lds r19, {kernel}+{arrived}",        // 2: those at which tasks have arrived
+            "and r18, r19",                       // 1
+            "brne 7f",                            // 1
+            "sts {kernel}+{head}, r26",           // 2: the next one is the head
+            "sts {kernel}+{head}+1, r27",         // 2
+            "sts {kernel}+{walk}, r1",            // 2: ends a walk
+            "movw r26, r24",                      // 1: X = the semaphore
+            "ori r25, {end}",                     // 1: the end of its list
+            "std Z+{link}, r24",                  // 2: is the task's link,
+            "std Z+{link}+1, r25",                // 2
+            "st X+, r30",                         // 2: and its beginning is the task
+            "st X, r31",                          // 2
+            "sei",                                // 1
+            "movw r24, r30",                      // 1
+            "ret",                                // 4
+            "7:",
+            "sei",                                // 1
+            "jmp {block}",                        // 3
             // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
             "kernel_start_task:",
             "pop r24",                            // 2: the first argument
@@ -489,6 +528,11 @@ unsafe extern "C" fn kernel_switch() {
             "rjmp resume_head",                   // 2
             sp = const STACK_POINTER,
             expire = sym crate::timer::expire,
+            block = sym block_slowly,
+            link = const LINK,
+            arrived = const ARRIVED,
+            walk = const WALK,
+            end = const (crate::link::END >> 8),
             kernel = sym KERNEL,
             idle_task = sym IDLE,
             head = const HEAD,
@@ -502,10 +546,24 @@ unsafe extern "C" fn kernel_switch() {
 unsafe extern "C" {
     fn kernel_start_task();
     fn kernel_run() -> !;
+    fn kernel_block(semaphore: &Semaphore) -> Option<&'static ControlBlock>;
     #[doc(hidden)]
     pub fn kernel_enter_interrupt();
     #[doc(hidden)]
     pub fn kernel_enter_tick();
+}
+
+/// Takes a signal of `semaphore`; else blocks the task. Returns it if it has blocked, and a switch is due.
+#[inline(always)]
+pub(crate) fn block(semaphore: &Semaphore, _: &mut Task) -> Option<&'static ControlBlock> {
+    // SAFETY: a task calls this, with interrupts enabled; a call it is, and lets the semaphore's word and the lists as it should.
+    unsafe { kernel_block(semaphore) }
+}
+
+/// The same where there is more to it.
+extern "C" fn block_slowly(semaphore: &Semaphore) -> Option<&'static ControlBlock> {
+    // SAFETY: `kernel_block` jumps here, with a task's promise.
+    semaphore.block_or_take(&mut unsafe { Task::assume() })
 }
 
 /// Saves the running task's context and takes up the head's; returns when this task runs again.

@@ -19,6 +19,7 @@ use corosensei::{Coroutine, Yielder};
 
 use crate::context::{Interrupt, Task};
 use crate::masked::Masked;
+use crate::semaphore::Semaphore;
 use crate::task::{Boot, ControlBlock, Never};
 use crate::{IDLE, KERNEL, ready, timer};
 
@@ -191,6 +192,10 @@ pub(crate) fn head_and_next(masked: &Masked) -> (&'static ControlBlock, &'static
 pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
     // SAFETY: what stands for interrupts runs only between tasks.
     body(&unsafe { Masked::assume() })
+}
+
+pub(crate) fn block(semaphore: &Semaphore, task: &mut Task) -> Option<&'static ControlBlock> {
+    semaphore.block_or_take(task)
 }
 
 pub(crate) fn switch(_: &ControlBlock) {
