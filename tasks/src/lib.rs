@@ -11,6 +11,7 @@
 //! | [`bridge`]  | how a message crosses from one MCU of a module to the other          |
 //! | [`router`]  | where a message goes next                                            |
 //! | [`mailbox`], [`post_office`] | how it gets there on one MCU                         |
+//! | [`motor`]   | how a joint is driven to where it shall be                           |
 //! | [`api`]     | all that a behaviour sees                                            |
 
 #![no_std]
@@ -22,5 +23,6 @@ pub mod dock;
 pub mod link;
 pub mod mailbox;
 pub mod message;
+pub mod motor;
 pub mod post_office;
 pub mod router;

@@ -1,0 +1,226 @@
+//! A joint: DC motor, planetary and external gear, friction, load, potentiometer.
+
+/// The voltage of a full duty, in V: two Li-ion cells at their nominal voltage (Salemi, Moll and Shen, 2006).
+pub const SUPPLY_VOLTS: f64 = 7.4;
+
+/// The torque at the standing joint with full duty, in Nm. From memory of SuperBot's papers, unverified.
+const STALL_TORQUE: f64 = 6.38;
+
+/// The current at the standing joint with full duty, in A. Assumed.
+const STALL_CURRENT: f64 = 1.2;
+
+/// The inertia of rotor and gear at the joint, in kg m². Assumed: 1e-7 kg m² behind a gear of 508.7.
+const GEAR_INERTIA: f64 = 1e-7 * 508.7 * 508.7;
+
+/// The torque of the gear's dry friction while the joint turns, in Nm. Assumed: 8 % of the stall torque.
+const SLIDING_FRICTION: f64 = 0.08 * STALL_TORQUE;
+
+/// The torque that it takes to break the standing joint loose, in Nm. Assumed: half as much again.
+const STATIC_FRICTION: f64 = 1.5 * SLIDING_FRICTION;
+
+/// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees" says.
+const STOP: f64 = 138.0;
+
+/// The electrical travel of the potentiometer, in degrees, over the converter's whole range. Assumed.
+pub const POTENTIOMETER_TRAVEL: f64 = 300.8;
+
+/// What the current's amplifier gives, in V per A. Assumed.
+pub const CURRENT_VOLTS_PER_AMPERE: f64 = 1.0;
+
+/// Full scale of the converter, in V.
+const REFERENCE_VOLTS: f64 = 5.0;
+
+/// The winding's resistance, in ohms.
+const RESISTANCE: f64 = SUPPLY_VOLTS / STALL_CURRENT;
+
+/// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s without load.
+const TORQUE_CONSTANT: f64 = STALL_TORQUE / STALL_CURRENT;
+
+/// What may be wrong with a potentiometer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PotentiometerFault {
+    /// The wire of the wiper is broken: the converter's input is pulled to ground.
+    Open,
+    /// The wiper is shorted to the supply.
+    ShortToSupply,
+    /// The wiper stands still: its shaft slips.
+    Stuck,
+}
+
+/// What acts on a joint from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// The motor's supply, in V.
+    pub supply_volts: f64,
+    /// What the joint moves besides itself, in kg m².
+    pub load_inertia: f64,
+    /// What pulls at the joint, in Nm, towards positive angles.
+    pub load_torque: f64,
+    /// A multiple of the assumed friction.
+    pub friction: f64,
+    /// Something holds the joint fast.
+    pub is_blocked: bool,
+}
+
+impl Default for Surroundings {
+    /// One module of 0.5 kg at an arm of 0.1 m to move, and nothing that pulls.
+    fn default() -> Self {
+        Surroundings {
+            supply_volts: SUPPLY_VOLTS,
+            load_inertia: 0.005,
+            load_torque: 0.0,
+            friction: 1.0,
+            is_blocked: false,
+        }
+    }
+}
+
+/// One joint.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub surroundings: Surroundings,
+    /// Radians, positive as the MCU counts.
+    angle: f64,
+    /// Radians per second.
+    speed: f64,
+    amperes: f64,
+    fault: Option<(PotentiometerFault, f64)>,
+}
+
+impl Joint {
+    /// A joint at rest at `degrees`.
+    pub fn at(degrees: f64) -> Self {
+        Joint {
+            surroundings: Surroundings::default(),
+            angle: degrees.to_radians(),
+            speed: 0.0,
+            amperes: 0.0,
+            fault: None,
+        }
+    }
+
+    /// Breaks the potentiometer, or mends it.
+    pub fn set_fault(&mut self, fault: Option<PotentiometerFault>) {
+        self.fault = fault.map(|fault| (fault, self.potentiometer_volts()));
+    }
+
+    /// Drives the motor with `duty` of its supply, -1 to 1, for `seconds`; at most a millisecond at once.
+    /// Between pulses the bridge shorts the motor, so that the mean voltage is what counts; a duty of 0 brakes.
+    pub fn step(&mut self, duty: f64, seconds: f64) {
+        let Surroundings { supply_volts, load_inertia, load_torque, friction, is_blocked } =
+            self.surroundings;
+        self.amperes = (duty.clamp(-1.0, 1.0) * supply_volts - TORQUE_CONSTANT * self.speed) / RESISTANCE;
+        let pull = TORQUE_CONSTANT * self.amperes + load_torque;
+        if is_blocked || (self.speed == 0.0 && pull.abs() <= STATIC_FRICTION * friction) {
+            self.speed = 0.0;
+            return;
+        }
+        let direction = if self.speed == 0.0 { pull.signum() } else { self.speed.signum() };
+        let torque = pull - direction * SLIDING_FRICTION * friction;
+        let speed = self.speed + torque / (GEAR_INERTIA + load_inertia) * seconds;
+        // Friction stops the joint; it does not turn it back.
+        self.speed = if speed * direction < 0.0 { 0.0 } else { speed };
+        self.angle += self.speed * seconds;
+        let stop = STOP.to_radians();
+        if self.angle.abs() > stop {
+            self.angle = self.angle.clamp(-stop, stop);
+            self.speed = 0.0;
+        }
+    }
+
+    /// The true angle, in degrees.
+    pub fn degrees(&self) -> f64 {
+        self.angle.to_degrees()
+    }
+
+    /// The true speed, in degrees per second.
+    pub fn degrees_per_second(&self) -> f64 {
+        self.speed.to_degrees()
+    }
+
+    /// The motor's current while it is driven, in A.
+    pub fn amperes(&self) -> f64 {
+        self.amperes.abs()
+    }
+
+    /// What the converter sees of the potentiometer, in V.
+    pub fn potentiometer_volts(&self) -> f64 {
+        match self.fault {
+            None => (self.degrees() / POTENTIOMETER_TRAVEL + 0.5) * REFERENCE_VOLTS,
+            Some((PotentiometerFault::Open, _)) => 0.0,
+            Some((PotentiometerFault::ShortToSupply, _)) => REFERENCE_VOLTS,
+            Some((PotentiometerFault::Stuck, volts)) => volts,
+        }
+    }
+
+    /// What the converter sees of the current, in V.
+    pub fn current_volts(&self) -> f64 {
+        (self.amperes() * CURRENT_VOLTS_PER_AMPERE).min(REFERENCE_VOLTS)
+    }
+}
+
+/// What the converter makes of a voltage: 0 to 1023.
+pub fn counts(volts: f64) -> u16 {
+    // A float becomes the nearest integer in range.
+    ((volts / REFERENCE_VOLTS * 1024.0) as u16).min(1023)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(joint: &mut Joint, duty: f64, seconds: f64) {
+        for _ in 0..(seconds * 10_000.0) as u32 {
+            joint.step(duty, 1e-4);
+        }
+    }
+
+    #[test]
+    fn full_duty_turns_at_no_more_than_the_speed_without_load() {
+        let mut joint = Joint::at(-100.0);
+        run(&mut joint, 1.0, 1.0);
+        let ideal = (SUPPLY_VOLTS / TORQUE_CONSTANT).to_degrees();
+        assert!((0.8 * ideal..ideal).contains(&joint.degrees_per_second()), "{joint:?}");
+    }
+
+    #[test]
+    fn a_held_joint_draws_the_stall_current() {
+        let mut joint = Joint::at(10.0);
+        joint.surroundings.is_blocked = true;
+        run(&mut joint, -1.0, 0.1);
+        assert!((joint.amperes() - STALL_CURRENT).abs() < 1e-9);
+        assert_eq!(joint.degrees(), 10.0_f64.to_radians().to_degrees());
+    }
+
+    #[test]
+    fn friction_holds_what_pulls_too_little() {
+        let mut joint = Joint::at(0.0);
+        joint.surroundings.load_torque = 0.9 * STATIC_FRICTION;
+        run(&mut joint, 0.0, 1.0);
+        assert_eq!(joint.degrees(), 0.0);
+        joint.surroundings.load_torque = 1.1 * STATIC_FRICTION;
+        run(&mut joint, 0.0, 1.0);
+        assert!(joint.degrees() > 0.0);
+    }
+
+    #[test]
+    fn the_mechanical_stops_hold() {
+        let mut joint = Joint::at(130.0);
+        run(&mut joint, 1.0, 1.0);
+        assert!((joint.degrees() - STOP).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_potentiometer_reads_from_end_to_end() {
+        assert_eq!(counts(Joint::at(0.0).potentiometer_volts()), 512);
+        assert_eq!(counts(0.0), 0);
+        assert_eq!(counts(5.0), 1023);
+        let mut joint = Joint::at(20.0);
+        joint.set_fault(Some(PotentiometerFault::Stuck));
+        let stuck = joint.potentiometer_volts();
+        run(&mut joint, 1.0, 0.5);
+        assert_eq!(joint.potentiometer_volts(), stuck);
+        joint.set_fault(None);
+        assert!(joint.potentiometer_volts() > stuck);
+    }
+}

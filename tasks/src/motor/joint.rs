@@ -1,0 +1,253 @@
+//! One joint: its target, its limits, and what may go wrong with it.
+
+use super::pid::{Gains, Pid};
+use super::potentiometer::Potentiometer;
+use super::{DEGREE, FULL_DRIVE, Position, TENTH};
+
+/// Of the controller of every joint, found by trial on the assumed plant; `tests/host/tests/joint.rs` holds them to it.
+const GAINS: Gains = Gains::new(12, 4, 12);
+
+/// The setpoint waits for a joint that lags further behind than this.
+const LARGEST_LAG: u16 = 5 * DEGREE as u16;
+
+/// Further than this no joint turns in a period: such a reading is none of a working potentiometer.
+const LARGEST_STEP: u16 = 3 * DEGREE as u16;
+
+/// Readings in a row that must be bad before the potentiometer counts as broken. Meanwhile the motor is off.
+const BAD_READINGS: u8 = 3;
+
+/// The drive that a speed takes, as a shift of 1/256 units in a period: a free joint turns at 80 degrees per second with
+/// full drive.
+const DRIVE_OF_SPEED: u32 = 3;
+
+/// Within this of its target a joint has arrived.
+const ARRIVED: u16 = 3 * TENTH as u16;
+
+/// A joint that moves less than this makes no way.
+const WAY: u16 = DEGREE as u16;
+
+/// A joint further than this from its target is meant to move.
+const LARGE_ERROR: u16 = 2 * DEGREE as u16;
+
+/// With this much drive a free joint moves.
+const STRONG_DRIVE: u16 = FULL_DRIVE as u16 / 4;
+
+/// Periods (of 1 ms) without way, in which the drive is strong or the current at its limit, that make a stall.
+const STALL: u8 = 250;
+
+/// How one joint is built and what it may do: the board says so.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Description {
+    pub potentiometer: Potentiometer,
+    /// The soft end stops, in 0.1 degree.
+    pub lowest: i16,
+    pub highest: i16,
+    /// What the motor's current is kept below, as the converter reads it, 0 to 1023.
+    pub current_limit: u16,
+}
+
+/// Why a joint does not do what it was told. A new target makes it try again.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+#[repr(u8)]
+pub enum Fault {
+    /// The potentiometer reads what no working one does: out of range, or further than the joint can have turned.
+    Potentiometer = 0,
+    /// The motor drives and the joint does not move.
+    Stall = 1,
+}
+
+/// What a joint is doing.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+pub enum State {
+    /// The motor is off.
+    Off,
+    /// On its way to the target.
+    Moving,
+    /// At the target, and kept there.
+    Arrived,
+    /// The motor is off, because of this.
+    Failed(Fault),
+}
+
+/// One joint, to be stepped each millisecond.
+pub struct Joint {
+    description: Description,
+    state: State,
+    target: Position,
+    /// Where the joint should be by now, and 1/256 units more.
+    setpoint: Position,
+    fraction: u8,
+    /// 1/256 units in a period.
+    speed: u16,
+    pid: Pid,
+    /// The most drive with which the current stays below its limit.
+    ceiling: i16,
+    /// The last good reading's position; `None` before the first.
+    position: Option<Position>,
+    bad_readings: u8,
+    /// Where the joint was when it last made way, and the periods in vain since.
+    mark: Position,
+    in_vain: u8,
+}
+
+impl Joint {
+    /// A joint whose motor is off.
+    pub const fn new(description: Description) -> Self {
+        Joint {
+            description,
+            state: State::Off,
+            target: 0,
+            setpoint: 0,
+            fraction: 0,
+            speed: 0,
+            pid: Pid::at(0),
+            ceiling: FULL_DRIVE,
+            position: None,
+            bad_readings: 0,
+            mark: 0,
+            in_vain: 0,
+        }
+    }
+
+    /// Turns the joint to `angle`, in 0.1 degree, at no more than `speed`, in degrees per second. An angle beyond an end
+    /// stop counts as that stop.
+    pub fn turn_to(&mut self, angle: i16, speed: u8) {
+        // Positions hold both end stops, so the product fits.
+        self.target = angle.clamp(self.description.lowest, self.description.highest).wrapping_mul(TENTH);
+        // 41/256 is a degree per second in units per millisecond: 0.16.
+        self.speed = u16::from(speed) * 41;
+        match self.state {
+            State::Moving | State::Arrived => self.state = State::Moving,
+            State::Off | State::Failed(_) => {
+                self.state = State::Moving;
+                self.bad_readings = 0;
+                self.in_vain = 0;
+                self.ceiling = FULL_DRIVE;
+                // From where the next reading finds it.
+                self.position = None;
+            }
+        }
+    }
+
+    /// Switches the motor off. The gear holds the joint, more or less.
+    pub fn release(&mut self) {
+        self.state = State::Off;
+    }
+
+    /// What the joint is doing.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Where the joint is, in 0.1 degree; `None` before the first good reading.
+    pub fn angle(&self) -> Option<i16> {
+        self.position.map(|position| (position + TENTH / 2) >> TENTH.ilog2())
+    }
+
+    /// One period. Takes what the converter reads of potentiometer and motor current, 0 to 1023 each, and returns the
+    /// drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
+    #[inline]
+    pub fn step(&mut self, potentiometer: u16, current: u16) -> i16 {
+        let Some(position) = self.plausible(potentiometer) else {
+            self.bad_readings = self.bad_readings.saturating_add(1);
+            if self.bad_readings >= BAD_READINGS && self.is_driven() {
+                self.state = State::Failed(Fault::Potentiometer);
+            }
+            return 0;
+        };
+        if self.position.is_none() {
+            self.begin(position);
+        }
+        self.bad_readings = 0;
+        self.position = Some(position);
+        if !self.is_driven() {
+            return 0;
+        }
+        let feed_forward = self.advance_setpoint(position);
+        self.limit_current(current);
+        let tolerance = self.description.potentiometer.resolution() / 2;
+        let sought = self.pid.step(GAINS, self.setpoint, position, tolerance, feed_forward, self.ceiling);
+        let drive = self.stop_at_ends(position, sought);
+        self.watch_way(position, drive, current);
+        if self.is_driven() { drive } else { 0 }
+    }
+
+    fn is_driven(&self) -> bool {
+        matches!(self.state, State::Moving | State::Arrived)
+    }
+
+    /// The position, if it can be that of the joint.
+    fn plausible(&self, reading: u16) -> Option<Position> {
+        let position = self.description.potentiometer.position(reading)?;
+        match self.position {
+            Some(last) if position.abs_diff(last) > LARGEST_STEP => None,
+            _ => Some(position),
+        }
+    }
+
+    /// Starts from `position`, at rest.
+    fn begin(&mut self, position: Position) {
+        self.setpoint = position;
+        self.fraction = 0;
+        self.pid = Pid::at(position);
+        self.mark = position;
+    }
+
+    /// Moves the setpoint towards the target. Returns the drive that its motion takes.
+    fn advance_setpoint(&mut self, position: Position) -> i16 {
+        let left = self.target.abs_diff(self.setpoint);
+        if left == 0 {
+            if self.target.abs_diff(position) <= ARRIVED {
+                self.state = State::Arrived;
+            }
+            return 0;
+        }
+        let drive = (self.speed >> DRIVE_OF_SPEED).min(FULL_DRIVE as u16) as i16;
+        let is_upward = self.setpoint < self.target;
+        if self.setpoint.abs_diff(position) <= LARGEST_LAG {
+            let [fraction, step] = (self.speed + u16::from(self.fraction)).to_le_bytes();
+            self.fraction = fraction;
+            self.setpoint = match u16::from(step) {
+                step if step >= left => self.target,
+                _ if is_upward => self.setpoint + i16::from(step),
+                _ => self.setpoint - i16::from(step),
+            };
+        }
+        if is_upward { drive } else { -drive }
+    }
+
+    /// Lowers the ceiling by a sixteenth in each period with too much current, and raises it slowly in the others.
+    fn limit_current(&mut self, current: u16) {
+        self.ceiling = if current > self.description.current_limit {
+            self.ceiling - (self.ceiling >> 4)
+        } else {
+            (self.ceiling + 1).min(FULL_DRIVE)
+        };
+    }
+
+    /// No drive over an end stop.
+    fn stop_at_ends(&self, position: Position, drive: i16) -> i16 {
+        // As in `turn_to`.
+        let lowest = self.description.lowest.wrapping_mul(TENTH);
+        let highest = self.description.highest.wrapping_mul(TENTH);
+        if (position >= highest && drive > 0) || (position <= lowest && drive < 0) { 0 } else { drive }
+    }
+
+    fn watch_way(&mut self, position: Position, drive: i16, current: u16) {
+        let is_strong = drive.unsigned_abs() >= STRONG_DRIVE && self.target.abs_diff(position) > LARGE_ERROR;
+        if position.abs_diff(self.mark) > WAY {
+            self.mark = position;
+            self.in_vain = 0;
+        } else if is_strong || current > self.description.current_limit {
+            self.in_vain += 1;
+            if self.in_vain >= STALL {
+                self.state = State::Failed(Fault::Stall);
+            }
+        } else {
+            self.in_vain = self.in_vain.saturating_sub(1);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The controller of a position: proportional, integral and derivative, in 16 bits without a division.
+
+use super::{DEGREE, FULL_DRIVE, Position};
+
+/// Gains are in sixteenths.
+const FRACTION: u32 = 4;
+
+/// An error counts up to here, 12 degrees: that much asks for more than full drive, and its product fits 16 bits.
+const LARGEST_ERROR: i16 = 12 * DEGREE;
+
+/// The integral is kept in 1/64 of a drive.
+const INTEGRAL_FRACTION: u32 = 6;
+
+/// The integral's share of the drive: at most full drive.
+const LARGEST_INTEGRAL: i16 = FULL_DRIVE << INTEGRAL_FRACTION;
+
+/// The position is smoothed over 2 to this power periods.
+const SMOOTHING: u32 = 3;
+
+/// What the controller makes of an error, in sixteenths.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Gains {
+    proportional: i16,
+    integral: i16,
+    derivative: i16,
+}
+
+impl Gains {
+    /// Drive for each unit of error, 1/64 drive for each unit of error and period, and drive for each unit that the
+    /// position is ahead of its smoothed value. Each 0 to 17, in sixteenths.
+    ///
+    /// Panics, when it is evaluated as a constant, if one is out of range.
+    pub const fn new(proportional: i16, integral: i16, derivative: i16) -> Self {
+        const MOST: i16 = i16::MAX / LARGEST_ERROR;
+        assert!(proportional >= 0 && proportional <= MOST, "out of range");
+        assert!(integral >= 0 && integral <= MOST, "out of range");
+        assert!(derivative >= 0 && derivative <= MOST, "out of range");
+        Gains { proportional, integral, derivative }
+    }
+}
+
+/// What the controller remembers from period to period.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Pid {
+    integral: i16,
+    smoothed: Position,
+}
+
+impl Pid {
+    /// A controller that begins at rest at `position`.
+    pub const fn at(position: Position) -> Self {
+        Pid { integral: 0, smoothed: position }
+    }
+
+    /// One period: the drive that takes `position` to `setpoint`, `ceiling` at most (0 to [`FULL_DRIVE`]) either way.
+    ///
+    /// `feed_forward` is what a moving setpoint is known to take, so that the integral need not learn it and then
+    /// forget it: without, it carries the joint past a target that it comes to at a steady speed. The derivative is that of the position, so that a step of the setpoint gives no jerk. An error of less than
+    /// `tolerance` adds nothing to the integral, nor does one that would drive further into the ceiling: it does not
+    /// wind up.
+    #[inline]
+    pub fn step(
+        &mut self,
+        gains: Gains,
+        setpoint: Position,
+        position: Position,
+        tolerance: Position,
+        feed_forward: i16,
+        ceiling: i16,
+    ) -> i16 {
+        let error = difference(setpoint, position);
+        let ahead = difference(position, self.smoothed);
+        self.smoothed = self.smoothed.wrapping_add(ahead >> SMOOTHING);
+        let sought = ((error * gains.proportional) >> FRACTION) - ((ahead * gains.derivative) >> FRACTION)
+            + (self.integral >> INTEGRAL_FRACTION)
+            + feed_forward;
+        let drive = sought.clamp(-ceiling, ceiling);
+        let winds_up = sought != drive && (sought < 0) == (error < 0);
+        if !winds_up && error.abs() >= tolerance {
+            let integral = self.integral.saturating_add((error * gains.integral) >> FRACTION);
+            self.integral = integral.clamp(-LARGEST_INTEGRAL, LARGEST_INTEGRAL);
+        }
+        drive
+    }
+}
+
+/// `one - other`, as far as it counts.
+fn difference(one: Position, other: Position) -> i16 {
+    one.saturating_sub(other).clamp(-LARGEST_ERROR, LARGEST_ERROR)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const GAINS: Gains = Gains::new(15, 3, 16);
+    const TOLERANCE: Position = 24;
+
+    #[test]
+    fn an_integral_at_a_ceiling_does_not_wind_up() {
+        let mut pid = Pid::at(0);
+        for _ in 0..10_000 {
+            assert_eq!(pid.step(GAINS, 20_000, 0, TOLERANCE, 0, 100), 100);
+        }
+        assert_eq!(pid.integral, 0);
+        // Back at the setpoint it lets go at once.
+        assert_eq!(pid.step(GAINS, 0, 0, TOLERANCE, 0, 100), 0);
+    }
+
+    #[test]
+    fn a_lasting_error_is_met_with_ever_more_drive() {
+        let mut pid = Pid::at(0);
+        let first = pid.step(GAINS, 50, 0, TOLERANCE, 0, FULL_DRIVE);
+        let mut last = first;
+        for _ in 0..5_000 {
+            let drive = pid.step(GAINS, 50, 0, TOLERANCE, 0, FULL_DRIVE);
+            assert!(drive >= last);
+            last = drive;
+        }
+        assert_eq!((first, last), (46, FULL_DRIVE));
+    }
+
+    #[test]
+    fn what_is_within_tolerance_changes_nothing() {
+        let mut pid = Pid::at(0);
+        for _ in 0..1_000 {
+            assert_eq!(pid.step(GAINS, TOLERANCE - 1, 0, TOLERANCE, 0, FULL_DRIVE), 21);
+        }
+    }
+
+    proptest! {
+        /// Whatever comes: no overflow (which would panic here), and never more than the ceiling.
+        #[test]
+        fn the_ceiling_holds(
+            inputs in prop::collection::vec((any::<i16>(), any::<i16>(), -FULL_DRIVE..=FULL_DRIVE, 0..=FULL_DRIVE), 1..200),
+            start: i16,
+            (p, i, d) in (0..=17_i16, 0..=17_i16, 0..=17_i16),
+        ) {
+            let gains = Gains::new(p, i, d);
+            let mut pid = Pid::at(start);
+            for (setpoint, position, forward, ceiling) in inputs {
+                let drive = pid.step(gains, setpoint, position, TOLERANCE, forward, ceiling);
+                prop_assert!((-ceiling..=ceiling).contains(&drive));
+            }
+        }
+
+        /// A mirrored world is driven the mirrored way, but for what shifts round down.
+        #[test]
+        fn both_directions_are_alike(
+            inputs in prop::collection::vec((-20_000..20_000_i16, -20_000..20_000_i16), 1..50),
+        ) {
+            let (mut pid, mut mirrored) = (Pid::at(0), Pid::at(0));
+            for (setpoint, position) in inputs {
+                let drive = pid.step(GAINS, setpoint, position, TOLERANCE, 0, FULL_DRIVE);
+                let other = mirrored.step(GAINS, -setpoint, -position, TOLERANCE, 0, FULL_DRIVE);
+                prop_assert!((drive + other).abs() <= 24, "{drive} {other}");
+            }
+        }
+    }
+}

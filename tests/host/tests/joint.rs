@@ -1,0 +1,254 @@
+//! A joint on its plant: how it steps, what it bears, and what makes it stop.
+
+use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
+use proptest::prelude::*;
+use tasks::motor::FULL_DRIVE;
+use tasks::motor::joint::{Description, Fault, Joint, State};
+use tasks::motor::potentiometer::Potentiometer;
+
+const DESCRIPTION: Description = Description {
+    potentiometer: Potentiometer::new(512, 47),
+    lowest: -900,
+    highest: 900,
+    current_limit: 164,
+};
+
+/// Steps of the plant in a millisecond.
+const STEPS: u32 = 20;
+
+/// A joint and what it drives.
+struct Rig {
+    joint: Joint,
+    plant: Plant,
+    /// What the joint last asked for.
+    drive: i16,
+}
+
+impl Rig {
+    fn new(plant: Plant) -> Self {
+        Rig { joint: Joint::new(DESCRIPTION), plant, drive: 0 }
+    }
+
+    /// One millisecond. The drive follows from readings of its beginning, as on the board.
+    fn step(&mut self) {
+        let readings = [self.plant.potentiometer_volts(), self.plant.current_volts()].map(counts);
+        for _ in 0..STEPS {
+            self.plant.step(f64::from(self.drive) / f64::from(FULL_DRIVE), 0.001 / f64::from(STEPS));
+        }
+        self.drive = self.joint.step(readings[0], readings[1]);
+    }
+
+    /// The angle in each of so many milliseconds.
+    fn trace(&mut self, milliseconds: usize) -> Vec<f64> {
+        let angle = |_| {
+            self.step();
+            self.plant.degrees()
+        };
+        (0..milliseconds).map(angle).collect()
+    }
+}
+
+/// Overshoot in percent of the step, and the largest error over the last half second, in degrees.
+fn step_response(plant: Plant, from: f64, to: f64, speed: u8) -> (f64, f64) {
+    let mut rig = Rig::new(plant);
+    rig.joint.turn_to((from * 10.0).round() as i16, 255);
+    rig.trace(1_500);
+    rig.joint.turn_to((to * 10.0).round() as i16, speed);
+    let trace = rig.trace(2_500);
+    let direction = (to - from).signum();
+    let beyond = trace.iter().map(|angle| (angle - to) * direction).fold(0.0, f64::max);
+    let error = trace[2_000..].iter().map(|angle| (angle - to).abs()).fold(0.0, f64::max);
+    (beyond / (to - from).abs() * 100.0, error)
+}
+
+#[test]
+fn a_step_of_30_degrees() {
+    for (from, to) in [(0.0, 30.0), (30.0, 0.0), (-15.0, 15.0), (80.0, 50.0)] {
+        for speed in [20, 60, 255] {
+            let (overshoot, error) = step_response(Plant::at(from), from, to, speed);
+            assert!(overshoot <= 5.0 && error <= 0.3, "{from} to {to} at {speed}: {overshoot} %, {error}");
+        }
+    }
+}
+
+fn surroundings() -> impl Strategy<Value = Surroundings> {
+    (6.0..8.4_f64, 0.001..0.06_f64, -2.0..2.0_f64, 0.5..1.5_f64).prop_map(
+        |(supply_volts, load_inertia, load_torque, friction)| Surroundings {
+            supply_volts,
+            load_inertia,
+            load_torque,
+            friction,
+            is_blocked: false,
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Up to twelve times the inertia, a third of the stall torque either way, half to one and a half times the
+    /// friction, a battery full or nearly empty.
+    #[test]
+    fn a_step_in_other_surroundings(surroundings in surroundings(), speed in 20..=255_u8, is_up: bool) {
+        let (from, to) = if is_up { (-10.0, 20.0) } else { (20.0, -10.0) };
+        let mut plant = Plant::at(from);
+        plant.surroundings = surroundings;
+        let (overshoot, error) = step_response(plant, from, to, speed);
+        prop_assert!(overshoot <= 5.0 && error <= 0.3, "{} %, {}", overshoot, error);
+    }
+
+    /// Whatever is asked for and whatever the converter reads: no overflow, no drive outside of its range, none over
+    /// an end stop, none in a joint that is off.
+    #[test]
+    fn any_reading_is_borne(
+        orders in prop::collection::vec((any::<i16>(), any::<u8>(), 0..=1023_u16, 0..=1023_u16, 1..300_usize), 1..20),
+    ) {
+        let mut joint = Joint::new(DESCRIPTION);
+        for (angle, speed, potentiometer, current, periods) in orders {
+            joint.turn_to(angle, speed);
+            for _ in 0..periods {
+                let drive = joint.step(potentiometer, current);
+                prop_assert!((-FULL_DRIVE..=FULL_DRIVE).contains(&drive));
+                let is_on = matches!(joint.state(), State::Moving | State::Arrived);
+                prop_assert!(is_on || drive == 0);
+                if let Some(angle) = joint.angle() {
+                    prop_assert!(angle < 901 || drive <= 0);
+                    prop_assert!(angle > -901 || drive >= 0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_joint_is_off_until_it_is_told() {
+    let mut rig = Rig::new(Plant::at(12.0));
+    rig.trace(100);
+    assert_eq!((rig.joint.state(), rig.drive, rig.joint.angle()), (State::Off, 0, Some(119)));
+}
+
+#[test]
+fn arrived_is_said_when_it_is_so() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    rig.joint.turn_to(300, 60);
+    while rig.joint.state() == State::Moving {
+        rig.step();
+    }
+    assert_eq!(rig.joint.state(), State::Arrived);
+    assert!((rig.plant.degrees() - 30.0).abs() < 0.6, "{}", rig.plant.degrees());
+    rig.joint.turn_to(-300, 60);
+    assert_eq!(rig.joint.state(), State::Moving);
+    rig.joint.release();
+    rig.step();
+    assert_eq!((rig.joint.state(), rig.drive), (State::Off, 0));
+}
+
+#[test]
+fn the_speed_limit_holds() {
+    for speed in [10, 30, 60] {
+        let mut rig = Rig::new(Plant::at(-60.0));
+        rig.joint.turn_to(600, speed);
+        let trace = rig.trace(1_500);
+        // After the start, over a fifth of a second.
+        for pair in trace[200..].windows(200).filter(|pair| pair[199] < 59.0) {
+            let seen = (pair[199] - pair[0]) / 0.199;
+            assert!((seen - f64::from(speed)).abs() <= 0.1 * f64::from(speed) + 1.0, "{speed}: {seen}");
+        }
+    }
+}
+
+#[test]
+fn the_end_stops_hold() {
+    let mut rig = Rig::new(Plant::at(70.0));
+    rig.joint.turn_to(i16::MAX, 255);
+    let farthest = rig.trace(3_000).into_iter().fold(0.0, f64::max);
+    assert!((89.7..91.5).contains(&farthest), "{farthest}");
+    // A joint that was left outside comes in.
+    let mut rig = Rig::new(Plant::at(-110.0));
+    rig.joint.turn_to(i16::MIN, 255);
+    rig.trace(3_000);
+    assert!((rig.plant.degrees() + 90.0).abs() <= 0.3, "{}", rig.plant.degrees());
+}
+
+#[test]
+fn a_blocked_joint_draws_no_more_than_its_limit_and_stalls() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    rig.plant.surroundings.is_blocked = true;
+    rig.joint.turn_to(600, 255);
+    let mut periods = 0;
+    while rig.joint.state() == State::Moving {
+        rig.step();
+        periods += 1;
+        assert!(periods < 20 || rig.plant.amperes() < 0.85, "{} A after {periods} ms", rig.plant.amperes());
+    }
+    assert_eq!((rig.joint.state(), rig.drive), (State::Failed(Fault::Stall), 0));
+    assert!((250..300).contains(&periods), "{periods} ms");
+    // Freed and told again, it goes.
+    rig.plant.surroundings.is_blocked = false;
+    rig.joint.turn_to(200, 255);
+    rig.trace(2_000);
+    assert_eq!(rig.joint.state(), State::Arrived);
+    assert!((rig.plant.degrees() - 20.0).abs() <= 0.3, "{}", rig.plant.degrees());
+}
+
+#[test]
+fn a_joint_that_holds_a_load_has_not_stalled() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    rig.plant.surroundings.load_torque = -3.0;
+    rig.joint.turn_to(300, 60);
+    rig.trace(60_000);
+    assert_eq!(rig.joint.state(), State::Arrived);
+    assert!((rig.plant.degrees() - 30.0).abs() <= 0.3, "{}", rig.plant.degrees());
+}
+
+#[test]
+fn a_broken_potentiometer_stops_the_motor() {
+    for fault in [PotentiometerFault::Open, PotentiometerFault::ShortToSupply] {
+        let mut rig = Rig::new(Plant::at(0.0));
+        rig.joint.turn_to(600, 60);
+        rig.trace(200);
+        rig.plant.set_fault(Some(fault));
+        rig.step();
+        assert_eq!(rig.drive, 0, "at the first bad reading");
+        rig.trace(2);
+        assert_eq!(rig.joint.state(), State::Failed(Fault::Potentiometer));
+        rig.trace(50); // what swing is left ends
+        let angle = rig.plant.degrees();
+        rig.joint.turn_to(600, 60);
+        rig.trace(10);
+        assert_eq!(rig.joint.state(), State::Failed(Fault::Potentiometer), "a new order does not help");
+        assert_eq!(rig.plant.degrees(), angle);
+        rig.plant.set_fault(None);
+        rig.joint.turn_to(300, 60);
+        rig.trace(2_000);
+        assert!((rig.plant.degrees() - 30.0).abs() <= 0.3, "{}", rig.plant.degrees());
+    }
+}
+
+/// Its readings are plausible, so that only the lack of way shows it.
+#[test]
+fn a_stuck_potentiometer_is_a_stall() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    rig.joint.turn_to(600, 60);
+    rig.trace(200);
+    rig.plant.set_fault(Some(PotentiometerFault::Stuck));
+    rig.trace(700);
+    assert_eq!((rig.joint.state(), rig.drive), (State::Failed(Fault::Stall), 0));
+}
+
+#[test]
+fn a_lone_bad_reading_is_passed_over() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    rig.joint.turn_to(300, 60);
+    for period in 0..2_500 {
+        if period % 50 == 0 {
+            rig.plant.set_fault(Some(PotentiometerFault::Open));
+            rig.step();
+            rig.step();
+            rig.plant.set_fault(None);
+        }
+        rig.step();
+    }
+    assert_eq!(rig.joint.state(), State::Arrived);
+    assert!((rig.plant.degrees() - 30.0).abs() <= 0.3, "{}", rig.plant.degrees());
+}
