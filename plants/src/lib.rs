@@ -1,6 +1,8 @@
-//! What the devices of a module drive and measure, as equations: joints with motor and gear.
+//! What the devices of a module drive and measure, as equations: joints with motor and gear, docks with latch
+//! and infrared.
 //!
 //! For tests on the host and for the simulator, which steps these beside the MCUs. Of SuperBot's mechanics
 //! little is published; constants say where they come from, and what is assumed says so.
 
+pub mod dock;
 pub mod joint;

@@ -12,6 +12,10 @@
 //! | [`router`]  | where a message goes next                                            |
 //! | [`mailbox`], [`post_office`] | how it gets there on one MCU                         |
 //! | [`motor`]   | how a joint is driven to where it shall be                           |
+//! | [`docking`] | how a dock latches, and finds another                                |
+//! | [`sensor`]  | the nineteen sensors, and what their readings mean                   |
+//! | [`power`]   | what the docks carry, the battery, charging                          |
+//! | [`request`] | what behaviours ask of devices, and what devices tell                |
 //! | [`api`]     | all that a behaviour sees                                            |
 
 #![no_std]
@@ -20,9 +24,13 @@ pub mod api;
 pub mod bridge;
 pub mod device;
 pub mod dock;
+pub mod docking;
 pub mod link;
 pub mod mailbox;
 pub mod message;
 pub mod motor;
 pub mod post_office;
+pub mod power;
+pub mod request;
 pub mod router;
+pub mod sensor;

@@ -1,6 +1,7 @@
 //! What tasks send one another, and how a task is addressed.
 
 use crate::dock::Dock;
+use crate::motor::Axis;
 
 /// The most payload bytes that a message carries.
 pub const MAX_PAYLOAD: usize = 16;
@@ -20,8 +21,25 @@ impl TaskCode {
     pub const HORMONE: TaskCode = TaskCode(0x01);
     /// The bridge between the two MCUs.
     pub const BRIDGE: TaskCode = TaskCode(0x10);
-    /// Power management.
+    /// Power management: battery, charging.
     pub const POWER: TaskCode = TaskCode(0x11);
+    /// Power management of the MCU without the battery: it sheds load when it is told to.
+    pub const POWER_BEYOND: TaskCode = TaskCode(0x12);
+    /// The accelerometer.
+    pub const ACCELEROMETER: TaskCode = TaskCode(0x13);
+    /// The temperatures of the two boards.
+    pub const MASTER_TEMPERATURE: TaskCode = TaskCode(0x14);
+    pub const SLAVE_TEMPERATURE: TaskCode = TaskCode(0x15);
+
+    /// The task of a joint.
+    pub const fn joint(axis: Axis) -> TaskCode {
+        TaskCode(0x16 + axis.index())
+    }
+
+    /// The task of a dock's devices: its docking motor, guidance, power switch and current.
+    pub const fn dock(dock: Dock) -> TaskCode {
+        TaskCode(0x19 + dock.index())
+    }
 
     /// The task with this code; `None` above 0x1F.
     pub const fn new(code: u8) -> Option<TaskCode> {

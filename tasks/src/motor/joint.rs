@@ -72,6 +72,30 @@ pub enum State {
     Failed(Fault),
 }
 
+impl State {
+    /// The state's code in a report.
+    pub fn code(self) -> u8 {
+        match self {
+            State::Off => 0,
+            State::Moving => 1,
+            State::Arrived => 2,
+            State::Failed(fault) => 3 + fault as u8,
+        }
+    }
+
+    /// The state with this code; `None` above 4.
+    pub fn from_code(code: u8) -> Option<State> {
+        match code {
+            0 => Some(State::Off),
+            1 => Some(State::Moving),
+            2 => Some(State::Arrived),
+            3 => Some(State::Failed(Fault::Potentiometer)),
+            4 => Some(State::Failed(Fault::Stall)),
+            _ => None,
+        }
+    }
+}
+
 /// One joint, to be stepped each millisecond.
 pub struct Joint {
     description: Description,

@@ -13,6 +13,39 @@ pub mod joint;
 pub mod pid;
 pub mod potentiometer;
 
+/// One of a module's three joints, each driven by a motor. The numbers are those of the lab's own simulator.
+#[repr(u8)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+pub enum Axis {
+    /// Motor0, in the half with the dock Front.
+    Front = 0,
+    /// Motor1, between the halves.
+    Roll = 1,
+    /// Motor2, in the half with the dock Back.
+    Back = 2,
+}
+
+impl Axis {
+    /// All joints, in the order of their indices.
+    pub const ALL: [Axis; 3] = [Axis::Front, Axis::Roll, Axis::Back];
+
+    /// The joint with this index; `None` above 2.
+    pub const fn from_index(index: u8) -> Option<Axis> {
+        match index {
+            0 => Some(Axis::Front),
+            1 => Some(Axis::Roll),
+            2 => Some(Axis::Back),
+            _ => None,
+        }
+    }
+
+    /// The joint's number, 0..=2.
+    pub const fn index(self) -> u8 {
+        self as u8
+    }
+}
+
 /// A position, in 1/160 degree.
 pub type Position = i16;
 

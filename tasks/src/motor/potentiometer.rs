@@ -53,7 +53,8 @@ mod tests {
         for (zero, scale) in [(512, 47), (0, 31), (1023, 31), (300, 1)] {
             let potentiometer = Potentiometer::new(zero, scale);
             for reading in 0..=u16::MAX {
-                let expected = (i32::from(reading) - i32::from(zero)) * i32::from(scale) + i32::from(scale / 2);
+                let expected =
+                    (i32::from(reading) - i32::from(zero)) * i32::from(scale) + i32::from(scale / 2);
                 let is_fault = !(24..=999).contains(&reading);
                 assert_eq!(potentiometer.position(reading).map(i32::from), (!is_fault).then_some(expected));
             }

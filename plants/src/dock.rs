@@ -1,0 +1,78 @@
+//! A dock: its latch with motor and end switches, and what its infrared sees of another dock.
+
+/// The latch's way from one end to the other, in s. Assumed.
+const TRAVEL_SECONDS: f64 = 0.8;
+
+/// Where along the way the end switches are pressed, of 1.
+const SWITCH: f64 = 0.02;
+
+/// The motor's current, in A, while it moves the latch and while something holds it. Assumed.
+const RUNNING_AMPERES: f64 = 0.2;
+const STALLED_AMPERES: f64 = 0.9;
+
+/// A latch, and what drives it.
+#[derive(Clone, Debug)]
+pub struct Latch {
+    /// 0 is released, 1 is latched.
+    way: f64,
+    amperes: f64,
+    /// The latch can't move past this.
+    pub blocked_at: Option<f64>,
+    /// The switch at the latched end never closes.
+    pub switch_is_broken: bool,
+}
+
+impl Latch {
+    /// A latch at `way`: 0 is released, 1 is latched.
+    pub fn at(way: f64) -> Self {
+        Latch { way, amperes: 0.0, blocked_at: None, switch_is_broken: false }
+    }
+
+    /// Drives the motor for `seconds`: towards latched if positive, towards released if negative.
+    pub fn step(&mut self, direction: i8, seconds: f64) {
+        let wanted = self.way + f64::from(direction.signum()) * seconds / TRAVEL_SECONDS;
+        let most = self.blocked_at.unwrap_or(1.0);
+        let way = wanted.clamp(0.0, most);
+        self.amperes = match direction {
+            0 => 0.0,
+            _ if way == wanted => RUNNING_AMPERES,
+            _ => STALLED_AMPERES,
+        };
+        self.way = way;
+    }
+
+    /// Where the latch is: 0 is released, 1 is latched.
+    pub fn way(&self) -> f64 {
+        self.way
+    }
+
+    /// The motor's current, in A.
+    pub fn amperes(&self) -> f64 {
+        self.amperes
+    }
+
+    /// Whether the switch at the released end is pressed.
+    pub fn is_released(&self) -> bool {
+        self.way <= SWITCH
+    }
+
+    /// Whether the switch at the latched end is pressed.
+    pub fn is_latched(&self) -> bool {
+        self.way >= 1.0 - SWITCH && !self.switch_is_broken
+    }
+}
+
+/// The converter's counts where two docks touch face to face. Assumed.
+const REFLECTED_AT_CONTACT: f64 = 800.0;
+
+/// The angle between two docks, in degrees, at which a third of that is left. Assumed.
+const LOBE_DEGREES: f64 = 12.0;
+
+/// The distance, in mm, at which half of it is left. Assumed.
+const HALF_DISTANCE: f64 = 15.0;
+
+/// What a dock's receiver reads of its own light that a dock reflects `millimetres` away and `degrees` askew: 0 to 1023.
+pub fn reflected(millimetres: f64, degrees: f64) -> u16 {
+    let lobe = (-(degrees / LOBE_DEGREES).powi(2)).exp();
+    (REFLECTED_AT_CONTACT * lobe / (1.0 + (millimetres / HALF_DISTANCE).powi(2))) as u16
+}

@@ -1,0 +1,188 @@
+//! How full the battery is by its voltage, and what is switched off when it gets empty.
+
+/// How full the battery is. Each level sheds one load more, in this order: what a robot can best do without goes first,
+/// and a module goes on talking to the last.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+#[repr(u8)]
+pub enum Level {
+    /// All loads are on.
+    Good = 0,
+    /// No power for neighbours: the docks' switches are open.
+    Low = 1,
+    /// No docking either: a latch that moves comes to rest where it is.
+    VeryLow = 2,
+    /// The joints are off too. The links stay on, so that a neighbour can be asked for power.
+    Empty = 3,
+}
+
+impl Level {
+    /// The level with this code; `None` above 3.
+    pub const fn from_code(code: u8) -> Option<Level> {
+        match code {
+            0 => Some(Level::Good),
+            1 => Some(Level::Low),
+            2 => Some(Level::VeryLow),
+            3 => Some(Level::Empty),
+            _ => None,
+        }
+    }
+
+    /// Whether neighbours may be given power.
+    pub fn allows_neighbours(self) -> bool {
+        self < Level::Low
+    }
+
+    /// Whether docking motors may run.
+    pub fn allows_docking(self) -> bool {
+        self < Level::VeryLow
+    }
+
+    /// Whether joints may be driven.
+    pub fn allows_joints(self) -> bool {
+        self < Level::Empty
+    }
+
+    /// The voltage, in mV, below which the battery has this level or a lower one: two Li-ion cells are empty at 6 V.
+    fn threshold(self) -> u16 {
+        match self {
+            Level::Good => u16::MAX,
+            Level::Low => 7_000,
+            Level::VeryLow => 6_700,
+            Level::Empty => 6_400,
+        }
+    }
+
+    fn below(self) -> Level {
+        Level::from_code(self as u8 + 1).unwrap_or(Level::Empty)
+    }
+
+    fn above(self) -> Level {
+        Level::from_code((self as u8).wrapping_sub(1)).unwrap_or(Level::Good)
+    }
+}
+
+/// So much above its threshold, in mV, a level ends: without its load the voltage rises.
+const HYSTERESIS: u16 = 300;
+
+/// Looks in a row that must agree: a motor that starts pulls the voltage down for a moment.
+const PATIENCE: u8 = 4;
+
+/// The battery, as it was seen over time.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Battery {
+    level: Level,
+    agreeing: u8,
+}
+
+impl Default for Battery {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Battery {
+    /// A battery that counts as full until it is seen.
+    pub const fn new() -> Self {
+        Battery { level: Level::Good, agreeing: 0 }
+    }
+
+    /// How full it is.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// A look, a quarter of a second after the one before. `voltage` is in mV. Returns the level if it changed: by one
+    /// at a time.
+    pub fn look(&mut self, voltage: u16) -> Option<Level> {
+        let below = self.level.below();
+        let next = if voltage < below.threshold() {
+            below
+        } else if voltage >= self.level.threshold().saturating_add(HYSTERESIS) {
+            self.level.above()
+        } else {
+            self.level
+        };
+        if next == self.level {
+            self.agreeing = 0;
+            return None;
+        }
+        self.agreeing += 1;
+        if self.agreeing < PATIENCE {
+            return None;
+        }
+        *self = Battery { level: next, agreeing: 0 };
+        Some(next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Looks until the level has had time to settle.
+    fn settle(battery: &mut Battery, voltage: u16) -> Level {
+        for _ in 0..4 * PATIENCE {
+            battery.look(voltage);
+        }
+        battery.level()
+    }
+
+    #[test]
+    fn loads_are_shed_in_order_and_come_back() {
+        let mut battery = Battery::new();
+        let loads = |level: Level| [level.allows_neighbours(), level.allows_docking(), level.allows_joints()];
+        for (voltage, expected) in [
+            (8_400, [true, true, true]),
+            (7_000, [true, true, true]),
+            (6_999, [false, true, true]),
+            (6_699, [false, false, true]),
+            (6_399, [false, false, false]),
+            (6_699, [false, false, false]),
+            (6_700, [false, false, true]),
+            (7_000, [false, true, true]),
+            (7_299, [false, true, true]),
+            (7_300, [true, true, true]),
+        ] {
+            assert_eq!(loads(settle(&mut battery, voltage)), expected, "{voltage} mV");
+        }
+    }
+
+    #[test]
+    fn a_short_sag_sheds_nothing() {
+        let mut battery = Battery::new();
+        for _ in 0..100 {
+            for _ in 1..PATIENCE {
+                assert_eq!(battery.look(6_000), None);
+            }
+            assert_eq!(battery.look(7_400), None);
+        }
+    }
+
+    proptest! {
+        /// At one voltage the level settles, and then stays: it does not flutter.
+        #[test]
+        fn a_level_settles(before: u16, voltage: u16) {
+            let mut battery = Battery::new();
+            settle(&mut battery, before);
+            let settled = settle(&mut battery, voltage);
+            for _ in 0..50 {
+                prop_assert_eq!(battery.look(voltage), None);
+            }
+            prop_assert_eq!(battery.level(), settled);
+        }
+
+        /// A level changes by one step at a time.
+        #[test]
+        fn levels_follow_one_another(voltages in prop::collection::vec(any::<u16>(), 1..200)) {
+            let mut battery = Battery::new();
+            for voltage in voltages {
+                let before = battery.level() as i8;
+                battery.look(voltage);
+                prop_assert!((battery.level() as i8 - before).abs() <= 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Charging the battery from a neighbour, through a dock.
+//!
+//! The dock's switch joins the supplies of both modules; the charger takes from there what the battery gets. Whether the
+//! neighbour has power to give, the behaviours of both find out; here it shows as a current, or as none.
+
+/// What the charger is doing.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+#[repr(u8)]
+pub enum State {
+    Off = 0,
+    Charging = 1,
+    /// The battery is too cold or too hot; it goes on when that is over.
+    Paused = 2,
+    /// The battery is full.
+    Full = 3,
+    /// Nothing comes in, or the battery does not get full.
+    Failed = 4,
+}
+
+impl State {
+    /// The state with this code; `None` above 4.
+    pub const fn from_code(code: u8) -> Option<State> {
+        match code {
+            0 => Some(State::Off),
+            1 => Some(State::Charging),
+            2 => Some(State::Paused),
+            3 => Some(State::Full),
+            4 => Some(State::Failed),
+            _ => None,
+        }
+    }
+}
+
+/// Looks, of a quarter of a second, after which some current must come in: 2 s.
+const PATIENCE: u16 = 8;
+
+/// Looks after which a battery that is not full never will be: 4 h.
+const TIME_OUT: u16 = 4 * 60 * 60 * 4;
+
+/// The voltage of the full battery, in mV: two Li-ion cells.
+const FULL: u16 = 8_400;
+
+/// The current, in mA, below which a battery at its full voltage takes no more.
+const TAPER: u16 = 80;
+
+/// The temperatures, in 0.1 degree Celsius, between which Li-ion cells may be charged; and what they must be inside by,
+/// to go on.
+const COLD: i16 = 0;
+const HOT: i16 = 450;
+const HYSTERESIS: i16 = 30;
+
+/// What is seen at a look.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Look {
+    /// The battery's, in mV.
+    pub voltage: u16,
+    /// The battery's, in 0.1 degree Celsius.
+    pub temperature: i16,
+    /// What comes in through the docks, in mA.
+    pub current: u16,
+}
+
+/// The charger.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Charger {
+    state: State,
+    /// Looks since it began.
+    looks: u16,
+    /// Looks in a row without current.
+    without: u16,
+}
+
+impl Default for Charger {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Charger {
+    /// A charger that is off.
+    pub const fn new() -> Self {
+        Charger { state: State::Off, looks: 0, without: 0 }
+    }
+
+    /// What it is doing.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Whether it is to be on.
+    pub fn is_on(&self) -> bool {
+        self.state == State::Charging
+    }
+
+    /// Begins to charge.
+    pub fn start(&mut self) {
+        *self = Charger { state: State::Charging, looks: 0, without: 0 };
+    }
+
+    /// Ends charging.
+    pub fn stop(&mut self) {
+        self.state = State::Off;
+    }
+
+    /// A look, a quarter of a second after the one before. Returns the state if it changed.
+    pub fn look(&mut self, look: Look) -> Option<State> {
+        let next = match self.state {
+            State::Off | State::Full | State::Failed => return None,
+            State::Charging => self.charge(look),
+            State::Paused => {
+                let inside = COLD + HYSTERESIS..=HOT - HYSTERESIS;
+                if inside.contains(&look.temperature) { State::Charging } else { State::Paused }
+            }
+        };
+        (core::mem::replace(&mut self.state, next) != next).then_some(next)
+    }
+
+    fn charge(&mut self, look: Look) -> State {
+        self.looks = self.looks.saturating_add(1);
+        if !(COLD..=HOT).contains(&look.temperature) {
+            self.without = 0;
+            return State::Paused;
+        }
+        if look.current >= TAPER {
+            self.without = 0;
+        } else if look.voltage >= FULL {
+            return State::Full;
+        } else {
+            self.without += 1;
+        }
+        if self.without >= PATIENCE || self.looks >= TIME_OUT { State::Failed } else { State::Charging }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: Look = Look { voltage: 7_400, temperature: 250, current: 500 };
+
+    fn charging() -> Charger {
+        let mut charger = Charger::new();
+        charger.start();
+        charger
+    }
+
+    #[test]
+    fn a_battery_is_charged_until_it_takes_no_more() {
+        let mut charger = charging();
+        for voltage in 7_000..8_500 {
+            assert_eq!(charger.look(Look { voltage, ..GOOD }), None);
+        }
+        assert_eq!(charger.look(Look { voltage: 8_400, current: 79, ..GOOD }), Some(State::Full));
+        assert!(!charger.is_on());
+        assert_eq!(charger.look(GOOD), None);
+    }
+
+    #[test]
+    fn cold_and_heat_interrupt_it() {
+        for (bad, still, good) in [(-1, 29, 30), (451, 421, 420)] {
+            let mut charger = charging();
+            let mut at = |temperature| charger.look(Look { temperature, ..GOOD });
+            assert_eq!(at(bad), Some(State::Paused));
+            assert_eq!(at(still), None);
+            assert_eq!(at(good), Some(State::Charging));
+        }
+    }
+
+    #[test]
+    fn a_neighbour_that_gives_nothing_is_found_out() {
+        let mut charger = charging();
+        let nothing = Look { current: 0, ..GOOD };
+        for _ in 1..PATIENCE {
+            assert_eq!(charger.look(nothing), None);
+        }
+        assert_eq!(charger.look(nothing), Some(State::Failed));
+    }
+
+    #[test]
+    fn it_does_not_charge_for_ever() {
+        let mut charger = charging();
+        let looks = (1..).find(|_| charger.look(GOOD).is_some());
+        assert_eq!((looks, charger.state()), (Some(TIME_OUT), State::Failed));
+    }
+
+    #[test]
+    fn off_is_off() {
+        let mut charger = charging();
+        charger.stop();
+        assert_eq!((charger.look(GOOD), charger.is_on()), (None, false));
+    }
+}

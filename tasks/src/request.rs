@@ -1,0 +1,204 @@
+//! What behaviours ask of devices, and what devices answer: the payloads of the messages between them.
+//!
+//! A request goes to the task of its device ([`Request::task`]), on whichever MCU that runs. What the device has to tell,
+//! at once or later, goes to the task that last asked it something, and what concerns the whole module to HORMONE.
+
+use crate::dock::Dock;
+use crate::docking::latch::{self, End};
+use crate::message::TaskCode;
+use crate::motor::Axis;
+use crate::motor::joint;
+use crate::power::battery::Level;
+use crate::power::charger;
+use crate::power::switch::Switch;
+use crate::sensor::Sensor;
+
+/// The most bytes of a request or report.
+const LENGTH: usize = 5;
+
+/// The payload of a request or report: kind, device, and what there is to say.
+pub type Payload = [u8; LENGTH];
+
+/// What a behaviour asks for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+pub enum Request {
+    /// A sensor's value.
+    Read(Sensor),
+    /// Turn a joint to an angle, in 0.1 degree, at no more than so many degrees per second.
+    Turn { axis: Axis, angle: i16, speed: u8 },
+    /// Switch a joint's motor off.
+    Relax(Axis),
+    /// Move a dock's latch.
+    Latch(Dock, End),
+    /// Find the neighbour's dock with the joint behind this one, and latch.
+    Approach(Dock),
+    /// Close a dock's power switch, or open it.
+    Power { dock: Dock, is_on: bool },
+    /// Charge the battery through whichever dock is closed, or stop that.
+    Charge { is_on: bool },
+    /// From the task with the battery to its counterpart: shed load.
+    Shed(Level),
+}
+
+impl Request {
+    /// The task that serves it.
+    pub fn task(self) -> TaskCode {
+        match self {
+            Request::Read(sensor) => sensor.task(),
+            Request::Turn { axis, .. } | Request::Relax(axis) => TaskCode::joint(axis),
+            Request::Latch(dock, _) | Request::Approach(dock) | Request::Power { dock, .. } => {
+                TaskCode::dock(dock)
+            }
+            Request::Charge { .. } => TaskCode::POWER,
+            Request::Shed(_) => TaskCode::POWER_BEYOND,
+        }
+    }
+
+    /// As a message's payload.
+    pub fn to_payload(self) -> Payload {
+        match self {
+            Request::Read(sensor) => [0, sensor.code(), 0, 0, 0],
+            Request::Turn { axis, angle, speed } => {
+                let [low, high] = angle.to_le_bytes();
+                [1, axis.index(), low, high, speed]
+            }
+            Request::Relax(axis) => [2, axis.index(), 0, 0, 0],
+            Request::Latch(dock, end) => [3, dock.index(), (end == End::Latched).into(), 0, 0],
+            Request::Approach(dock) => [4, dock.index(), 0, 0, 0],
+            Request::Power { dock, is_on } => [5, dock.index(), is_on.into(), 0, 0],
+            Request::Charge { is_on } => [6, 0, is_on.into(), 0, 0],
+            Request::Shed(level) => [7, 0, level as u8, 0, 0],
+        }
+    }
+
+    /// The request in a payload; `None` if it is none.
+    pub fn from_payload(payload: &[u8]) -> Option<Request> {
+        let &[kind, device, low, high, speed] = payload else { return None };
+        Some(match kind {
+            0 => Request::Read(Sensor::from_code(device)?),
+            1 => {
+                let angle = i16::from_le_bytes([low, high]);
+                Request::Turn { axis: Axis::from_index(device)?, angle, speed }
+            }
+            2 => Request::Relax(Axis::from_index(device)?),
+            3 => {
+                let end = if bool_from(low)? { End::Latched } else { End::Released };
+                Request::Latch(Dock::from_index(device)?, end)
+            }
+            4 => Request::Approach(Dock::from_index(device)?),
+            5 => Request::Power { dock: Dock::from_index(device)?, is_on: bool_from(low)? },
+            6 => Request::Charge { is_on: bool_from(low)? },
+            7 => Request::Shed(Level::from_code(low)?),
+            _ => return None,
+        })
+    }
+}
+
+/// What a device tells.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+pub enum Report {
+    /// A sensor's value, in its unit.
+    Value(Sensor, i16),
+    /// A joint is now in this state.
+    Joint(Axis, joint::State),
+    /// A dock's latch is now in this state.
+    Latch(Dock, latch::State),
+    /// No dock was found near this one.
+    Lost(Dock),
+    /// A dock's power switch is now in this state.
+    Switch(Dock, Switch),
+    /// The battery is now this full.
+    Battery(Level),
+    /// The charger is now in this state.
+    Charger(charger::State),
+    /// What a device was asked for can't be now: the battery is too empty, or another dock's motor runs.
+    Refused(TaskCode),
+}
+
+impl Report {
+    /// As a message's payload.
+    pub fn to_payload(self) -> Payload {
+        match self {
+            Report::Value(sensor, value) => {
+                let [low, high] = value.to_le_bytes();
+                [0x10, sensor.code(), low, high, 0]
+            }
+            Report::Joint(axis, state) => [0x11, axis.index(), state.code(), 0, 0],
+            Report::Latch(dock, state) => [0x12, dock.index(), state.code(), 0, 0],
+            Report::Lost(dock) => [0x13, dock.index(), 0, 0, 0],
+            Report::Switch(dock, switch) => [0x14, dock.index(), switch as u8, 0, 0],
+            Report::Battery(level) => [0x15, 0, level as u8, 0, 0],
+            Report::Charger(state) => [0x16, 0, state as u8, 0, 0],
+            Report::Refused(task) => [0x17, task.code(), 0, 0, 0],
+        }
+    }
+
+    /// The report in a payload; `None` if it is none.
+    pub fn from_payload(payload: &[u8]) -> Option<Report> {
+        let &[kind, device, low, high, _] = payload else { return None };
+        Some(match kind {
+            0x10 => Report::Value(Sensor::from_code(device)?, i16::from_le_bytes([low, high])),
+            0x11 => Report::Joint(Axis::from_index(device)?, joint::State::from_code(low)?),
+            0x12 => Report::Latch(Dock::from_index(device)?, latch::State::from_code(low)?),
+            0x13 => Report::Lost(Dock::from_index(device)?),
+            0x14 => Report::Switch(Dock::from_index(device)?, Switch::from_code(low)?),
+            0x15 => Report::Battery(Level::from_code(low)?),
+            0x16 => Report::Charger(charger::State::from_code(low)?),
+            0x17 => Report::Refused(TaskCode::new(device)?),
+            _ => return None,
+        })
+    }
+}
+
+const fn bool_from(byte: u8) -> Option<bool> {
+    match byte {
+        0 => Some(false),
+        1 => Some(true),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::collections::HashSet;
+
+    /// Every payload, as far as values are told apart: what is read from one is written as one that reads the same, and
+    /// no two mean the same.
+    #[test]
+    fn every_payload_is_one_request_or_one_report_or_nothing() {
+        let (mut requests, mut reports) = (HashSet::new(), HashSet::new());
+        for kind in 0..=u8::MAX {
+            for device in 0..=u8::MAX {
+                for low in 0..=u8::MAX {
+                    let payload = [kind, device, low, 0x81, 0x7f];
+                    let request = Request::from_payload(&payload);
+                    let report = Report::from_payload(&payload);
+                    assert!(request.is_none() || report.is_none(), "{payload:?}");
+                    if let Some(request) = request {
+                        assert_eq!(Request::from_payload(&request.to_payload()), Some(request));
+                        assert!(!request.task().is_behaviour());
+                        requests.insert(request);
+                    }
+                    if let Some(report) = report {
+                        assert_eq!(Report::from_payload(&report.to_payload()), Some(report));
+                        reports.insert(report);
+                    }
+                }
+            }
+        }
+        assert_eq!(requests.len(), 19 + 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 4);
+        assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32);
+    }
+
+    #[test]
+    fn other_lengths_are_nothing() {
+        for length in (0..=16).filter(|length| *length != LENGTH) {
+            assert_eq!(Request::from_payload(&[0; 16][..length]), None);
+            assert_eq!(Report::from_payload(&[0x10; 16][..length]), None);
+        }
+    }
+}
