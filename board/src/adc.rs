@@ -1,43 +1,123 @@
-//! The analog-to-digital converter: one conversion at a time, without waiting in a loop.
+//! The analog-to-digital converter: what the motors and the power need, measured in rounds, one each millisecond.
 //!
-//! embedded-hal 1.0 has no trait for converters, so [`Converter::convert`] is a method of its own.
+//! A round is a chain of conversions, 104 us each, each begun by the interrupt that ends the one before:
+//!
+//! 1. an input of the multiplexer, if one was [asked for](Analog::look);
+//! 2. the current of one dock, in turn: each is seen every third millisecond, and a current out of bounds opens the
+//!    dock's power switch then and there;
+//! 3. currents and potentiometers of the joints, while those are driven or were asked for.
+//!
+//! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its interrupt
+//! comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks that wait for them delay it.
 
-use avr_device::atmega128a::ADC;
-use kernel::{Interrupt, Semaphore, Task};
+use avr_device::atmega128a::{ADC, TC2};
+use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore};
 
+use crate::gpio::Port;
 use crate::interrupts::Serves;
+use crate::superbot::{self, CLOCK_HZ, DOCK_CURRENT_AT_REST, DOCK_CURRENT_LIMIT, PowerPort, ROUND_HZ};
 
-/// An analog input of port F. ADC4 to ADC7 belong to JTAG as long as the fuse JTAGEN is programmed.
+/// An analog input.
+///
+/// 0 to 3 are potentiometer and current of the joint in this half, then of the roll joint; 4 to 6 the currents of the docks
+/// by place ([`Half::docks`](superbot::Half::docks)); all at the pins ADC0 to ADC6. 8 to 15 are the inputs of the multiplexer, whose output is
+/// at ADC7. ADC4 to ADC7 belong to JTAG as long as the fuse JTAGEN is programmed.
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Channel {
-    Adc0 = 0,
-    Adc1 = 1,
-    Adc2 = 2,
-    Adc3 = 3,
-    Adc4 = 4,
-    Adc5 = 5,
-    Adc6 = 6,
-    Adc7 = 7,
+pub struct Input(u8);
+
+impl Input {
+    const LAST_OF_JOINTS: u8 = 3;
+    const FIRST_DOCK: u8 = 4;
+    const MULTIPLEXED: u8 = 8;
+
+    /// The input at pin ADC0 to ADC6.
+    pub const fn direct(pin: u8) -> Input {
+        assert!(pin < 7, "ADC7 is the multiplexer's");
+        Input(pin)
+    }
+
+    /// An input of the multiplexer, 0 to 7.
+    pub const fn multiplexed(number: u8) -> Input {
+        assert!(number < 8, "the multiplexer has eight inputs");
+        Input(Self::MULTIPLEXED + number)
+    }
+
+    fn is_of_joint(self) -> bool {
+        self.0 < Self::FIRST_DOCK
+    }
+
+    /// The bit of an input of the multiplexer among those asked for.
+    fn bit(self) -> Option<u8> {
+        (self.0 >= Self::MULTIPLEXED).then(|| 1 << (self.0 & 7))
+    }
 }
 
 /// ADMUX: full scale is AVCC.
 const REFERENCE: u8 = 1 << 6; // REFS0
 
-/// ADCSRA: the converter and its interrupt are on. The clock of 125 kHz lies within the 50 to 200 kHz that
-/// 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
-const ENABLED: u8 = 1 << 7 | 1 << 3 | 0b111; // ADEN, ADIE, clock / 128
-/// ADCSRA: begin a conversion.
-const START: u8 = 1 << 6; // ADSC
+/// ADMUX: the pin of the multiplexer's output.
+const MULTIPLEXER: u8 = 7;
 
-static IS_CONVERTED: Semaphore = Semaphore::new(0);
+/// ADCSRA: begin a conversion. The converter and its interrupt are on; its clock of 125 kHz lies within the 50 to 200 kHz
+/// that 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
+const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
+
+/// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
+const PRESCALER: u32 = 64;
+
+/// TCCR2: that prescaler. (Timer0 has another table.)
+const CLOCK_SELECT: u8 = 0b011; // CS22:0
+
+/// Timer2's compare value.
+const TOP: u8 = {
+    assert!(CLOCK_HZ.is_multiple_of(PRESCALER * ROUND_HZ), "the round is not a whole number of timer clocks");
+    let top = CLOCK_HZ / PRESCALER / ROUND_HZ - 1;
+    assert!(top <= 255, "the round does not fit 8 bits");
+    top as u8
+};
+
+/// The rounds.
+struct Rounds {
+    /// What is being converted.
+    input: MaskedCell<u8>,
+    /// The dock whose current is next.
+    dock: MaskedCell<u8>,
+    /// The highest input of the joints while they are measured.
+    joints: MaskedCell<Option<u8>>,
+    /// The inputs of the multiplexer that were asked for, a bit each.
+    wanted: MaskedCell<u8>,
+    readings: [MaskedCell<u16>; 16],
+    /// What to post at the start of a round while the joints are driven.
+    period: MaskedCell<Option<&'static Semaphore>>,
+    /// The docks whose switches were opened, a bit each, and what to post then.
+    tripped: MaskedCell<u8>,
+    trip: MaskedCell<Option<&'static Semaphore>>,
+}
+
+static ROUNDS: Rounds = Rounds {
+    input: MaskedCell::new(0),
+    dock: MaskedCell::new(0),
+    joints: MaskedCell::new(None),
+    wanted: MaskedCell::new(0),
+    readings: [const { MaskedCell::new(0) }; 16],
+    period: MaskedCell::new(None),
+    tripped: MaskedCell::new(0),
+    trip: MaskedCell::new(None),
+};
+
+impl Rounds {
+    /// Whether the joints are measured in this round only.
+    fn looks_once(masked: &Masked) -> bool {
+        ROUNDS.joints.get(masked).is_some() && ROUNDS.period.get(masked).is_none()
+    }
+}
 
 fn registers() -> ADC {
-    // SAFETY: there is one `Converter`; the interrupt uses no register.
+    // SAFETY: the registers are used with interrupts masked only.
     unsafe { ADC::steal() }
 }
 
-/// The analog-to-digital converter.
+/// The converter, the multiplexer before it, and Timer2.
 pub struct Adc(());
 
 impl Adc {
@@ -45,26 +125,127 @@ impl Adc {
         Adc(())
     }
 
-    /// Switches the converter on. The first conversion takes 200 us.
-    pub fn start(self, _: impl Serves<Adc>) -> Converter {
-        // SAFETY: the converter touches no memory, whatever its registers hold.
-        registers().adcsra().write(|w| unsafe { w.bits(ENABLED) });
-        Converter(())
+    /// Begins the rounds. `trip` is posted when the switch of a dock was opened for its current.
+    pub fn start(
+        self,
+        _: impl Serves<Adc>,
+        context: &mut impl Context,
+        trip: &'static Semaphore,
+    ) -> (Rhythm, Analog) {
+        context.mask(|masked| ROUNDS.trip.set(masked, Some(trip)));
+        superbot::start_multiplexer();
+        // SAFETY: there is one `Adc`, and it ends here. Other timers share TIMSK, which is changed before any runs.
+        let timer = unsafe { TC2::steal() };
+        timer.ocr2().write(|w| w.set(TOP));
+        timer.timsk().modify(|_, w| w.ocie2().set_bit());
+        // WGM21 alone: clear timer on compare match.
+        timer.tccr2().write(|w| w.wgm21().set_bit().cs2().set(CLOCK_SELECT));
+        timer.tcnt2().write(|w| w.set(TOP / 2)); // half a tick away from the tick, where that has just been started
+        (Rhythm(()), Analog(()))
     }
 }
 
-/// The running converter.
-pub struct Converter(());
+/// The rounds as the periods of the joints' control.
+pub struct Rhythm(());
 
-impl Converter {
-    /// The voltage at `channel`, in 1/1024 of AVCC: 0 to 1023. Blocks for 104 us.
-    pub fn convert(&mut self, task: &mut Task, channel: Channel) -> u16 {
-        // SAFETY: as above.
-        registers().admux().write(|w| unsafe { w.bits(REFERENCE | channel as u8) });
-        // SAFETY: as above.
-        registers().adcsra().write(|w| unsafe { w.bits(ENABLED | START) });
-        IS_CONVERTED.wait(task);
-        registers().adc().read().bits()
+impl Rhythm {
+    /// Posts `period` at the start of each round from now on, and measures the inputs up to `highest` in each.
+    pub fn begin(&mut self, context: &mut impl Context, period: &'static Semaphore, highest: Input) {
+        context.mask(|masked| {
+            ROUNDS.period.set(masked, Some(period));
+            ROUNDS.joints.set(masked, Some(highest.0));
+        });
+    }
+
+    /// Ends that.
+    pub fn end(&mut self, context: &mut impl Context) {
+        context.mask(|masked| {
+            ROUNDS.period.set(masked, None);
+            ROUNDS.joints.set(masked, None);
+        });
+    }
+
+    /// What an input read in the last round, 0 to 1023.
+    #[inline(always)]
+    pub fn reading(&mut self, context: &mut impl Context, input: Input) -> u16 {
+        context.mask(|masked| reading(masked, input))
+    }
+}
+
+/// The rounds as they serve whoever wants to know something now and then.
+pub struct Analog(());
+
+impl Analog {
+    /// Asks for a reading of `input`.
+    pub fn look(&mut self, context: &mut impl Context, input: Input) {
+        context.mask(|masked| {
+            if let Some(bit) = input.bit() {
+                ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) | bit);
+            } else if input.is_of_joint() && ROUNDS.joints.get(masked).is_none() {
+                ROUNDS.joints.set(masked, Some(Input::LAST_OF_JOINTS)); // for one round
+            }
+        });
+    }
+
+    /// The reading that was asked for, 0 to 1023, once it is there.
+    pub fn seen(&mut self, context: &mut impl Context, input: Input) -> Option<u16> {
+        context.mask(|masked| match input.bit() {
+            Some(bit) if ROUNDS.wanted.get(masked) & bit != 0 => None,
+            None if input.is_of_joint() && Rounds::looks_once(masked) => None,
+            _ => Some(reading(masked, input)),
+        })
+    }
+
+    /// The docks whose switches have been opened for their currents since this was last asked, a bit each.
+    pub fn take_tripped(&mut self, context: &mut impl Context) -> u8 {
+        context.mask(|masked| {
+            let tripped = ROUNDS.tripped.get(masked);
+            ROUNDS.tripped.set(masked, 0);
+            tripped
+        })
+    }
+}
+
+fn reading(masked: &Masked, Input(input): Input) -> u16 {
+    ROUNDS.readings.get(usize::from(input)).map_or(0, |reading| reading.get(masked))
+}
+
+fn convert(masked: &Masked, input: u8) {
+    ROUNDS.input.set(masked, input);
+    let pin = if input >= Input::MULTIPLEXED { MULTIPLEXER } else { input };
+    // SAFETY: the converter touches no memory, whatever its registers hold.
+    registers().admux().write(|w| unsafe { w.bits(REFERENCE | pin) });
+    // SAFETY: likewise.
+    registers().adcsra().write(|w| unsafe { w.bits(START) });
+}
+
+/// Begins the conversion of the next dock's current.
+fn convert_dock(masked: &Masked) {
+    let dock = ROUNDS.dock.get(masked);
+    ROUNDS.dock.set(masked, if dock == 2 { 0 } else { dock + 1 });
+    convert(masked, Input::FIRST_DOCK + dock);
+}
+
+/// The interrupt "Timer/Counter2 Compare Match": a round begins.
+#[doc(hidden)]
+#[inline(always)]
+pub fn round(interrupt: &mut Interrupt) {
+    let period = interrupt.mask(|masked| {
+        let wanted = ROUNDS.wanted.get(masked);
+        if wanted == 0 {
+            convert_dock(masked);
+        } else {
+            let mut number = 0;
+            while wanted >> number & 1 == 0 && number < 7 {
+                number += 1;
+            }
+            superbot::select(number);
+            convert(masked, Input::MULTIPLEXED + number);
+        }
+        ROUNDS.period.get(masked)
+    });
+    if let Some(period) = period {
+        period.post(interrupt);
     }
 }
 
@@ -72,5 +253,43 @@ impl Converter {
 #[doc(hidden)]
 #[inline(always)]
 pub fn conversion_complete(interrupt: &mut Interrupt) {
-    IS_CONVERTED.post(interrupt);
+    let trip = interrupt.mask(|masked| {
+        let reading = registers().adc().read().bits();
+        let input = ROUNDS.input.get(masked);
+        if let Some(last) = ROUNDS.readings.get(usize::from(input)) {
+            last.set(masked, reading);
+        }
+        match input {
+            0 => {
+                if Rounds::looks_once(masked) {
+                    ROUNDS.joints.set(masked, None);
+                }
+                None
+            }
+            1..Input::FIRST_DOCK => {
+                convert(masked, input - 1);
+                None
+            }
+            Input::FIRST_DOCK..Input::MULTIPLEXED => {
+                if let Some(joints) = ROUNDS.joints.get(masked) {
+                    convert(masked, joints);
+                }
+                if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {
+                    return None;
+                }
+                let dock = input - Input::FIRST_DOCK;
+                PowerPort::set_output(superbot::power_switch(dock), false);
+                ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << dock);
+                ROUNDS.trip.get(masked)
+            }
+            _ => {
+                ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) & !(1 << (input & 7)));
+                convert_dock(masked);
+                None
+            }
+        }
+    });
+    if let Some(trip) = trip {
+        trip.post(interrupt);
+    }
 }

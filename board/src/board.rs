@@ -10,7 +10,9 @@ use crate::gpio::Pin;
 use crate::pwm::Output;
 use crate::reset::ResetCause;
 use crate::soft_uart::SoftUart;
-use crate::superbot::{JointDirection, JointPwm, RollDirection, RollPwm};
+use crate::superbot::{
+    Charger, ControlProbe, Emitters, JointDirection, JointPwm, LatchPwm, RollDirection, RollPwm,
+};
 use crate::tick::Tick;
 use crate::twi::{I2c, Twi};
 use crate::usart::{Usart0, Usart1};
@@ -31,6 +33,10 @@ pub struct Board {
     pub joint_direction: JointDirection,
     pub roll_pwm: RollPwm,
     pub roll_direction: RollDirection,
+    pub control_probe: ControlProbe,
+    pub latch_pwm: LatchPwm,
+    pub emitters: Emitters,
+    pub charger: Charger,
     /// Why the MCU started.
     pub reset_cause: ResetCause,
     /// A number that differs from boot to boot; see [`nonce`].
@@ -59,6 +65,10 @@ impl Board {
             joint_direction: Pin::new(),
             roll_pwm: Output::new(),
             roll_direction: Pin::new(),
+            control_probe: Pin::new(),
+            latch_pwm: Output::new(),
+            emitters: Pin::new(),
+            charger: Pin::new(),
             reset_cause: ResetCause::take(&cpu),
             nonce: nonce::next(),
         })

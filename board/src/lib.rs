@@ -53,9 +53,13 @@ pub mod eeprom;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod gpio;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod joints;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod nonce;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod panic;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod peripherals;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod pwm;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

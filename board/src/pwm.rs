@@ -14,7 +14,7 @@ use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use crate::superbot::{CLOCK_HZ, PWM_HZ};
 
 /// The timer counts up to here and down again, once a period: 400 steps of duty at 16 MHz and 20 kHz.
-const TOP: u16 = {
+pub(crate) const TOP: u16 = {
     let top = CLOCK_HZ / PWM_HZ / 2;
     assert!(top >= 3 && top <= 0xffff, "PWM_HZ does not fit ICR");
     top as u16

@@ -1,4 +1,5 @@
-//! The master MCU of a module: the docks Front, Left and Right, its side of the bridge, and the behaviours.
+//! The master MCU of a module: the docks Front, Left and Right, two joints, the battery, its side of the bridge, and the
+//! behaviours.
 //!
 //! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities fall
 //! from what a wire waits for to what only the robot waits for (paper, section 6).
@@ -9,21 +10,26 @@
 
 use board::Board;
 use board::debug::mark;
-use board::superbot::{MASTER, RESIDENCE, SLAVE};
+use board::joints::{MasterJoints, SlaveJoints};
+use board::peripherals::{MasterSide, Peripherals};
+use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use hormone::task::{AdaptiveCommunication, ac_receive, ac_send, hormone as hormone_task};
 use kernel::{Boot, Mutex, Priority, Stack};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
+use tasks::devices::task as devices;
 use tasks::link::port::Port;
 use tasks::link::{receive, send};
 use tasks::mailbox::Mailbox;
 use tasks::message::TaskCode;
+use tasks::motor::joint::Joint;
+use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
 
-board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi);
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 
 // The simulator and debuggers find these by name; each begins with its counts.
 #[unsafe(no_mangle)]
@@ -35,8 +41,11 @@ static LINK_SOFT_UART: Port = Port::new(MASTER.timer3);
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
+static MOTORS: Motors<2> = Motors::new([Joint::new(JOINT), Joint::new(ROLL)]);
+#[unsafe(no_mangle)]
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP);
 
+static DEVICES: Mailbox = Mailbox::new(6);
 static AC_RECEIVE: Mailbox = Mailbox::new(4);
 static HORMONE: Mailbox = Mailbox::new(4);
 #[unsafe(no_mangle)]
@@ -45,6 +54,7 @@ static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::ne
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
     tasks: &[(TaskCode::AC_RECEIVE, &AC_RECEIVE), (TaskCode::HORMONE, &HORMONE)],
+    devices: &DEVICES,
     links: &[
         (MASTER.usart0, LINK_USART0.mailbox()),
         (MASTER.usart1, LINK_USART1.mailbox()),
@@ -57,12 +67,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<220> = Stack::new();
-    pub static RECEIVE_USART1: Stack<220> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<220> = Stack::new();
-    pub static SEND_USART0: Stack<208> = Stack::new();
-    pub static SEND_USART1: Stack<208> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<208> = Stack::new();
+    pub static RECEIVE_USART0: Stack<228> = Stack::new();
+    pub static RECEIVE_USART1: Stack<228> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<228> = Stack::new();
+    pub static SEND_USART0: Stack<204> = Stack::new();
+    pub static SEND_USART1: Stack<204> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<204> = Stack::new();
+    pub static MOTORS: Stack<142> = Stack::new();
+    pub static DEVICES: Stack<338> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<336> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
@@ -111,6 +123,20 @@ fn start(boot: &mut Boot) -> Option<()> {
     let signal = BRIDGE.mailbox().semaphore();
     let bus = board.twi.start(Interrupts, &mut boot.interrupt(), MASTER.address, SLAVE.address, signal);
     stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
+
+    let (rhythm, analog) = board.adc.start(Interrupts, &mut boot.interrupt(), DEVICES.semaphore());
+    let half = SlaveJoints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
+    let joints = MasterJoints::new(half, board.roll_pwm, board.roll_direction);
+    stack::MOTORS
+        .start(boot, Priority::P0, move |task| motor::run(task, &MOTORS, joints, DEVICES.semaphore()))
+        .ok()?;
+    let peripherals: Peripherals<MasterSide> =
+        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
+    stack::DEVICES
+        .start(boot, Priority::P3, move |task| {
+            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE)
+        })
+        .ok()?;
 
     let api = Api::new(&OFFICE, mark);
     stack::HORMONE

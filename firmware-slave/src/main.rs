@@ -1,4 +1,4 @@
-//! The slave MCU of a module: the docks Back, Up and Down, and its side of the bridge.
+//! The slave MCU of a module: the docks Back, Up and Down, a joint, the accelerometer, and its side of the bridge.
 //!
 //! Only wiring stands here: which device each task drives, and which task runs on which stack.
 
@@ -7,15 +7,21 @@
 #![feature(asm_experimental_arch, abi_avr_interrupt)]
 
 use board::Board;
-use board::superbot::{MASTER, RESIDENCE, SLAVE};
+use board::joints::SlaveJoints;
+use board::peripherals::{Peripherals, SlaveSide};
+use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
 use kernel::{Boot, Priority, Stack};
 use tasks::bridge::task::{self as bridge, Bridge};
+use tasks::devices::task as devices;
 use tasks::link::port::Port;
 use tasks::link::{receive, send};
+use tasks::mailbox::Mailbox;
+use tasks::motor::joint::Joint;
+use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
 
-board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi);
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 
 // The simulator and debuggers find these by name; each begins with its counts.
 #[unsafe(no_mangle)]
@@ -26,10 +32,15 @@ static LINK_USART1: Port = Port::new(SLAVE.usart1);
 static LINK_SOFT_UART: Port = Port::new(SLAVE.timer3);
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
+#[unsafe(no_mangle)]
+static MOTORS: Motors<1> = Motors::new([Joint::new(JOINT)]);
+
+static DEVICES: Mailbox = Mailbox::new(6);
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Slave, RESIDENCE),
     tasks: &[],
+    devices: &DEVICES,
     links: &[
         (SLAVE.usart0, LINK_USART0.mailbox()),
         (SLAVE.usart1, LINK_USART1.mailbox()),
@@ -42,12 +53,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<220> = Stack::new();
-    pub static RECEIVE_USART1: Stack<220> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<220> = Stack::new();
-    pub static SEND_USART0: Stack<208> = Stack::new();
-    pub static SEND_USART1: Stack<208> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<208> = Stack::new();
+    pub static RECEIVE_USART0: Stack<228> = Stack::new();
+    pub static RECEIVE_USART1: Stack<228> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<228> = Stack::new();
+    pub static SEND_USART0: Stack<204> = Stack::new();
+    pub static SEND_USART1: Stack<204> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<204> = Stack::new();
+    pub static MOTORS: Stack<90> = Stack::new();
+    pub static DEVICES: Stack<304> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
 }
 
@@ -92,7 +105,20 @@ fn start(boot: &mut Boot) -> Option<()> {
 
     let signal = BRIDGE.mailbox().semaphore();
     let bus = board.twi.start(Interrupts, &mut boot.interrupt(), SLAVE.address, MASTER.address, signal);
-    stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()
+    stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
+
+    let (rhythm, analog) = board.adc.start(Interrupts, &mut boot.interrupt(), DEVICES.semaphore());
+    let joints = SlaveJoints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
+    stack::MOTORS
+        .start(boot, Priority::P0, move |task| motor::run(task, &MOTORS, joints, DEVICES.semaphore()))
+        .ok()?;
+    let peripherals: Peripherals<SlaveSide> =
+        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
+    stack::DEVICES
+        .start(boot, Priority::P3, move |task| {
+            devices::run(task, &DEVICES, peripherals, &MOTORS, SLAVE_AXES, &OFFICE)
+        })
+        .ok()
 }
 
 /// Nothing in this image panics: if some code could, the linker would miss this function.

@@ -41,6 +41,7 @@ pub use masked::{MaskedWindow, OpenedBy};
 pub use mcu::{Accepted, CLOCK_HZ, Mcu, McuError, NoSuchData, Pin, Reset, State};
 pub use module::{Controller, Images, Module, NoLink};
 pub use part::{Part, UnknownPart};
+pub use repair::adc::{Analog, Multiplexer};
 pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};

@@ -10,7 +10,7 @@ use crate::device::{Attached, WrappedWrites};
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::Part;
-use crate::repair::adc::{self, Adc};
+use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
@@ -416,11 +416,11 @@ impl Mcu {
         self.cpu.pins(pin.port) & 1 << pin.bit != 0
     }
 
-    /// Sets the voltage at an input of an ATmega128's converter, 0 to 7; 0 mV before. AVCC and AREF are 5 V.
-    pub fn set_voltage(&mut self, channel: u8, millivolts: u16) {
+    /// Changes the voltages at the analog inputs of an ATmega128. They stay through resets; AVCC and AREF are 5 V.
+    pub fn set_analog(&mut self, change: impl FnOnce(&mut Analog)) {
         let cpu = self.cpu;
         if let Some(adc) = &mut self.adc {
-            adc.with(cpu, |adc| adc.set_voltage(channel, millivolts));
+            adc.with(cpu, |adc| change(&mut adc.analog));
         }
     }
 

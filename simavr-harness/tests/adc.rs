@@ -15,7 +15,7 @@ const POLL: u64 = 12;
 fn run(millivolts: u16, reference: u8, prescaler: u8) -> Mcu {
     let defines = [format!("REFERENCE={reference}"), format!("PRESCALER={prescaler}")];
     let mut mcu = mcu(&build_with("adc.c", &defines.each_ref().map(String::as_str)));
-    mcu.set_voltage(2, millivolts);
+    mcu.set_analog(|analog| analog.pins[2] = f64::from(millivolts) / 1000.0);
     assert_eq!(mcu.run_to_end(100_000), State::Done);
     mcu
 }

@@ -1,6 +1,11 @@
 //! What the system tasks ask of their devices. The board implements it.
 
-use kernel::Task;
+use kernel::{Semaphore, Task};
+
+use crate::dock::Dock;
+use crate::docking::latch::{End, EndSwitches};
+use crate::motor::joint::Reading;
+use crate::sensor::Sensor;
 
 /// The sending half of a dock's serial link.
 pub trait Transmit {
@@ -60,4 +65,66 @@ pub trait Bus {
     /// Copies what came from the other MCU to the start of `buffer`, and returns its length, once.
     /// Until then further transfers from there are refused.
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
+}
+
+/// The motors of an MCU's `N` joints, and what is measured of them.
+pub trait JointMotors<const N: usize> {
+    /// Switches the bridges on, and from now on measures the joints and posts `period` each millisecond.
+    fn begin(&mut self, task: &mut Task, period: &'static Semaphore);
+
+    /// Ends that. The motors are off.
+    fn end(&mut self, task: &mut Task);
+
+    /// What was measured in the millisecond that has just ended.
+    fn readings(&mut self, task: &mut Task) -> [Reading; N];
+
+    /// Drives each joint, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.
+    fn drive(&mut self, drives: [i16; N]);
+}
+
+/// What can be measured on demand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Quantity {
+    Sensor(Sensor),
+    /// How much of its own light a dock sees reflected, in counts of the converter, 0 to 1023.
+    Proximity(Dock),
+    /// The current of the docking motor that runs, in mA.
+    LatchCurrent,
+}
+
+/// The devices of an MCU besides links, bus and joints.
+pub trait Peripherals {
+    /// Whether the battery and its charger are here.
+    const HAS_BATTERY: bool;
+
+    /// The most current, in mA, that a docking motor takes when it is free.
+    const LATCH_CURRENT_LIMIT: i16;
+
+    /// The docks here, by their places.
+    fn docks() -> [Dock; 3];
+
+    /// Has `quantity` measured.
+    fn look(&mut self, task: &mut Task, quantity: Quantity);
+
+    /// What was measured, in the quantity's unit, once that is done; `None` also for a quantity that is none of this MCU.
+    fn seen(&mut self, task: &mut Task, quantity: Quantity) -> Option<i16>;
+
+    /// The end switches of the latch at `dock`.
+    fn end_switches(&mut self, dock: Dock) -> EndSwitches;
+
+    /// Drives the latch at `dock`; `None` is off.
+    fn drive_latch(&mut self, dock: Dock, to: Option<End>);
+
+    /// Closes the power switch of `dock`, or opens it. Too much current through it opens it as well.
+    fn set_power(&mut self, dock: Dock, is_on: bool);
+
+    /// The docks whose switches have been opened for their currents since this was last asked: a bit for each place.
+    fn take_tripped(&mut self, task: &mut Task) -> u8;
+
+    /// Switches the light of all docks here on or off.
+    fn set_emitters(&mut self, is_on: bool);
+
+    /// Switches the charger on or off.
+    fn set_charger(&mut self, is_on: bool);
 }

@@ -15,6 +15,7 @@
 //! | [`docking`] | how a dock latches, and finds another                                |
 //! | [`sensor`]  | the nineteen sensors, and what their readings mean                   |
 //! | [`power`]   | what the docks carry, the battery, charging                          |
+//! | [`devices`] | the task that serves all of these but the joints' control            |
 //! | [`request`] | what behaviours ask of devices, and what devices tell                |
 //! | [`api`]     | all that a behaviour sees                                            |
 
@@ -23,6 +24,7 @@
 pub mod api;
 pub mod bridge;
 pub mod device;
+pub mod devices;
 pub mod dock;
 pub mod docking;
 pub mod link;

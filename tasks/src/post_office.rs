@@ -10,8 +10,10 @@ use crate::router::{Route, Router, Source};
 /// The mailboxes of one MCU, and the router that chooses among them.
 pub struct PostOffice {
     pub router: Router,
-    /// The tasks here that can be addressed.
+    /// The behaviours here that can be addressed.
     pub tasks: &'static [(TaskCode, &'static Mailbox)],
+    /// The one that serves all devices here that can be addressed.
+    pub devices: &'static Mailbox,
     /// The sending tasks of the docks here.
     pub links: &'static [(Dock, &'static Mailbox)],
     pub bridge: &'static Mailbox,
@@ -42,7 +44,8 @@ impl PostOffice {
 
     fn mailbox(&self, message: &Message, source: Source) -> Result<&'static Mailbox, Undelivered> {
         match self.router.route(message, source) {
-            Route::Task(code) => find(self.tasks, |named| named == code),
+            Route::Task(code) if code.is_behaviour() => find(self.tasks, |named| named == code),
+            Route::Task(_) => Some(self.devices),
             Route::Link(dock) => find(self.links, |named| named == dock),
             Route::Bridge => Some(self.bridge),
             Route::Ignored => None,

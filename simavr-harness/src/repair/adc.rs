@@ -1,10 +1,13 @@
 //! The converter (chapter "Analog-to-Digital Converter"), in the place of simavr's: a conversion takes its time, the
 //! first one longer, and begins with the converter's own clock.
 //!
+//! A pin may carry the output of an analog multiplexer, addressed by three pins of the MCU.
+//!
 //! Simplified: the voltage is taken as the conversion begins, not 1.5 clocks later; differential inputs read 0.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
+use crate::mcu::Pin;
 use crate::part::AdcRegisters;
 use crate::repair::interrupt;
 
@@ -14,10 +17,10 @@ const CLOCKS: u64 = 13;
 /// Clocks of the first one after the converter was switched on.
 const FIRST_CLOCKS: u64 = 25;
 
-/// AVCC and AREF.
-const SUPPLY_MILLIVOLTS: u32 = 5000;
-const INTERNAL_MILLIVOLTS: u32 = 2560;
-const BANDGAP_MILLIVOLTS: u32 = 1230;
+/// AVCC and AREF, in V.
+const SUPPLY: f64 = 5.0;
+const INTERNAL: f64 = 2.56;
+const BANDGAP: f64 = 1.23;
 
 /// Single-ended inputs.
 const CHANNELS: usize = 8;
@@ -35,11 +38,29 @@ const ADLAR: u8 = 0x20;
 const MUX: u8 = 0x1f;
 const MUX_BANDGAP: u8 = 0x1e;
 
+/// What an analog multiplexer joins to a pin.
+#[derive(Clone, Copy, Debug)]
+pub struct Multiplexer {
+    /// The analog pin, 0 to 7.
+    pub pin: usize,
+    /// Its address, from the lowest bit.
+    pub address: [Pin; 3],
+}
+
+/// The voltages at the analog inputs.
+#[derive(Clone, Debug)]
+pub struct Analog {
+    /// At the pins, in V.
+    pub pins: [f64; CHANNELS],
+    pub multiplexer: Option<Multiplexer>,
+    /// At the multiplexer's inputs, in V.
+    pub multiplexed: [f64; 8],
+}
+
 pub(crate) struct Adc {
     registers: &'static AdcRegisters,
     complete: Vector,
-    /// By channel.
-    millivolts: [u16; CHANNELS],
+    pub analog: Analog,
     /// The cycle at which the converter was switched on, from which its clock runs.
     on_since: Option<u64>,
     has_converted: bool,
@@ -59,7 +80,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static AdcRegisters) -> Option<Attac
     let adc = Adc {
         registers,
         complete: cpu.vector(registers.complete)?,
-        millivolts: [0; CHANNELS],
+        analog: Analog { pins: [0.0; CHANNELS], multiplexer: None, multiplexed: [0.0; 8] },
         on_since: None,
         has_converted: false,
         conversion: None,
@@ -81,13 +102,6 @@ impl Adc {
         interrupt::refresh(cpu, self.complete);
     }
 
-    /// Sets the voltage at an input; there are eight.
-    pub fn set_voltage(&mut self, channel: u8, millivolts: u16) {
-        if let Some(voltage) = self.millivolts.get_mut(usize::from(channel)) {
-            *voltage = millivolts;
-        }
-    }
-
     fn switch_off(&mut self) {
         self.on_since = None;
         self.has_converted = false;
@@ -107,15 +121,28 @@ impl Adc {
         self.conversion = Some(Conversion { result: self.convert(cpu), ends: begins + clocks * clock });
     }
 
-    /// The voltage at the chosen input, in 1/1024 of the reference.
+    /// The voltage at the chosen input, in 1/1024 of the reference, rounded down.
     fn convert(&self, cpu: Cpu) -> u16 {
         let admux = cpu.data(self.registers.admux);
-        let input = match admux & MUX {
-            MUX_BANDGAP => BANDGAP_MILLIVOLTS,
-            mux => self.millivolts.get(usize::from(mux)).copied().unwrap_or(0).into(),
+        let volts = match admux & MUX {
+            MUX_BANDGAP => BANDGAP,
+            mux => self.voltage(cpu, mux.into()),
         };
-        let reference = if admux & REFS == REFS_INTERNAL { INTERNAL_MILLIVOLTS } else { SUPPLY_MILLIVOLTS };
-        u16::try_from(input * 1024 / reference).unwrap_or(u16::MAX).min(1023)
+        let reference = if admux & REFS == REFS_INTERNAL { INTERNAL } else { SUPPLY };
+        (volts / reference * 1024.0).clamp(0.0, 1023.0) as u16
+    }
+
+    /// The voltage at a pin, be it that of the multiplexer.
+    fn voltage(&self, cpu: Cpu, pin: usize) -> f64 {
+        match self.analog.multiplexer {
+            Some(Multiplexer { pin: joined, address }) if joined == pin => {
+                let is_high = |pin: Pin| cpu.pins(pin.port) & 1 << pin.bit != 0;
+                let number =
+                    (0..).zip(address).map(|(bit, pin)| usize::from(is_high(pin)) << bit).sum::<usize>();
+                self.analog.multiplexed[number]
+            }
+            _ => self.analog.pins.get(pin).copied().unwrap_or(0.0),
+        }
     }
 
     fn write_control(&mut self, cpu: Cpu, value: u8) {

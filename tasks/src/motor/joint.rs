@@ -96,6 +96,15 @@ impl State {
     }
 }
 
+/// What the converter reads of a joint, 0 to 1023 each.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Reading {
+    pub potentiometer: u16,
+    /// The motor's current.
+    pub current: u16,
+}
+
 /// One joint, to be stepped each millisecond.
 pub struct Joint {
     description: Description,
@@ -140,7 +149,8 @@ impl Joint {
     /// stop counts as that stop.
     pub fn turn_to(&mut self, angle: i16, speed: u8) {
         // Positions hold both end stops, so the product fits.
-        self.target = angle.clamp(self.description.lowest, self.description.highest).wrapping_mul(TENTH);
+        let Description { lowest, highest, .. } = self.description;
+        self.target = angle.min(highest).max(lowest).wrapping_mul(TENTH);
         // 41/256 is a degree per second in units per millisecond: 0.16.
         self.speed = u16::from(speed) * 41;
         match self.state {
@@ -171,11 +181,14 @@ impl Joint {
         self.position.map(|position| (position + TENTH / 2) >> TENTH.ilog2())
     }
 
-    /// One period. Takes what the converter reads of potentiometer and motor current, 0 to 1023 each, and returns the
-    /// drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
-    #[inline]
-    pub fn step(&mut self, potentiometer: u16, current: u16) -> i16 {
-        let Some(position) = self.plausible(potentiometer) else {
+    /// Whether the motor is on.
+    pub fn is_driven(&self) -> bool {
+        matches!(self.state, State::Moving | State::Arrived)
+    }
+
+    /// One period. Returns the drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
+    pub fn step(&mut self, reading: Reading) -> i16 {
+        let Some(position) = self.plausible(reading.potentiometer) else {
             self.bad_readings = self.bad_readings.saturating_add(1);
             if self.bad_readings >= BAD_READINGS && self.is_driven() {
                 self.state = State::Failed(Fault::Potentiometer);
@@ -191,16 +204,12 @@ impl Joint {
             return 0;
         }
         let feed_forward = self.advance_setpoint(position);
-        self.limit_current(current);
+        self.limit_current(reading.current);
         let tolerance = self.description.potentiometer.resolution() / 2;
         let sought = self.pid.step(GAINS, self.setpoint, position, tolerance, feed_forward, self.ceiling);
         let drive = self.stop_at_ends(position, sought);
-        self.watch_way(position, drive, current);
+        self.watch_way(position, drive, reading.current);
         if self.is_driven() { drive } else { 0 }
-    }
-
-    fn is_driven(&self) -> bool {
-        matches!(self.state, State::Moving | State::Arrived)
     }
 
     /// The position, if it can be that of the joint.

@@ -5,6 +5,7 @@
 //! | [`potentiometer`] | from the converter's reading to a position |
 //! | [`pid`] | the controller |
 //! | [`joint`] | a joint: speed limit, current limit, end stops, what may go wrong |
+//! | [`task`] | the task that steps the joints of one MCU |
 //!
 //! All in 16-bit integers, with shifts for divisions. Positions are in 1/160 degree, a sixteenth of the unit of
 //! [`TENTH`]: fine enough to lose nothing of a reading, and 200 degrees to either side fit 16 bits.
@@ -12,6 +13,7 @@
 pub mod joint;
 pub mod pid;
 pub mod potentiometer;
+pub mod task;
 
 /// One of a module's three joints, each driven by a motor. The numbers are those of the lab's own simulator.
 #[repr(u8)]

@@ -76,7 +76,7 @@ impl Pid {
         let sought = ((error * gains.proportional) >> FRACTION) - ((ahead * gains.derivative) >> FRACTION)
             + (self.integral >> INTEGRAL_FRACTION)
             + feed_forward;
-        let drive = sought.clamp(-ceiling, ceiling);
+        let drive = sought.min(ceiling).max(-ceiling); // `clamp` panics where the ceiling is below 0
         let winds_up = sought != drive && (sought < 0) == (error < 0);
         if !winds_up && error.abs() >= tolerance {
             let integral = self.integral.saturating_add((error * gains.integral) >> FRACTION);

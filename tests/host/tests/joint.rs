@@ -3,7 +3,7 @@
 use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
 use tasks::motor::FULL_DRIVE;
-use tasks::motor::joint::{Description, Fault, Joint, State};
+use tasks::motor::joint::{Description, Fault, Joint, Reading, State};
 use tasks::motor::potentiometer::Potentiometer;
 
 const DESCRIPTION: Description = Description {
@@ -31,11 +31,14 @@ impl Rig {
 
     /// One millisecond. The drive follows from readings of its beginning, as on the board.
     fn step(&mut self) {
-        let readings = [self.plant.potentiometer_volts(), self.plant.current_volts()].map(counts);
+        let reading = Reading {
+            potentiometer: counts(self.plant.potentiometer_volts()),
+            current: counts(self.plant.current_volts()),
+        };
         for _ in 0..STEPS {
             self.plant.step(f64::from(self.drive) / f64::from(FULL_DRIVE), 0.001 / f64::from(STEPS));
         }
-        self.drive = self.joint.step(readings[0], readings[1]);
+        self.drive = self.joint.step(reading);
     }
 
     /// The angle in each of so many milliseconds.
@@ -107,7 +110,7 @@ proptest! {
         for (angle, speed, potentiometer, current, periods) in orders {
             joint.turn_to(angle, speed);
             for _ in 0..periods {
-                let drive = joint.step(potentiometer, current);
+                let drive = joint.step(Reading { potentiometer, current });
                 prop_assert!((-FULL_DRIVE..=FULL_DRIVE).contains(&drive));
                 let is_on = matches!(joint.state(), State::Moving | State::Arrived);
                 prop_assert!(is_on || drive == 0);

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use simavr_harness::{Controller, Engine, Images, Mcu, Pin, Place, Reset, RobotBuilder, State};
+use simavr_harness::{
+    Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State,
+};
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, image, mcu, mcu_with_seed};
 
@@ -111,21 +113,6 @@ fn a_panic_leaves_its_place_to_the_next_start() {
     }
 }
 
-#[test]
-fn voltages_are_converted_while_the_cpu_sleeps() {
-    let mut mcu = mcu("board_adc");
-    mcu.set_voltage(0, 1250);
-    mcu.set_voltage(1, 4990);
-    let joint = mcu.run_to_marker(0x01, 20 * MILLISECOND).expect("the joint's voltage is converted").cycle;
-    assert_eq!(mcu.run_to_end(20 * MILLISECOND), State::Done);
-    assert_eq!(values(mcu.markers()), [256u16.to_le_bytes(), 1021u16.to_le_bytes()].concat());
-    // 13 clocks of 128 cycles, the one in which it begins, and the way to the mark.
-    let roll = mcu.markers()[2].cycle - joint;
-    assert!((13 * 128..14 * 128 + 400).contains(&roll), "{roll} cycles");
-    let asleep = mcu.cycle() - mcu.awake_cycles();
-    assert!(asleep > (25 + 13) * 128 - 800, "asleep for {asleep} cycles");
-}
-
 /// The direction of the joint.
 const JOINT_DIRECTION: Pin = Pin { port: 'C', bit: 0 };
 
@@ -162,6 +149,49 @@ fn delays_last_and_outputs_switch() {
     assert_eq!(joint_speed(&mcu), [0x80, 0x11, 1 << 5, 400, 0]);
     assert_eq!(mcu.run_to_end(MILLISECOND), State::Done);
     assert_eq!(values(mcu.markers()), [1, 2, 3, 4, 5, 6]);
+}
+
+/// The power switch of the first dock.
+const POWER_SWITCH: Pin = Pin { port: 'D', bit: 4 };
+
+/// The multiplexer at ADC7, and its address.
+const MULTIPLEXER: Multiplexer = Multiplexer {
+    pin: 7,
+    address: [Pin { port: 'G', bit: 0 }, Pin { port: 'G', bit: 1 }, Pin { port: 'G', bit: 2 }],
+};
+
+#[test]
+fn rounds_measure_what_is_asked_for() {
+    let mut mcu = mcu("board_adc");
+    let volts = |reading: u16| (f64::from(reading) + 0.5) / 1024.0 * 5.0;
+    // Of the joints; of the docks, at rest.
+    let pins = [700, 7, 1023, 513, 512, 512, 512].map(volts);
+    let multiplexed = [1, 2, 300, 400, 500, 600, 700, 1000].map(volts);
+    mcu.set_analog(|analog| {
+        analog.pins[..7].copy_from_slice(&pins);
+        analog.multiplexed = multiplexed;
+        analog.multiplexer = Some(MULTIPLEXER);
+    });
+    let end = mcu.run_to_marker(0x71, 40 * MILLISECOND).expect("all is measured").cycle;
+    // Three rounds, and for each input one that begins after it was asked for and one that ends with it.
+    assert!((11 * MILLISECOND..21 * MILLISECOND).contains(&end), "{end} cycles");
+    let expected =
+        [7, 700, 513, 1023, 1, 2, 300, 400, 500, 600, 700, 1000].into_iter().flat_map(u16::to_le_bytes);
+    assert_eq!(values(mcu.markers()), expected.chain([0x71]).collect::<Vec<_>>());
+    // No current but what is at the edge of what a dock may carry, either way.
+    for reading in [512 - 255, 512 + 255] {
+        mcu.set_analog(|analog| analog.pins[4] = volts(reading));
+        mcu.run_until(mcu.cycle() + 5 * MILLISECOND);
+        assert!(mcu.pin(POWER_SWITCH), "{reading}");
+    }
+    mcu.set_analog(|analog| analog.pins[4] = volts(512 + 257));
+    let start = mcu.cycle();
+    while mcu.pin(POWER_SWITCH) && mcu.cycle() < start + 10 * MILLISECOND {
+        mcu.run_until(mcu.cycle() + 100);
+    }
+    assert!(mcu.cycle() - start <= 4 * MILLISECOND, "it took {} cycles", mcu.cycle() - start);
+    mcu.run_to_end(MILLISECOND);
+    assert_eq!(mcu.markers().last().map(|mark| mark.value), Some(0x72));
 }
 
 const AFTER_POWER_UP: [u8; 2] = [1, 3];

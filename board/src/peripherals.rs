@@ -1,0 +1,188 @@
+//! The devices at the docks, the battery's and the sensors', behind [`Peripherals`].
+
+use core::marker::PhantomData;
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+use kernel::Task;
+use tasks::device;
+use tasks::device::Quantity;
+use tasks::dock::Dock;
+use tasks::docking::latch::{End, EndSwitches};
+use tasks::motor::Axis;
+use tasks::sensor::{Scale, Sensor};
+
+use crate::adc::{Analog, Input};
+use crate::gpio::{Output, Port, PortB, PortD};
+use crate::pwm::{self, Pwm, Timer1C};
+use crate::superbot::{
+    self, ACCELERATION, ANGLE, BATTERY_TEMPERATURE, BATTERY_VOLTAGE, CELSIUS, Charger, DOCK_CURRENT,
+    Emitters, GRAVITY, Half, JOINT_CURRENT, JOINT_POTENTIOMETER, LATCH_CURRENT, LATCH_CURRENT_LIMIT,
+    LATCH_DUTY, LatchPort, LatchPwm, MASTER, MOTOR_CURRENT, PROXIMITY, PowerPort, ROLL_CURRENT,
+    ROLL_POTENTIOMETER, SLAVE, SwitchPort, TEMPERATURE, VOLTAGE,
+};
+
+/// The docking motors' duty, of [`pwm::TOP`].
+const DUTY: u16 = (pwm::TOP as u32 * LATCH_DUTY as u32 / 100) as u16;
+
+/// One of the two halves of a module, named by its type.
+pub trait Side {
+    #[doc(hidden)]
+    const HALF: Half;
+    #[doc(hidden)]
+    const HAS_BATTERY: bool;
+
+    /// Where a sensor of this half alone is read, and what its readings mean.
+    #[doc(hidden)]
+    fn sensor(sensor: Sensor) -> Option<(Input, Scale)>;
+}
+
+/// The half with the docks Front, Left and Right, the roll joint and the battery.
+pub enum MasterSide {}
+
+/// The half with the docks Back, Up and Down, and the accelerometer.
+pub enum SlaveSide {}
+
+impl Side for MasterSide {
+    const HALF: Half = MASTER;
+    const HAS_BATTERY: bool = true;
+
+    fn sensor(sensor: Sensor) -> Option<(Input, Scale)> {
+        Some(match sensor {
+            Sensor::Angle(Axis::Front) => (JOINT_POTENTIOMETER, ANGLE),
+            Sensor::Angle(Axis::Roll) => (ROLL_POTENTIOMETER, ANGLE),
+            Sensor::MotorCurrent(Axis::Front) => (JOINT_CURRENT, MOTOR_CURRENT),
+            Sensor::MotorCurrent(Axis::Roll) => (ROLL_CURRENT, MOTOR_CURRENT),
+            Sensor::BatteryVoltage => (BATTERY_VOLTAGE, VOLTAGE),
+            Sensor::BatteryTemperature => (BATTERY_TEMPERATURE, CELSIUS),
+            Sensor::MasterTemperature => (TEMPERATURE, CELSIUS),
+            _ => return None,
+        })
+    }
+}
+
+impl Side for SlaveSide {
+    const HALF: Half = SLAVE;
+    const HAS_BATTERY: bool = false;
+
+    fn sensor(sensor: Sensor) -> Option<(Input, Scale)> {
+        let [x, y, z] = ACCELERATION;
+        Some(match sensor {
+            Sensor::Angle(Axis::Back) => (JOINT_POTENTIOMETER, ANGLE),
+            Sensor::MotorCurrent(Axis::Back) => (JOINT_CURRENT, MOTOR_CURRENT),
+            Sensor::AccelerationX => (x, GRAVITY),
+            Sensor::AccelerationY => (y, GRAVITY),
+            Sensor::AccelerationZ => (z, GRAVITY),
+            Sensor::SlaveTemperature => (TEMPERATURE, CELSIUS),
+            _ => return None,
+        })
+    }
+}
+
+/// The peripherals of the half `S`.
+pub struct Peripherals<S> {
+    analog: Analog,
+    emitters: Output<PortB, 0>,
+    charger: Output<PortD, 7>,
+    // Held for its pin: the supply of the docking motors.
+    _latch_supply: Pwm<Timer1C>,
+    side: PhantomData<S>,
+}
+
+impl<S: Side> Peripherals<S> {
+    /// The peripherals, all off.
+    pub fn new(analog: Analog, supply: LatchPwm, emitters: Emitters, charger: Charger) -> Self {
+        SwitchPort::set_output(superbot::END_SWITCHES, true); // pull-ups
+        LatchPort::set_direction(superbot::LATCHES, true);
+        PowerPort::set_direction(superbot::POWER_SWITCHES, true);
+        let mut supply = supply.start();
+        let Ok(()) = supply.set_duty_cycle(DUTY);
+        Peripherals {
+            analog,
+            emitters: emitters.into_output(),
+            charger: charger.into_output(),
+            _latch_supply: supply,
+            side: PhantomData,
+        }
+    }
+
+    /// The place of a dock of this half.
+    fn place(dock: Dock) -> Option<u8> {
+        let [first, second, third] = S::HALF.docks();
+        match dock {
+            _ if dock == first => Some(0),
+            _ if dock == second => Some(1),
+            _ if dock == third => Some(2),
+            _ => None,
+        }
+    }
+
+    fn input(quantity: Quantity) -> Option<(Input, Scale)> {
+        match quantity {
+            Quantity::Sensor(Sensor::DockCurrent(dock)) => {
+                Some((superbot::dock_current(Self::place(dock)?), DOCK_CURRENT))
+            }
+            Quantity::Sensor(sensor) => S::sensor(sensor),
+            Quantity::Proximity(dock) => Some((superbot::proximity(Self::place(dock)?), PROXIMITY)),
+            Quantity::LatchCurrent => Some((LATCH_CURRENT, MOTOR_CURRENT)),
+        }
+    }
+}
+
+impl<S: Side> device::Peripherals for Peripherals<S> {
+    const HAS_BATTERY: bool = S::HAS_BATTERY;
+    const LATCH_CURRENT_LIMIT: i16 = LATCH_CURRENT_LIMIT;
+
+    fn docks() -> [Dock; 3] {
+        S::HALF.docks()
+    }
+
+    fn look(&mut self, task: &mut Task, quantity: Quantity) {
+        if let Some((input, _)) = Self::input(quantity) {
+            self.analog.look(task, input);
+        }
+    }
+
+    fn seen(&mut self, task: &mut Task, quantity: Quantity) -> Option<i16> {
+        let (input, scale) = Self::input(quantity)?;
+        Some(scale.value(self.analog.seen(task, input)?))
+    }
+
+    fn end_switches(&mut self, dock: Dock) -> EndSwitches {
+        // Pressed, a switch pulls its pin low.
+        let pressed = !SwitchPort::input();
+        let is_at =
+            |end| Self::place(dock).is_some_and(|place| pressed & superbot::end_switch(place, end) != 0);
+        EndSwitches { is_released: is_at(End::Released), is_latched: is_at(End::Latched) }
+    }
+
+    fn drive_latch(&mut self, dock: Dock, to: Option<End>) {
+        let Some(place) = Self::place(dock) else { return };
+        for end in [End::Released, End::Latched] {
+            if to != Some(end) {
+                LatchPort::set_output(superbot::latch(place, end), false);
+            }
+        }
+        if let Some(end) = to {
+            LatchPort::set_output(superbot::latch(place, end), true);
+        }
+    }
+
+    fn set_power(&mut self, dock: Dock, is_on: bool) {
+        if let Some(place) = Self::place(dock) {
+            PowerPort::set_output(superbot::power_switch(place), is_on);
+        }
+    }
+
+    fn take_tripped(&mut self, task: &mut Task) -> u8 {
+        self.analog.take_tripped(task)
+    }
+
+    fn set_emitters(&mut self, is_on: bool) {
+        let Ok(()) = if is_on { self.emitters.set_high() } else { self.emitters.set_low() };
+    }
+
+    fn set_charger(&mut self, is_on: bool) {
+        let Ok(()) = if is_on { self.charger.set_high() } else { self.charger.set_low() };
+    }
+}

@@ -1,0 +1,251 @@
+//! The docks of one MCU: docking motors, guidance, power switches.
+
+use kernel::Task;
+
+use super::desk::Desk;
+use crate::device::{Peripherals, Quantity};
+use crate::dock::Dock;
+use crate::docking::guidance::{Guidance, Next};
+use crate::docking::latch::{DockingMotor, End, State};
+use crate::message::TaskCode;
+use crate::motor::joint;
+use crate::motor::task::Motors;
+use crate::power::battery::Level;
+use crate::power::switch::Switch;
+use crate::request::Report;
+
+/// The joint that turns the docks of an MCU, by its index there.
+const JOINT: usize = 0;
+
+/// How fast that turns during a search, in degrees per second.
+const SEARCH_SPEED: u8 = 20;
+
+/// How much a dock near enough to latch reflects, in counts of the converter.
+const NEAR: u16 = 500;
+
+/// The devices of one dock.
+struct Devices {
+    dock: Dock,
+    motor: DockingMotor,
+    switch: Switch,
+    /// Who asked last.
+    client: TaskCode,
+}
+
+/// What a search waits for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Awaited {
+    Turn,
+    Reading,
+}
+
+/// A search for a neighbour's dock.
+struct Search {
+    dock: Dock,
+    /// Where the joint was, in 0.1 degree.
+    start: i16,
+    guidance: Guidance,
+    awaited: Awaited,
+}
+
+/// The three docks of one MCU. One docking motor runs at a time: their current is measured together.
+pub struct Docks {
+    docks: [Devices; 3],
+    search: Option<Search>,
+    level: Level,
+}
+
+impl Docks {
+    /// Docks whose switches are open and motors off.
+    pub fn new(docks: [Dock; 3]) -> Self {
+        let devices = |dock| Devices {
+            dock,
+            motor: DockingMotor::new(),
+            switch: Switch::Open,
+            client: TaskCode::HORMONE,
+        };
+        Docks { docks: docks.map(devices), search: None, level: Level::Good }
+    }
+
+    fn devices(&mut self, dock: Dock) -> Option<&mut Devices> {
+        self.docks.iter_mut().find(|devices| devices.dock == dock)
+    }
+
+    /// Whether a docking motor other than that of `dock` runs, or a search for another dock.
+    fn is_busy(&self, dock: Dock) -> bool {
+        self.docks.iter().any(|other| other.dock != dock && other.motor.is_running())
+            || self.search.as_ref().is_some_and(|search| search.dock != dock)
+    }
+
+    /// Moves the latch of `dock`. Refused while another motor runs or the battery is too empty.
+    pub fn latch(&mut self, task: &mut Task, desk: &mut Desk, dock: Dock, end: End, client: TaskCode) {
+        let may = self.level.allows_docking() && !self.is_busy(dock);
+        self.search = self.search.take().filter(|search| search.dock != dock);
+        match self.devices(dock) {
+            Some(devices) if may => {
+                devices.client = client;
+                devices.motor.move_to(end);
+            }
+            _ => refuse(task, desk, dock, client),
+        }
+    }
+
+    /// Searches for the neighbour's dock before `dock`, and latches. Refused as [`latch`](Self::latch) is, and while
+    /// nobody knows where the joint is.
+    pub fn approach<const N: usize>(
+        &mut self,
+        task: &mut Task,
+        desk: &mut Desk,
+        board: &mut impl Peripherals,
+        motors: &'static Motors<N>,
+        dock: Dock,
+        client: TaskCode,
+    ) {
+        let may = self.level.allows_docking() && !self.is_busy(dock);
+        let angle = motors.with(task, JOINT, |joint| joint.angle()).flatten();
+        let (Some(start), true, Some(devices)) = (angle, may, self.devices(dock)) else {
+            return refuse(task, desk, dock, client);
+        };
+        devices.client = client;
+        self.search =
+            Some(Search { dock, start, guidance: Guidance::new(start, NEAR), awaited: Awaited::Reading });
+        board.set_emitters(true);
+        board.look(task, Quantity::Proximity(dock));
+    }
+
+    /// Closes the power switch of `dock`, or opens it.
+    pub fn set_power(&mut self, board: &mut impl Peripherals, dock: Dock, is_on: bool, client: TaskCode) {
+        let is_allowed = self.level.allows_neighbours();
+        let Some(devices) = self.devices(dock) else { return };
+        devices.client = client;
+        if is_on {
+            devices.switch.close(is_allowed);
+        } else {
+            devices.switch.open();
+        }
+        board.set_power(dock, devices.switch.is_closed());
+    }
+
+    /// Tells of the switches that the board has opened.
+    pub fn trip(&mut self, task: &mut Task, desk: &mut Desk, tripped: u8) {
+        for (place, devices) in (0..).zip(&mut self.docks) {
+            if tripped >> place & 1 != 0 && devices.switch.trip() {
+                devices.tell_switch(task, desk);
+            }
+        }
+    }
+
+    /// Sheds or takes up what the battery allows.
+    pub fn allow(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals, level: Level) {
+        self.level = level;
+        for devices in &mut self.docks {
+            if devices.switch.allow(level.allows_neighbours()) {
+                board.set_power(devices.dock, devices.switch.is_closed());
+                devices.tell_switch(task, desk);
+            }
+            if !level.allows_docking() && devices.motor.is_running() {
+                devices.motor.stop();
+                board.drive_latch(devices.dock, None);
+                devices.tell_latch(task, desk);
+            }
+        }
+        if !level.allows_docking() && self.search.take().is_some() {
+            board.set_emitters(false);
+        }
+    }
+
+    /// One period of [`PERIOD_MS`](crate::docking::latch::PERIOD_MS). Returns whether any motor runs or a search goes on.
+    pub fn step<const N: usize, P: Peripherals>(
+        &mut self,
+        task: &mut Task,
+        desk: &mut Desk,
+        board: &mut P,
+        motors: &'static Motors<N>,
+    ) -> bool {
+        let mut is_busy = self.search.is_some();
+        for devices in &mut self.docks {
+            if devices.motor.is_running() {
+                let current = board.seen(task, Quantity::LatchCurrent).unwrap_or(0);
+                let switches = board.end_switches(devices.dock);
+                let drive = devices.motor.step(switches, current > P::LATCH_CURRENT_LIMIT);
+                board.drive_latch(devices.dock, drive);
+                board.look(task, Quantity::LatchCurrent);
+                if drive.is_none() {
+                    devices.tell_latch(task, desk);
+                }
+                is_busy = true;
+            }
+        }
+        self.go_on_searching(task, desk, board, motors);
+        is_busy
+    }
+
+    fn go_on_searching<const N: usize>(
+        &mut self,
+        task: &mut Task,
+        desk: &mut Desk,
+        board: &mut impl Peripherals,
+        motors: &'static Motors<N>,
+    ) {
+        let Some(search) = &mut self.search else { return };
+        let dock = search.dock;
+        let next = match search.awaited {
+            Awaited::Turn => match motors.state(task, JOINT) {
+                Some(joint::State::Moving) => return,
+                Some(joint::State::Arrived) => {
+                    search.awaited = Awaited::Reading;
+                    board.look(task, Quantity::Proximity(dock));
+                    return;
+                }
+                _ => Next::Lost,
+            },
+            Awaited::Reading => match board.seen(task, Quantity::Proximity(dock)) {
+                Some(reflected) => search.guidance.step(reflected.max(0) as u16),
+                None => return,
+            },
+        };
+        let angle = match next {
+            Next::Turn(angle) => {
+                search.awaited = Awaited::Turn;
+                Some(angle)
+            }
+            Next::Lost => Some(search.start),
+            Next::Latch => None,
+        };
+        if let Some(angle) = angle {
+            motors.with(task, JOINT, |joint| joint.turn_to(angle, SEARCH_SPEED));
+        }
+        if matches!(next, Next::Turn(_)) {
+            return;
+        }
+        self.search = None;
+        board.set_emitters(false);
+        let Some(devices) = self.devices(dock) else { return };
+        if next == Next::Latch {
+            devices.motor.move_to(End::Latched);
+        } else {
+            desk.report(task, TaskCode::dock(dock), devices.client, Report::Lost(dock));
+        }
+    }
+}
+
+impl Devices {
+    fn tell_latch(&self, task: &mut Task, desk: &mut Desk) {
+        let state: State = self.motor.state();
+        desk.report(task, TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, state));
+    }
+
+    fn tell_switch(&self, task: &mut Task, desk: &mut Desk) {
+        desk.report(
+            task,
+            TaskCode::dock(self.dock),
+            TaskCode::HORMONE,
+            Report::Switch(self.dock, self.switch),
+        );
+    }
+}
+
+fn refuse(task: &mut Task, desk: &mut Desk, dock: Dock, client: TaskCode) {
+    let device = TaskCode::dock(dock);
+    desk.report(task, device, client, Report::Refused(device));
+}

@@ -1,0 +1,187 @@
+//! The devices' task, one on each MCU.
+
+use kernel::{Never, Task, Ticks, now};
+
+use super::desk::Desk;
+use super::docks::Docks;
+use super::sensors::Sensors;
+use super::supply::Supply;
+use crate::device::Peripherals;
+use crate::docking::latch::PERIOD_MS;
+use crate::mailbox::Mailbox;
+use crate::message::TaskCode;
+use crate::motor::Axis;
+use crate::motor::joint::State;
+use crate::motor::task::Motors;
+use crate::post_office::PostOffice;
+use crate::power::battery::Level;
+use crate::request::{Report, Request};
+
+/// How often the battery is looked at, in ticks of 1 ms.
+const LOOK: Ticks = 250;
+
+/// A joint as its clients know it.
+#[derive(Clone, Copy)]
+pub struct Client {
+    axis: Axis,
+    /// Who asked last, and the state that was told last.
+    client: TaskCode,
+    told: State,
+}
+
+impl Client {
+    /// Of a joint that nobody has asked anything.
+    pub const fn of(axis: Axis) -> Self {
+        Client { axis, client: TaskCode::HORMONE, told: State::Off }
+    }
+}
+
+/// All devices that the task serves.
+struct Devices<P, const N: usize> {
+    board: P,
+    motors: &'static Motors<N>,
+    joints: [Client; N],
+    desk: Desk,
+    docks: Docks,
+    sensors: Sensors,
+    supply: Supply,
+    level: Level,
+}
+
+/// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order.
+pub fn run<P: Peripherals, const N: usize>(
+    task: &mut Task,
+    mailbox: &'static Mailbox,
+    board: P,
+    motors: &'static Motors<N>,
+    axes: [Axis; N],
+    office: &'static PostOffice,
+) -> Never {
+    let mut devices = Devices {
+        board,
+        motors,
+        joints: axes.map(Client::of),
+        desk: Desk::new(office),
+        docks: Docks::new(P::docks()),
+        sensors: Sensors::new(),
+        supply: Supply::new(),
+        level: Level::Good,
+    };
+    let start = now(task);
+    let mut next_look = start.wrapping_add(LOOK);
+    let mut next_step = start;
+    let mut is_busy = false;
+    devices.supply.prepare(task, &mut devices.board);
+    loop {
+        while let Some(message) = mailbox.take(task) {
+            let client = message.from().task();
+            let request = Request::from_payload(message.payload());
+            // Its buffer is needed for what goes out.
+            drop(message);
+            devices.serve(task, request, client);
+            if !is_busy {
+                is_busy = true;
+                next_step = now(task).wrapping_add(PERIOD_MS);
+            }
+        }
+        devices.tell_joints(task);
+        let tripped = devices.board.take_tripped(task);
+        devices.docks.trip(task, &mut devices.desk, tripped);
+        let time = now(task);
+        if is_busy && is_reached(next_step, time) {
+            next_step = time.wrapping_add(PERIOD_MS);
+            is_busy = devices.step(task);
+        }
+        if P::HAS_BATTERY && is_reached(next_look, time) {
+            next_look = time.wrapping_add(LOOK);
+            devices.look(task);
+        }
+        if is_busy {
+            mailbox.wake_in(task, next_step.wrapping_sub(time));
+        } else if P::HAS_BATTERY {
+            mailbox.wake_in(task, next_look.wrapping_sub(time));
+        }
+        mailbox.wait(task);
+    }
+}
+
+/// Whether `time` is `deadline` or after it.
+fn is_reached(deadline: Ticks, time: Ticks) -> bool {
+    time.wrapping_sub(deadline) <= kernel::LONGEST
+}
+
+impl<P: Peripherals, const N: usize> Devices<P, N> {
+    fn serve(&mut self, task: &mut Task, request: Option<Request>, client: TaskCode) {
+        let Devices { board, motors, desk, docks, sensors, supply, .. } = self;
+        match request {
+            Some(Request::Read(sensor)) => sensors.read(task, desk, board, sensor, client),
+            Some(Request::Turn { axis, angle, speed }) => self.turn(task, axis, angle, speed, client),
+            Some(Request::Relax(axis)) => {
+                if let Some(index) = self.joint(axis) {
+                    self.motors.with(task, index, |joint| joint.release());
+                }
+            }
+            Some(Request::Latch(dock, end)) => docks.latch(task, desk, dock, end, client),
+            Some(Request::Approach(dock)) => docks.approach(task, desk, board, motors, dock, client),
+            Some(Request::Power { dock, is_on }) => docks.set_power(board, dock, is_on, client),
+            Some(Request::Charge { is_on }) => supply.charge(board, is_on),
+            Some(Request::Shed(level)) => self.allow(task, level),
+            None => desk.malformed = desk.malformed.wrapping_add(1),
+        }
+    }
+
+    /// The index of a joint among those of this MCU.
+    fn joint(&self, axis: Axis) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.axis == axis)
+    }
+
+    fn turn(&mut self, task: &mut Task, axis: Axis, angle: i16, speed: u8, client: TaskCode) {
+        let device = TaskCode::joint(axis);
+        let Some(index) = self.joint(axis).filter(|_| self.level.allows_joints()) else {
+            return self.desk.report(task, device, client, Report::Refused(device));
+        };
+        if let Some(joint) = self.joints.get_mut(index) {
+            joint.client = client;
+            joint.told = State::Moving;
+        }
+        self.motors.with(task, index, |joint| joint.turn_to(angle, speed));
+    }
+
+    /// Tells of the joints that have changed their state by themselves.
+    fn tell_joints(&mut self, task: &mut Task) {
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            let Some(state) = self.motors.state(task, index) else { continue };
+            if state != joint.told {
+                joint.told = state;
+                let report = Report::Joint(joint.axis, state);
+                self.desk.report(task, TaskCode::joint(joint.axis), joint.client, report);
+            }
+        }
+    }
+
+    /// One period. Returns whether there is anything left to do.
+    fn step(&mut self, task: &mut Task) -> bool {
+        let Devices { board, motors, desk, docks, sensors, .. } = self;
+        let is_docking = docks.step(task, desk, board, motors);
+        sensors.step(task, desk, board) || is_docking
+    }
+
+    fn look(&mut self, task: &mut Task) {
+        let level = self.supply.look(task, &mut self.desk, &mut self.board);
+        self.supply.prepare(task, &mut self.board);
+        if let Some(level) = level {
+            self.allow(task, level);
+        }
+    }
+
+    /// Sheds or takes up what the battery allows.
+    fn allow(&mut self, task: &mut Task, level: Level) {
+        self.level = level;
+        self.docks.allow(task, &mut self.desk, &mut self.board, level);
+        if !level.allows_joints() {
+            for index in 0..N {
+                self.motors.with(task, index, |joint| joint.release());
+            }
+        }
+    }
+}
