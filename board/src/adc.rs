@@ -165,7 +165,12 @@ impl Rhythm {
         });
     }
 
-    /// What an input read in the last round, 0 to 1023.
+    /// Measures the inputs up to `highest` in the next round.
+    pub fn look(&mut self, context: &mut impl Context, highest: Input) {
+        context.mask(|masked| ROUNDS.joints.set(masked, Some(highest.0)));
+    }
+
+    /// What an input read when it was last measured, 0 to 1023.
     #[inline(always)]
     pub fn reading(&mut self, context: &mut impl Context, input: Input) -> u16 {
         context.mask(|masked| reading(masked, input))

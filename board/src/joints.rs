@@ -74,6 +74,10 @@ impl JointMotors<1> for SlaveJoints {
         self.rhythm.end(task);
     }
 
+    fn look(&mut self, task: &mut Task) {
+        self.rhythm.look(task, JOINT_CURRENT);
+    }
+
     #[inline(always)]
     fn readings(&mut self, task: &mut Task) -> [Reading; 1] {
         let Ok(()) = self.probe.set_high();
@@ -94,6 +98,10 @@ impl JointMotors<2> for MasterJoints {
 
     fn end(&mut self, task: &mut Task) {
         self.half.rhythm.end(task);
+    }
+
+    fn look(&mut self, task: &mut Task) {
+        self.half.rhythm.look(task, ROLL_CURRENT);
     }
 
     #[inline(always)]

@@ -73,7 +73,7 @@ mod stack {
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
     pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static MOTORS: Stack<142> = Stack::new();
+    pub static MOTORS: Stack<156> = Stack::new();
     pub static DEVICES: Stack<338> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<336> = Stack::new();

@@ -59,7 +59,7 @@ mod stack {
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
     pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static MOTORS: Stack<90> = Stack::new();
+    pub static MOTORS: Stack<116> = Stack::new();
     pub static DEVICES: Stack<304> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
 }

@@ -45,7 +45,8 @@ pub struct Response {
     pub action: Option<Action>,
 }
 
-const NOTHING: Response = Response { event: None, send: None, action: None };
+/// An input that nothing comes of.
+pub(crate) const NOTHING: Response = Response { event: None, send: None, action: None };
 
 /// Which part of its action a module performs in the present beat.
 #[derive(Clone, Copy)]
@@ -205,12 +206,8 @@ impl Controller {
     /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot turns to
     /// takes half the stride.
     pub fn posture(&self, now: u16) -> Option<Posture> {
+        let (steps, elapsed, step) = self.progress(now)?;
         let motion = self.status.action.motion();
-        let (_, beat_at) = self.pacemaker.last();
-        let beat = self.gait().beat.get();
-        let elapsed = beat.wrapping_mul(self.part.before.into()).wrapping_add(now.wrapping_sub(beat_at));
-        let steps = NonZeroU16::new(motion.len() as u16)?;
-        let step = NonZeroU16::new(beat.wrapping_mul(self.part.of.into()) / steps)?;
         let posture = motion.get(usize::from((elapsed / step).min(steps.get() - 1)))?;
         let motor2 = match (self.acting, self.helm.course()) {
             (ModuleType::LeftLeg, Course::Left) => posture.motor2 / 2,
@@ -219,6 +216,23 @@ impl Controller {
             _ => posture.motor2,
         };
         Some(Posture { motor2, ..posture })
+    }
+
+    /// Milliseconds from `now` until the action's next posture; `None` while it has no other.
+    pub fn until_posture(&self, now: u16) -> Option<u16> {
+        let (steps, elapsed, step) = self.progress(now)?;
+        let is_last = elapsed / step >= steps.get() - 1;
+        (!is_last).then(|| step.get() - elapsed % step)
+    }
+
+    /// How many postures the action has, how long it lasts by now, and how long each of them does, both in milliseconds.
+    fn progress(&self, now: u16) -> Option<(NonZeroU16, u16, NonZeroU16)> {
+        let (_, beat_at) = self.pacemaker.last();
+        let beat = self.gait().beat.get();
+        let elapsed = beat.wrapping_mul(self.part.before.into()).wrapping_add(now.wrapping_sub(beat_at));
+        let steps = NonZeroU16::new(self.status.action.motion().len() as u16)?;
+        let step = NonZeroU16::new(beat.wrapping_mul(self.part.of.into()) / steps)?;
+        Some((steps, elapsed, step))
     }
 
     /// Where the robot is to go.

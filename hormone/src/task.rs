@@ -5,6 +5,7 @@
 pub mod ac_receive;
 pub mod ac_send;
 pub mod hormone;
+pub mod joints;
 
 use kernel::{Mutex, Priority, Semaphore, Task, Timer};
 use tasks::dock::Dock;

@@ -1,8 +1,9 @@
 //! What the devices of a module drive and measure, as equations: joints with motor and gear, docks with latch
-//! and infrared.
+//! and infrared, the battery.
 //!
 //! For tests on the host and for the simulator, which steps these beside the MCUs. Of SuperBot's mechanics
 //! little is published; constants say where they come from, and what is assumed says so.
 
+pub mod battery;
 pub mod dock;
 pub mod joint;

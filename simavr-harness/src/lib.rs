@@ -4,7 +4,7 @@
 //! - [`Mcu`]: one ATmega128 with an [`Image`], by itself. Programs tell the harness things by
 //!   [`Marker`]s. What simavr does otherwise than the datasheet is put right in `repair`.
 //! - [`Bus`] and [`lockstep`]: MCUs that share a two-wire bus.
-//! - [`Module`]: a master and a slave on a bus, and the docks that their USARTs serve.
+//! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they move.
 //! - [`Robot`]: modules, and which dock is attached to which.
 //! - [`Engine`]: a robot running, on as many threads as there are.
 //! - [`bench`]: the kernel's figures, measured on single MCUs.
@@ -14,6 +14,7 @@
 
 mod behaviour;
 pub mod bench;
+mod body;
 mod bus;
 mod counters;
 mod cpu;
@@ -32,6 +33,7 @@ mod robot;
 mod serial_pins;
 mod wires;
 
+pub use body::Body;
 pub use bus::{Bus, BusCounts};
 pub use engine::{Engine, Event, LONGEST_WINDOW};
 pub use image::{Image, ImageError, Place, Symbol};

@@ -6,6 +6,7 @@ use simulation::{Random, fnv_1a};
 use tasks::dock::Dock;
 use thiserror::Error;
 
+use crate::body::{self, Body};
 use crate::bus::{Bus, BusCounts};
 use crate::counters;
 use crate::image::Image;
@@ -57,6 +58,9 @@ pub struct Module {
     /// In the order of [`Controller::ALL`].
     mcus: [Mcu; 2],
     bus: Bus,
+    body: Body,
+    /// The cycle at which the body takes its next step.
+    body_due: u64,
     quantum: u64,
     powered_up_at: u64,
     is_on: bool,
@@ -96,8 +100,11 @@ impl Module {
             mcu.add_wires();
             Ok::<_, McuError>(mcu)
         };
-        let mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
-        Ok(Self { bus: Bus::new(mcus.len()), mcus, quantum: u64::MAX, powered_up_at: 0, is_on: true })
+        let mut mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
+        let mut body = Body::default();
+        body.attach(&mut mcus);
+        let bus = Bus::new(mcus.len());
+        Ok(Self { bus, mcus, body, body_due: body::STEP, quantum: u64::MAX, powered_up_at: 0, is_on: true })
     }
 
     pub fn mcu(&self, controller: Controller) -> &Mcu {
@@ -149,8 +156,22 @@ impl Module {
         self.quantum = cycles;
     }
 
+    /// What the MCUs drive and measure.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    pub fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
+    }
+
     /// Runs both MCUs up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
+        while self.body_due <= cycle {
+            lockstep::run_until(&mut self.mcus, &mut self.bus, self.body_due, self.quantum);
+            self.body.step(&mut self.mcus);
+            self.body_due += body::STEP;
+        }
         lockstep::run_until(&mut self.mcus, &mut self.bus, cycle, self.quantum);
     }
 

@@ -2,8 +2,9 @@
 
 use kernel::Task;
 
-use crate::message::Message;
+use crate::message::{Address, Message, TaskCode};
 use crate::post_office::{PostOffice, Undelivered};
+use crate::request::Request;
 use crate::router::Source;
 
 /// A behaviour's way to the rest of the module, and beyond.
@@ -25,6 +26,17 @@ impl Api {
     /// [`Undelivered`]: there is no such task or dock, or no room now.
     pub fn send(&self, task: &mut Task, message: Message) -> Result<(), Undelivered> {
         self.office.deliver(task, message, Source::Task)
+    }
+
+    /// Asks a device of this module for something, on behalf of the task `from`, to which the answer goes.
+    ///
+    /// # Errors
+    /// As of [`send`](Self::send).
+    pub fn request(&self, task: &mut Task, from: TaskCode, request: Request) -> Result<(), Undelivered> {
+        match Message::new(Address::here(request.task()), Address::here(from), &request.to_payload()) {
+            Ok(message) => self.send(task, message),
+            Err(_) => Err(Undelivered::Ignored), // never: a request fits
+        }
     }
 
     /// Tells a debugger or simulator of an event.

@@ -69,13 +69,16 @@ pub trait Bus {
 
 /// The motors of an MCU's `N` joints, and what is measured of them.
 pub trait JointMotors<const N: usize> {
-    /// Switches the bridges on, and from now on measures the joints and posts `period` each millisecond.
+    /// From now on measures the joints and posts `period` each millisecond.
     fn begin(&mut self, task: &mut Task, period: &'static Semaphore);
 
-    /// Ends that. The motors are off.
+    /// Ends that. The motors go on with their last drives.
     fn end(&mut self, task: &mut Task);
 
-    /// What was measured in the millisecond that has just ended.
+    /// Measures the joints once, within 2 ms.
+    fn look(&mut self, task: &mut Task);
+
+    /// What was measured last.
     fn readings(&mut self, task: &mut Task) -> [Reading; N];
 
     /// Drives each joint, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.

@@ -5,8 +5,10 @@ use tasks::api::Api;
 use tasks::dock::Dock;
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
+use tasks::request::Report;
 
-use crate::controller::{Controller, Outgoing, Response};
+use super::joints::Joints;
+use crate::controller::{Controller, NOTHING, Outgoing, Response};
 use crate::event::Event;
 use crate::gait::GaitName;
 use crate::hormone::Hormone;
@@ -24,6 +26,7 @@ pub fn run(
     api: Api,
 ) -> Never {
     let mut controller = Controller::new(gait.gait(), seed, now(task));
+    let mut joints = Joints::new();
     loop {
         while let Some(message) = mailbox.take(task) {
             let response = match message.from().dock() {
@@ -31,7 +34,7 @@ pub fn run(
                 None if message.from().task() == TaskCode::AC_RECEIVE => {
                     learn(task, &mut controller, message.payload())
                 }
-                None => obey(task, &mut controller, message.payload()),
+                None => hear(task, &mut controller, message.payload()),
             };
             // Its buffer is needed for what goes out.
             drop(message);
@@ -44,7 +47,12 @@ pub fn run(
             follow(task, &mut controller, response, api);
         }
         status.with(task, |status| *status = *controller.status());
-        if let Some(wait) = controller.next_due(now(task)) {
+        let time = now(task);
+        if let Some(posture) = controller.posture(time) {
+            joints.turn(task, api, posture);
+        }
+        let due = [controller.next_due(time), controller.until_posture(time)];
+        if let Some(wait) = due.into_iter().flatten().min() {
             mailbox.wake_in(task, wait);
         }
         mailbox.wait(task);
@@ -63,16 +71,19 @@ fn learn(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option
     Some(controller.topology(&neighbours, now(task)))
 }
 
-/// A task of this module orders the robot about. `None` if that is no order.
-fn obey(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
+/// A task of this module orders the robot about, or a device reports. `None` if it is neither.
+fn hear(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
+    // No rule asks for reports yet.
+    if Report::from_payload(payload).is_some() {
+        return Some(NOTHING);
+    }
     match Hormone::from_payload(payload)? {
         Hormone::Order(order) => Some(controller.order(None, order, now(task))),
         _ => None,
     }
 }
 
-/// Sends what is to be sent, and tells what happened. The action is in the status, and goes to the motors' tasks once there
-/// are any.
+/// Sends what is to be sent, and tells what happened.
 fn follow(task: &mut Task, controller: &mut Controller, response: Response, api: Api) {
     if let Some(event) = response.event {
         api.trace(event.to_byte());

@@ -35,6 +35,9 @@ const STRONG_DRIVE: u16 = FULL_DRIVE as u16 / 4;
 /// Periods (of 1 ms) without way, in which the drive is strong or the current at its limit, that make a stall.
 const STALL: u8 = 250;
 
+/// A joint that has been at its target for so many periods without a change of its reading is at rest.
+const SETTLED: u8 = 100;
+
 /// How one joint is built and what it may do: the board says so.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
@@ -124,6 +127,8 @@ pub struct Joint {
     /// Where the joint was when it last made way, and the periods in vain since.
     mark: Position,
     in_vain: u8,
+    /// Periods at the target without a change, up to [`SETTLED`].
+    settled: u8,
 }
 
 impl Joint {
@@ -142,6 +147,7 @@ impl Joint {
             bad_readings: 0,
             mark: 0,
             in_vain: 0,
+            settled: 0,
         }
     }
 
@@ -151,6 +157,7 @@ impl Joint {
         // Positions hold both end stops, so the product fits.
         let Description { lowest, highest, .. } = self.description;
         self.target = angle.min(highest).max(lowest).wrapping_mul(TENTH);
+        self.settled = 0;
         // 41/256 is a degree per second in units per millisecond: 0.16.
         self.speed = u16::from(speed) * 41;
         match self.state {
@@ -186,6 +193,21 @@ impl Joint {
         matches!(self.state, State::Moving | State::Arrived)
     }
 
+    /// Whether nothing has to be done for the joint: it is off, or at rest with a drive that may stay as it is.
+    pub fn is_at_rest(&self) -> bool {
+        !self.is_driven() || self.settled >= SETTLED
+    }
+
+    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer.
+    pub fn watch(&mut self, reading: Reading) {
+        let position = self.description.potentiometer.position(reading.potentiometer);
+        if !position.is_some_and(|position| self.is_near(position)) {
+            self.settled = 0;
+            // Since the last look it may have turned further than in a period.
+            self.position = position.or(self.position);
+        }
+    }
+
     /// One period. Returns the drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
     pub fn step(&mut self, reading: Reading) -> i16 {
         let Some(position) = self.plausible(reading.potentiometer) else {
@@ -199,13 +221,14 @@ impl Joint {
             self.begin(position);
         }
         self.bad_readings = 0;
+        self.settle(position);
         self.position = Some(position);
         if !self.is_driven() {
             return 0;
         }
         let feed_forward = self.advance_setpoint(position);
         self.limit_current(reading.current);
-        let tolerance = self.description.potentiometer.resolution() / 2;
+        let tolerance = self.tolerance();
         let sought = self.pid.step(GAINS, self.setpoint, position, tolerance, feed_forward, self.ceiling);
         let drive = self.stop_at_ends(position, sought);
         self.watch_way(position, drive, reading.current);
@@ -227,6 +250,23 @@ impl Joint {
         self.fraction = 0;
         self.pid = Pid::at(position);
         self.mark = position;
+    }
+
+    /// Less than this makes no difference to where the joint is.
+    fn tolerance(&self) -> Position {
+        self.description.potentiometer.resolution() / 2
+    }
+
+    /// Whether a position is where the joint was last, but for the converter's noise.
+    fn is_near(&self, position: Position) -> bool {
+        let noise = self.description.potentiometer.resolution().unsigned_abs();
+        self.position.is_some_and(|last| last.abs_diff(position) <= noise)
+    }
+
+    fn settle(&mut self, position: Position) {
+        let is_there =
+            self.setpoint == self.target && self.target.abs_diff(position) <= self.tolerance().unsigned_abs();
+        self.settled = if is_there && self.is_near(position) { self.settled.saturating_add(1) } else { 0 };
     }
 
     /// Moves the setpoint towards the target. Returns the drive that its motion takes.

@@ -1,6 +1,6 @@
-//! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a joint is driven.
+//! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a joint moves.
 
-use kernel::{Mutex, Never, Priority, Semaphore, Task};
+use kernel::{Mutex, Never, Priority, Semaphore, Task, Ticks};
 
 use super::joint::{Joint, Reading, State};
 use crate::device::JointMotors;
@@ -11,7 +11,7 @@ pub struct Motors<const N: usize> {
     control: Mutex<Control<N>>,
     /// Posted with each order.
     order: Semaphore,
-    /// Posted each millisecond while a joint is driven.
+    /// Posted each millisecond while a joint is controlled.
     period: Semaphore,
 }
 
@@ -64,31 +64,43 @@ impl<const N: usize> Motors<N> {
 /// What came of a period.
 struct Outcome<const N: usize> {
     drives: [i16; N],
-    is_driven: bool,
+    is_at_rest: bool,
     is_news: bool,
 }
 
 impl<const N: usize> Control<N> {
-    fn is_driven(&self) -> bool {
-        self.joints.iter().any(Joint::is_driven)
+    fn is_at_rest(&self) -> bool {
+        self.joints.iter().all(Joint::is_at_rest)
+    }
+
+    fn watch(&mut self, readings: [Reading; N]) {
+        for (joint, reading) in self.joints.iter_mut().zip(readings) {
+            joint.watch(reading);
+        }
     }
 
     #[inline(always)]
     fn step(&mut self, readings: [Reading; N], missed: u16) -> Outcome<N> {
         self.counters.periods = self.counters.periods.wrapping_add(1);
         self.counters.missed = self.counters.missed.wrapping_add(missed);
-        let mut outcome = Outcome { drives: [0; N], is_driven: false, is_news: false };
+        let mut outcome = Outcome { drives: [0; N], is_at_rest: true, is_news: false };
         for ((joint, reading), drive) in self.joints.iter_mut().zip(readings).zip(&mut outcome.drives) {
             let before = joint.state();
             *drive = joint.step(reading);
-            outcome.is_driven |= joint.is_driven();
+            outcome.is_at_rest &= joint.is_at_rest();
             outcome.is_news |= joint.state() != before;
         }
         outcome
     }
 }
 
+/// How often joints at rest are looked at, in ticks of 1 ms.
+const WATCH: Ticks = 16;
+
 /// Runs the task of `motors`. `news` is posted when a joint has changed its state by itself.
+///
+/// Joints that are at rest need no computing: their drives stay as they are. They are looked at now and then, and controlled
+/// again as soon as one is moved or told to.
 pub fn run<const N: usize>(
     task: &mut Task,
     motors: &'static Motors<N>,
@@ -96,13 +108,11 @@ pub fn run<const N: usize>(
     news: &'static Semaphore,
 ) -> Never {
     loop {
-        motors.order.wait(task);
-        if !motors.control.with(task, |control| control.is_driven()) {
-            continue;
-        }
+        rest(task, motors, &mut devices);
         devices.begin(task, &motors.period);
         motors.period.wait(task); // until the joints have been measured once
-        loop {
+        let mut is_at_rest = false;
+        while !is_at_rest {
             motors.period.wait(task);
             let mut missed = 0;
             while motors.period.try_wait(task) {
@@ -114,10 +124,20 @@ pub fn run<const N: usize>(
             if outcome.is_news {
                 news.post(task);
             }
-            if !outcome.is_driven {
-                break;
-            }
+            is_at_rest = outcome.is_at_rest;
         }
         devices.end(task);
+    }
+}
+
+/// Waits until a joint has to be controlled.
+fn rest<const N: usize>(task: &mut Task, motors: &'static Motors<N>, devices: &mut impl JointMotors<N>) {
+    while motors.order.try_wait(task) {} // those that have been carried out
+    while motors.control.with(task, |control| control.is_at_rest()) {
+        devices.look(task);
+        if motors.order.wait_timeout(task, WATCH).is_err() {
+            let readings = devices.readings(task);
+            motors.control.with(task, |control| control.watch(readings));
+        }
     }
 }

@@ -255,3 +255,32 @@ fn a_lone_bad_reading_is_passed_over() {
     assert_eq!(rig.joint.state(), State::Arrived);
     assert!((rig.plant.degrees() - 30.0).abs() <= 0.3, "{}", rig.plant.degrees());
 }
+
+#[test]
+fn a_joint_at_rest_is_left_alone_until_it_is_moved() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    assert!(rig.joint.is_at_rest(), "it is off");
+    rig.joint.turn_to(300, 60);
+    let periods = (0..)
+        .take_while(|_| !{
+            rig.step();
+            rig.joint.is_at_rest()
+        })
+        .count();
+    assert!((600..2_000).contains(&periods), "{periods} ms");
+    assert!((rig.plant.degrees() - 30.0).abs() <= 0.3);
+    let mut watch = |plant: Plant| {
+        rig.joint.watch(Reading { potentiometer: counts(plant.potentiometer_volts()), current: 0 });
+        rig.joint.is_at_rest()
+    };
+    assert!(watch(Plant::at(30.0)) && watch(Plant::at(30.1)));
+    assert!(!watch(Plant::at(31.0)), "it was moved");
+    rig.trace(200);
+    assert!(rig.joint.is_at_rest(), "and has found back");
+    let mut broken = Plant::at(30.0);
+    broken.set_fault(Some(PotentiometerFault::Open));
+    rig.joint.watch(Reading { potentiometer: counts(broken.potentiometer_volts()), current: 0 });
+    assert!(!rig.joint.is_at_rest());
+    rig.joint.turn_to(300, 60);
+    assert!(!rig.joint.is_at_rest(), "it was told to");
+}

@@ -1,0 +1,230 @@
+//! The body of a module: joints, latches and battery, wired to the pins of both MCUs as `board/src/superbot.rs` has it.
+
+use plants::battery::{Battery, CHARGING_AMPERES, IDLE_AMPERES};
+use plants::dock::Latch;
+use plants::joint::Joint;
+use tasks::dock::Dock;
+use tasks::motor::Axis;
+
+use crate::mcu::{CLOCK_HZ, Mcu, Pin};
+use crate::module::Controller;
+use crate::repair::adc::Multiplexer;
+
+/// The body follows the pins in steps of so many cycles: 0.1 ms.
+pub(crate) const STEP: u64 = 1600;
+
+/// A step, in s.
+const SECONDS: f64 = STEP as f64 / CLOCK_HZ as f64;
+
+/// Steps of the equations in one of the body.
+const PARTS: u32 = 2;
+
+/// The multiplexer before ADC7.
+const MULTIPLEXER: Multiplexer = Multiplexer {
+    pin: 7,
+    address: [Pin { port: 'G', bit: 0 }, Pin { port: 'G', bit: 1 }, Pin { port: 'G', bit: 2 }],
+};
+
+/// Where a joint's bridge is wired to, and which inputs measure it.
+struct JointWiring {
+    controller: Controller,
+    axis: Axis,
+    /// Data addresses of the compare register, and the bit of TCCR1A that gives its pin to the timer.
+    compare: u16,
+    connected: u8,
+    /// The bit of PORTC that gives the direction.
+    direction: u8,
+    potentiometer: usize,
+    current: usize,
+}
+
+// Data addresses: a look at a register is far cheaper than asking simavr for a pin's level.
+const TCCR1A: u16 = 0x4f;
+const ICR1: u16 = 0x46;
+const PORTC: u16 = 0x35;
+const PORTD: u16 = 0x32;
+
+const JOINTS: [JointWiring; 3] = [
+    half_joint(Controller::Master, Axis::Front),
+    JointWiring {
+        controller: Controller::Master,
+        axis: Axis::Roll,
+        compare: 0x48,
+        connected: 1 << 5,
+        direction: 1,
+        potentiometer: 2,
+        current: 3,
+    },
+    half_joint(Controller::Slave, Axis::Back),
+];
+
+const fn half_joint(controller: Controller, axis: Axis) -> JointWiring {
+    JointWiring {
+        controller,
+        axis,
+        compare: 0x4a,
+        connected: 1 << 7,
+        direction: 0,
+        potentiometer: 0,
+        current: 1,
+    }
+}
+
+/// The docks of each half, by their places.
+const DOCKS: [(Controller, [Dock; 3]); 2] = [
+    (Controller::Master, [Dock::Front, Dock::Left, Dock::Right]),
+    (Controller::Slave, [Dock::Back, Dock::Up, Dock::Down]),
+];
+
+/// A module's body, to be looked at and interfered with between runs.
+#[derive(Clone, Debug)]
+pub struct Body {
+    joints: [Joint; 3],
+    latches: [Latch; 6],
+    /// What flows out of each dock while its power switch is closed, in A.
+    pub dock_amperes: [f64; 6],
+    /// What each dock sees reflected, in counts of the converter.
+    pub proximity: [u16; 6],
+    pub battery: Battery,
+    /// Of both boards, in degrees Celsius.
+    pub celsius: [f64; 2],
+    /// Along x, y and z, in multiples of the acceleration of gravity.
+    pub acceleration: [f64; 3],
+}
+
+impl Default for Body {
+    /// A module that lies still, straight and released from all others, with a full battery.
+    fn default() -> Self {
+        Body {
+            joints: [0.0; 3].map(Joint::at),
+            latches: [0.0; 6].map(Latch::at),
+            dock_amperes: [0.0; 6],
+            proximity: [0; 6],
+            battery: Battery::with(0.9),
+            celsius: [25.0; 2],
+            acceleration: [0.0, 0.0, 1.0],
+        }
+    }
+}
+
+impl Body {
+    pub fn joint(&self, axis: Axis) -> &Joint {
+        &self.joints[usize::from(axis.index())]
+    }
+
+    pub fn joint_mut(&mut self, axis: Axis) -> &mut Joint {
+        &mut self.joints[usize::from(axis.index())]
+    }
+
+    pub fn latch(&self, dock: Dock) -> &Latch {
+        &self.latches[usize::from(dock.index())]
+    }
+
+    pub fn latch_mut(&mut self, dock: Dock) -> &mut Latch {
+        &mut self.latches[usize::from(dock.index())]
+    }
+
+    /// Wires the body to MCUs at power-up.
+    pub(crate) fn attach(&mut self, mcus: &mut [Mcu; 2]) {
+        for mcu in &mut *mcus {
+            mcu.set_analog(|analog| analog.multiplexer = Some(MULTIPLEXER));
+        }
+        self.show(mcus);
+    }
+
+    /// Lets a [`STEP`] pass as the pins are, and then shows the MCUs where that has led.
+    pub(crate) fn step(&mut self, mcus: &mut [Mcu; 2]) {
+        let volts = self.battery.volts();
+        let mut amperes = IDLE_AMPERES;
+        for wiring in &JOINTS {
+            let joint = &mut self.joints[usize::from(wiring.axis.index())];
+            let duty = duty(&mcus[wiring.controller as usize], wiring);
+            joint.surroundings.supply_volts = volts;
+            for _ in 0..PARTS {
+                joint.step(duty, SECONDS / f64::from(PARTS));
+            }
+            amperes += joint.amperes() * duty.abs();
+        }
+        for (controller, docks) in DOCKS {
+            let mcu = &mcus[controller as usize];
+            for (place, dock) in (0..).zip(docks) {
+                let index = usize::from(dock.index());
+                let is_driven = |bit| i8::from(is_high(mcu, PORTC, bit));
+                let direction = is_driven(3 + 2 * place) - is_driven(2 + 2 * place);
+                self.latches[index].step(direction, SECONDS);
+                amperes += self.latches[index].amperes();
+                if is_high(mcu, PORTD, 4 + place) {
+                    amperes += self.dock_amperes[index];
+                }
+            }
+        }
+        if is_high(&mcus[Controller::Master as usize], PORTD, 7) {
+            amperes -= CHARGING_AMPERES;
+        }
+        self.battery.step(amperes, SECONDS);
+        self.show(mcus);
+    }
+
+    /// Sets the voltages and pins that the MCUs see.
+    fn show(&self, mcus: &mut [Mcu; 2]) {
+        for wiring in &JOINTS {
+            let joint = &self.joints[usize::from(wiring.axis.index())];
+            mcus[wiring.controller as usize].set_analog(|analog| {
+                analog.pins[wiring.potentiometer] = joint.potentiometer_volts();
+                analog.pins[wiring.current] = joint.current_volts();
+            });
+        }
+        for (controller, docks) in DOCKS {
+            let mcu = &mut mcus[controller as usize];
+            let indices = docks.map(|dock| usize::from(dock.index()));
+            for (place, index) in indices.into_iter().enumerate() {
+                let bit = place as u8;
+                let is_closed = is_high(mcu, PORTD, 4 + bit);
+                let amperes = if is_closed { self.dock_amperes[index] } else { 0.0 };
+                mcu.set_analog(|analog| {
+                    analog.pins[4 + place] = 2.5 + 0.5 * amperes;
+                    analog.multiplexed[place] = (f64::from(self.proximity[index]) + 0.5) / 1024.0 * 5.0;
+                });
+                // Pressed, a switch pulls its pin low.
+                let latch = &self.latches[index];
+                for (end, is_pressed) in [(0, latch.is_released()), (1, latch.is_latched())] {
+                    drive(mcu, Pin { port: 'A', bit: 2 * bit + end }, !is_pressed);
+                }
+            }
+            let latching: f64 = indices.iter().map(|&index| self.latches[index].amperes()).sum();
+            let celsius = self.celsius[controller as usize];
+            let rest = match controller {
+                Controller::Master => [self.battery.volts() / 2.0, 0.5 + 0.01 * self.battery.celsius, 0.0],
+                Controller::Slave => self.acceleration.map(|axis| 2.5 + 0.8 * axis),
+            };
+            mcu.set_analog(|analog| {
+                analog.multiplexed[3] = latching;
+                analog.multiplexed[4] = 0.5 + 0.01 * celsius;
+                analog.multiplexed[5..].copy_from_slice(&rest);
+            });
+        }
+    }
+}
+
+/// Drives a pin, if that is any change.
+fn drive(mcu: &mut Mcu, pin: Pin, level: bool) {
+    if mcu.driven_level(pin) != Some(level) {
+        mcu.drive_pin(pin, level);
+    }
+}
+
+/// Whether an output of this port is high; inputs of these ports have no pull-ups.
+fn is_high(mcu: &Mcu, port: u16, bit: u8) -> bool {
+    mcu.read(port).is_some_and(|levels| levels & 1 << bit != 0)
+}
+
+/// The duty of a joint's motor, -1 to 1.
+fn duty(mcu: &Mcu, wiring: &JointWiring) -> f64 {
+    let byte = |address| mcu.read(address).unwrap_or(0);
+    let word = |address| f64::from(u16::from_le_bytes([byte(address), byte(address + 1)]));
+    if byte(TCCR1A) & wiring.connected == 0 {
+        return 0.0;
+    }
+    let duty = word(wiring.compare) / word(ICR1).max(1.0);
+    if is_high(mcu, PORTC, wiring.direction) { duty } else { -duty }
+}
