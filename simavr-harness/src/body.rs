@@ -81,6 +81,8 @@ const DOCKS: [(Controller, [Dock; 3]); 2] = [
 pub struct Body {
     joints: [Joint; 3],
     latches: [Latch; 6],
+    /// What was last shown of the switches at their ends: released, latched.
+    switches: [[Option<bool>; 2]; 6],
     /// What flows out of each dock while its power switch is closed, in A.
     pub dock_amperes: [f64; 6],
     /// What each dock sees reflected, in counts of the converter.
@@ -98,6 +100,7 @@ impl Default for Body {
         Body {
             joints: [0.0; 3].map(Joint::at),
             latches: [0.0; 6].map(Latch::at),
+            switches: [[None; 2]; 6],
             dock_amperes: [0.0; 6],
             proximity: [0; 6],
             battery: Battery::with(0.9),
@@ -166,7 +169,7 @@ impl Body {
     }
 
     /// Sets the voltages and pins that the MCUs see.
-    fn show(&self, mcus: &mut [Mcu; 2]) {
+    fn show(&mut self, mcus: &mut [Mcu; 2]) {
         for wiring in &JOINTS {
             let joint = &self.joints[usize::from(wiring.axis.index())];
             mcus[wiring.controller as usize].set_analog(|analog| {
@@ -185,10 +188,13 @@ impl Body {
                     analog.pins[4 + place] = 2.5 + 0.5 * amperes;
                     analog.multiplexed[place] = (f64::from(self.proximity[index]) + 0.5) / 1024.0 * 5.0;
                 });
-                // Pressed, a switch pulls its pin low.
                 let latch = &self.latches[index];
-                for (end, is_pressed) in [(0, latch.is_released()), (1, latch.is_latched())] {
-                    drive(mcu, Pin { port: 'A', bit: 2 * bit + end }, !is_pressed);
+                let pressed = [latch.is_released(), latch.is_latched()];
+                for ((end, is_pressed), shown) in (0..).zip(pressed).zip(&mut self.switches[index]) {
+                    if shown.replace(is_pressed) != Some(is_pressed) {
+                        // Pressed, a switch pulls its pin low.
+                        mcu.drive_pin(Pin { port: 'A', bit: 2 * bit + end }, !is_pressed);
+                    }
                 }
             }
             let latching: f64 = indices.iter().map(|&index| self.latches[index].amperes()).sum();
@@ -203,13 +209,6 @@ impl Body {
                 analog.multiplexed[5..].copy_from_slice(&rest);
             });
         }
-    }
-}
-
-/// Drives a pin, if that is any change.
-fn drive(mcu: &mut Mcu, pin: Pin, level: bool) {
-    if mcu.driven_level(pin) != Some(level) {
-        mcu.drive_pin(pin, level);
     }
 }
 

@@ -411,12 +411,6 @@ impl Mcu {
         self.act_from_outside(|mcu| mcu.cpu.drive_pin(pin.port, pin.bit, level));
     }
 
-    /// The level that the outside gives to a pin; `None` if it gives none.
-    pub fn driven_level(&self, pin: Pin) -> Option<bool> {
-        let (which, levels) = self.driven.get(&pin.port)?;
-        (which & 1 << pin.bit != 0).then_some(levels & 1 << pin.bit != 0)
-    }
-
     /// The level of a pin as it could be measured: an output's, or that of the input.
     pub fn pin(&self, pin: Pin) -> bool {
         self.cpu.pins(pin.port) & 1 << pin.bit != 0

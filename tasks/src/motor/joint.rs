@@ -209,6 +209,7 @@ impl Joint {
     }
 
     /// One period. Returns the drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
+    #[inline(never)] // in a loop over joints the AVR would compute the address of each field anew
     pub fn step(&mut self, reading: Reading) -> i16 {
         let Some(position) = self.plausible(reading.potentiometer) else {
             self.bad_readings = self.bad_readings.saturating_add(1);
