@@ -10,6 +10,7 @@ use crate::device::{Attached, WrappedWrites};
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::Part;
+use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::timer3::{self, Timer3};
@@ -48,6 +49,7 @@ pub struct Mcu {
     _wrapped: WrappedWrites,
     /// Serial ports at pins rather than USARTs.
     serial_pins: Vec<Attached<PinSerial>>,
+    probes: Vec<Attached<Probe>>,
     random: Random,
     awake_cycles: u64,
     /// The core slept when it was last looked at: the next interrupt wakes it.
@@ -140,6 +142,7 @@ impl Mcu {
             image,
             _wrapped: wrapped,
             serial_pins: Vec::new(),
+            probes: Vec::new(),
             random: Random::new(seed),
             awake_cycles: 0,
             asleep: false,
@@ -422,6 +425,17 @@ impl Mcu {
         if let Some(adc) = &mut self.adc {
             adc.with(cpu, |adc| change(&mut adc.analog));
         }
+    }
+
+    /// Watches a pin from now on. Probes are numbered from 0.
+    pub fn add_probe(&mut self, pin: Pin) {
+        self.probes.push(probe::attach(self.cpu, pin));
+    }
+
+    /// Takes the edges that a probe has seen since the last call.
+    pub fn take_edges(&mut self, number: usize) -> Vec<Edge> {
+        let cpu = self.cpu;
+        self.probes.get_mut(number).map(|probe| probe.with(cpu, Probe::take)).unwrap_or_default()
     }
 
     /// Raises an interrupt by its vector number, as its source would; `false` if there is no such.

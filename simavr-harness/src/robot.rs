@@ -1,5 +1,7 @@
 //! Modules, and how they are attached to each other.
 
+use std::collections::BTreeMap;
+
 use simulation::{Change, Face, Links, Mcus, Random, Wiring, WiringError, fnv_1a};
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
@@ -53,6 +55,8 @@ pub(crate) struct Delivery {
 #[derive(Clone, Debug)]
 pub struct RobotBuilder {
     images: Images,
+    /// Modules that run other programs.
+    others: BTreeMap<usize, Images>,
     modules: usize,
     attachments: Vec<(Face, Face)>,
     seed: u64,
@@ -71,7 +75,14 @@ pub enum RobotError {
 impl RobotBuilder {
     /// A robot of `modules` modules, attached to nothing.
     pub fn new(images: Images, modules: usize) -> Self {
-        Self { images, modules, attachments: Vec::new(), seed: 0, power_up_within: 0 }
+        Self {
+            images,
+            others: BTreeMap::new(),
+            modules,
+            attachments: Vec::new(),
+            seed: 0,
+            power_up_within: 0,
+        }
     }
 
     /// A robot whose modules are attached as in `wiring`.
@@ -87,6 +98,13 @@ impl RobotBuilder {
         };
         let attachments = (1..modules).map(link).collect();
         Self { attachments, ..Self::new(images, modules) }
+    }
+
+    /// Has a module run other programs than the rest.
+    #[must_use]
+    pub fn program(mut self, module: usize, images: Images) -> Self {
+        self.others.insert(module, images);
+        self
     }
 
     /// Attaches two docks to each other.
@@ -115,10 +133,10 @@ impl RobotBuilder {
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
-        let Self { images, modules, attachments, seed, power_up_within } = self;
+        let Self { images, others, modules, attachments, seed, power_up_within } = self;
         let member = |index| {
             let mut random = Random::of_part(seed, index as u64);
-            let mut module = Module::new(&images, random.next_u64())?;
+            let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
             module.power_up_at(random.next_u64().checked_rem(power_up_within).unwrap_or(0));
             Ok(Member { module, ports: Default::default(), echoes: DockSet::EMPTY, events: Vec::new() })
         };

@@ -7,6 +7,7 @@ mod bytes;
 mod interrupts;
 mod listing;
 mod masked;
+pub mod module;
 mod stretches;
 mod table;
 

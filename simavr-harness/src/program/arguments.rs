@@ -64,6 +64,14 @@ pub struct Sim {
 
 #[derive(Args)]
 pub struct Bench {
+    /// What to measure: the kernel's figures, or those of a module.
+    #[arg(value_enum, default_value = "kernel")]
+    pub subject: Subject,
+
+    /// For how long a module is saturated, in simulated seconds.
+    #[arg(long, default_value = "60", value_parser = clap::value_parser!(u64).range(1..))]
+    pub seconds: u64,
+
     /// Print one JSON object in place of the table, to a file or to the standard output (-).
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -137,4 +145,11 @@ fn probability(text: &str) -> Result<f64, String> {
         Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(probability),
         _ => Err("give a probability from 0 to 1".into()),
     }
+}
+
+/// What is measured.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Subject {
+    Kernel,
+    Module,
 }

@@ -7,10 +7,14 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 use simavr_harness::bench::{self, FIGURES, Figure, Measured, PEERS};
 
-use super::{arguments, json, listing};
+use super::arguments::Subject;
+use super::{arguments, json, listing, module};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
+    if options.subject == Subject::Module {
+        return module::run(options);
+    }
     let images = options.images.join("tests");
     if options.windows {
         return listing::print_windows(&images);

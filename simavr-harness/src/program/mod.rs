@@ -5,6 +5,7 @@ mod bench;
 mod display;
 mod json;
 mod listing;
+mod module;
 mod report;
 mod sim;
 mod summary;

@@ -5,6 +5,7 @@
 
 #[cfg(feature = "atmega128")]
 pub mod bench;
+pub mod flood;
 pub mod sweep;
 
 use board::debug::{self, mark};

@@ -1,0 +1,7 @@
+//! A neighbour that floods a module from before: it sits there by its dock Back.
+#![no_std]
+#![no_main]
+
+use tasks::dock::Dock;
+
+tests_images::flood!(Dock::Back, true);

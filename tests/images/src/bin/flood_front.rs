@@ -1,0 +1,7 @@
+//! A neighbour that floods a module from behind: it sits there by its dock Front.
+#![no_std]
+#![no_main]
+
+use tasks::dock::Dock;
+
+tests_images::flood!(Dock::Front, true);

@@ -1,0 +1,108 @@
+//! A neighbour that floods a module: its one dock, at USART0, sends messages to the other's HORMONE as fast as they are
+//! acknowledged. They are none that HORMONE knows.
+
+use board::Board;
+use hormone::task::{AdaptiveCommunication, ac_receive, ac_send};
+use kernel::{Boot, Never, Priority, Stack, Task};
+use tasks::api::Api;
+use tasks::dock::Dock;
+use tasks::link::port::Port;
+use tasks::link::{receive, send};
+use tasks::mailbox::Mailbox;
+use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
+use tasks::post_office::PostOffice;
+
+board::interrupts!(Interrupts: Tick, Usart0);
+
+/// What is not there.
+pub static NOWHERE: Mailbox = Mailbox::new(1);
+
+pub static AC_RECEIVE: Mailbox = Mailbox::new(4);
+pub static SINK: Mailbox = Mailbox::new(4);
+
+static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::new();
+
+static RECEIVE: Stack<300> = Stack::new();
+static SEND: Stack<300> = Stack::new();
+static FLOOD: Stack<300> = Stack::new();
+static AC_RECEIVE_STACK: Stack<250> = Stack::new();
+static AC_SEND_STACK: Stack<250> = Stack::new();
+
+/// The whole of such an image: `dock` is the neighbour's dock at USART0. One that `$probes` is taken for a neighbour.
+#[macro_export]
+macro_rules! flood {
+    ($dock:expr, $probes:expr) => {
+        use tasks::dock::DockSet;
+        use tasks::link::port::Port;
+        use tasks::message::TaskCode;
+        use tasks::post_office::PostOffice;
+        use tasks::router::{Mcu, Residence, Residents, Router, TaskSet};
+        use $crate::flood::{AC_RECEIVE, NOWHERE, SINK};
+
+        static PORT: Port = Port::new($dock);
+
+        const HERE: Residents = Residents {
+            docks: DockSet::of(&[$dock]),
+            tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE]),
+        };
+        const OTHER: Residents = Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[]) };
+
+        static OFFICE: PostOffice = PostOffice {
+            router: Router::new(Mcu::Master, Residence { master: HERE, slave: OTHER }),
+            tasks: &[(TaskCode::AC_RECEIVE, &AC_RECEIVE), (TaskCode::HORMONE, &SINK)],
+            devices: &NOWHERE,
+            links: &[($dock, PORT.mailbox())],
+            bridge: &NOWHERE,
+        };
+
+        #[unsafe(no_mangle)]
+        extern "C" fn main() -> ! {
+            kernel::run(|boot| {
+                if $crate::flood::begin(boot, &PORT, &OFFICE, $dock, $probes).is_none() {
+                    board::debug::halt();
+                }
+            })
+        }
+    };
+}
+
+/// Starts the tasks.
+pub fn begin(
+    boot: &mut Boot,
+    port: &'static Port,
+    office: &'static PostOffice,
+    dock: Dock,
+    probes: bool,
+) -> Option<()> {
+    let board = Board::take(boot)?;
+    let seed = board.nonce;
+    board.tick.start(Interrupts);
+    let (transmitter, receiver) = board.usart0.start(Interrupts);
+    RECEIVE.start(boot, Priority::P1, move |task| receive::run(task, port, receiver, office, seed)).ok()?;
+    SEND.start(boot, Priority::P2, move |task| send::run(task, port, transmitter, seed)).ok()?;
+    let api = Api::new(office, |_| {});
+    if probes {
+        AC_RECEIVE_STACK
+            .start(boot, Priority::P4, move |task| {
+                ac_receive::run(task, &AC_RECEIVE, &ADAPTIVE_COMMUNICATION, api)
+            })
+            .ok()?;
+        AC_SEND_STACK
+            .start(boot, Priority::P5, move |task| ac_send::run(task, &ADAPTIVE_COMMUNICATION, api))
+            .ok()?;
+    }
+    FLOOD.start(boot, Priority::P6, move |task| flood(task, dock, api)).ok()
+}
+
+fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
+    let to = Address::beyond(dock, TaskCode::HORMONE);
+    let from = Address::here(TaskCode::HORMONE);
+    loop {
+        while SINK.take(task).is_some() {}
+        let is_sent =
+            Message::new(to, from, &[0xff; MAX_PAYLOAD]).is_ok_and(|message| api.send(task, message).is_ok());
+        if !is_sent {
+            task.delay(1);
+        }
+    }
+}
