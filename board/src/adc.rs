@@ -3,18 +3,20 @@
 //! A round is a chain of conversions, 104 us each, each begun by the interrupt that ends the one before:
 //!
 //! 1. an input of the multiplexer, if one was [asked for](Analog::look);
-//! 2. the current of one dock, in turn: each is seen every third millisecond, and a current out of bounds opens the
-//!    dock's power switch then and there;
-//! 3. currents and potentiometers of the joints, while those are driven or were asked for.
+//! 2. the current of one dock that is [watched](Analog::watch), in turn: each is seen at least every third millisecond, and
+//!    a current out of bounds opens the dock's power switch then and there;
+//! 3. currents and potentiometers of the joints, while those are controlled or were asked for.
 //!
 //! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its interrupt
 //! comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks that wait for them delay it.
+//! While there is nothing to measure there are no rounds.
 
 use avr_device::atmega128a::{ADC, TC2};
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore};
 
 use crate::gpio::Port;
 use crate::interrupts::Serves;
+use crate::joints;
 use crate::superbot::{self, CLOCK_HZ, DOCK_CURRENT_AT_REST, DOCK_CURRENT_LIMIT, PowerPort, ROUND_HZ};
 
 /// An analog input.
@@ -42,13 +44,14 @@ impl Input {
         Input(Self::MULTIPLEXED + number)
     }
 
-    fn is_of_joint(self) -> bool {
-        self.0 < Self::FIRST_DOCK
+    /// The bit of an input of the multiplexer among those asked for.
+    fn multiplexed_bit(self) -> Option<u8> {
+        (self.0 >= Self::MULTIPLEXED).then(|| 1 << (self.0 & 7))
     }
 
-    /// The bit of an input of the multiplexer among those asked for.
-    fn bit(self) -> Option<u8> {
-        (self.0 >= Self::MULTIPLEXED).then(|| 1 << (self.0 & 7))
+    /// The bit of a dock's current among those asked for.
+    fn dock_bit(self) -> Option<u8> {
+        (self.0 >= Self::FIRST_DOCK).then(|| 1 << (self.0 & 3))
     }
 }
 
@@ -80,7 +83,10 @@ const TOP: u8 = {
 struct Rounds {
     /// What is being converted.
     input: MaskedCell<u8>,
-    /// The dock whose current is next.
+    /// The docks that are watched, and those that were asked for: a bit for each place.
+    watched: MaskedCell<u8>,
+    wanted_docks: MaskedCell<u8>,
+    /// The place whose turn was last.
     dock: MaskedCell<u8>,
     /// The highest input of the joints while they are measured.
     joints: MaskedCell<Option<u8>>,
@@ -96,6 +102,8 @@ struct Rounds {
 
 static ROUNDS: Rounds = Rounds {
     input: MaskedCell::new(0),
+    watched: MaskedCell::new(0),
+    wanted_docks: MaskedCell::new(0),
     dock: MaskedCell::new(0),
     joints: MaskedCell::new(None),
     wanted: MaskedCell::new(0),
@@ -112,6 +120,20 @@ impl Rounds {
     }
 }
 
+fn timer() -> TC2 {
+    // SAFETY: other timers share TIMSK, which is changed with interrupts masked only.
+    unsafe { TC2::steal() }
+}
+
+/// Has rounds begin as long as there is anything to measure.
+fn go_on(_: &Masked) {
+    let timer = timer();
+    if timer.timsk().read().ocie2().bit_is_clear() {
+        timer.tifr().write(|w| w.ocf2().set_bit()); // a round that nobody wanted
+        timer.timsk().modify(|_, w| w.ocie2().set_bit());
+    }
+}
+
 fn registers() -> ADC {
     // SAFETY: the registers are used with interrupts masked only.
     unsafe { ADC::steal() }
@@ -125,7 +147,7 @@ impl Adc {
         Adc(())
     }
 
-    /// Begins the rounds. `trip` is posted when the switch of a dock was opened for its current.
+    /// Starts the clock of the rounds. `trip` is posted when the switch of a dock was opened for its current.
     pub fn start(
         self,
         _: impl Serves<Adc>,
@@ -134,10 +156,8 @@ impl Adc {
     ) -> (Rhythm, Analog) {
         context.mask(|masked| ROUNDS.trip.set(masked, Some(trip)));
         superbot::start_multiplexer();
-        // SAFETY: there is one `Adc`, and it ends here. Other timers share TIMSK, which is changed before any runs.
-        let timer = unsafe { TC2::steal() };
+        let timer = timer();
         timer.ocr2().write(|w| w.set(TOP));
-        timer.timsk().modify(|_, w| w.ocie2().set_bit());
         // WGM21 alone: clear timer on compare match.
         timer.tccr2().write(|w| w.wgm21().set_bit().cs2().set(CLOCK_SELECT));
         timer.tcnt2().write(|w| w.set(TOP / 2)); // half a tick away from the tick, where that has just been started
@@ -149,17 +169,20 @@ impl Adc {
 pub struct Rhythm(());
 
 impl Rhythm {
-    /// Posts `period` at the start of each round from now on, and measures the inputs up to `highest` in each.
+    /// From the next round on, in each: puts the joints' drives into effect, measures the inputs up to `highest`, and posts
+    /// `period`.
     pub fn begin(&mut self, context: &mut impl Context, period: &'static Semaphore, highest: Input) {
         context.mask(|masked| {
             ROUNDS.period.set(masked, Some(period));
             ROUNDS.joints.set(masked, Some(highest.0));
+            go_on(masked);
         });
     }
 
-    /// Ends that.
+    /// Ends that, once the last drives are in effect.
     pub fn end(&mut self, context: &mut impl Context) {
         context.mask(|masked| {
+            joints::apply(masked);
             ROUNDS.period.set(masked, None);
             ROUNDS.joints.set(masked, None);
         });
@@ -167,13 +190,10 @@ impl Rhythm {
 
     /// Measures the inputs up to `highest` in the next round.
     pub fn look(&mut self, context: &mut impl Context, highest: Input) {
-        context.mask(|masked| ROUNDS.joints.set(masked, Some(highest.0)));
-    }
-
-    /// What an input read when it was last measured, 0 to 1023.
-    #[inline(always)]
-    pub fn reading(&mut self, context: &mut impl Context, input: Input) -> u16 {
-        context.mask(|masked| reading(masked, input))
+        context.mask(|masked| {
+            ROUNDS.joints.set(masked, Some(highest.0));
+            go_on(masked);
+        });
     }
 }
 
@@ -184,21 +204,39 @@ impl Analog {
     /// Asks for a reading of `input`.
     pub fn look(&mut self, context: &mut impl Context, input: Input) {
         context.mask(|masked| {
-            if let Some(bit) = input.bit() {
+            if let Some(bit) = input.multiplexed_bit() {
                 ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) | bit);
-            } else if input.is_of_joint() && ROUNDS.joints.get(masked).is_none() {
+            } else if let Some(bit) = input.dock_bit() {
+                ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) | bit);
+            } else if ROUNDS.joints.get(masked).is_none() {
                 ROUNDS.joints.set(masked, Some(Input::LAST_OF_JOINTS)); // for one round
             }
+            go_on(masked);
         });
     }
 
     /// The reading that was asked for, 0 to 1023, once it is there.
     pub fn seen(&mut self, context: &mut impl Context, input: Input) -> Option<u16> {
-        context.mask(|masked| match input.bit() {
-            Some(bit) if ROUNDS.wanted.get(masked) & bit != 0 => None,
-            None if input.is_of_joint() && Rounds::looks_once(masked) => None,
-            _ => Some(reading(masked, input)),
+        context.mask(|masked| {
+            let is_awaited = if let Some(bit) = input.multiplexed_bit() {
+                ROUNDS.wanted.get(masked) & bit != 0
+            } else if let Some(bit) = input.dock_bit() {
+                ROUNDS.wanted_docks.get(masked) & bit != 0
+            } else {
+                Rounds::looks_once(masked)
+            };
+            (!is_awaited).then(|| reading(masked, input))
         })
+    }
+
+    /// Watches the current of the dock at `place`, 0 to 2, or no longer.
+    pub fn watch(&mut self, context: &mut impl Context, place: u8, is_on: bool) {
+        let bit = 1 << (place & 3);
+        context.mask(|masked| {
+            let others = ROUNDS.watched.get(masked) & !bit;
+            ROUNDS.watched.set(masked, if is_on { others | bit } else { others });
+            go_on(masked);
+        });
     }
 
     /// The docks whose switches have been opened for their currents since this was last asked, a bit each.
@@ -211,7 +249,9 @@ impl Analog {
     }
 }
 
-fn reading(masked: &Masked, Input(input): Input) -> u16 {
+/// What an input read when it was last measured, 0 to 1023.
+#[inline(always)]
+pub(crate) fn reading(masked: &Masked, Input(input): Input) -> u16 {
     ROUNDS.readings.get(usize::from(input)).map_or(0, |reading| reading.get(masked))
 }
 
@@ -224,11 +264,30 @@ fn convert(masked: &Masked, input: u8) {
     registers().adcsra().write(|w| unsafe { w.bits(START) });
 }
 
-/// Begins the conversion of the next dock's current.
-fn convert_dock(masked: &Masked) {
-    let dock = ROUNDS.dock.get(masked);
-    ROUNDS.dock.set(masked, if dock == 2 { 0 } else { dock + 1 });
-    convert(masked, Input::FIRST_DOCK + dock);
+/// Begins the conversion of the next dock's current, or else of the joints' inputs. Returns whether there was any.
+fn convert_rest(masked: &Masked) -> bool {
+    let docks = ROUNDS.watched.get(masked) | ROUNDS.wanted_docks.get(masked);
+    if docks == 0 {
+        return convert_joints(masked);
+    }
+    let mut place = ROUNDS.dock.get(masked);
+    loop {
+        place = if place >= 2 { 0 } else { place + 1 };
+        if docks >> place & 1 != 0 || place == ROUNDS.dock.get(masked) {
+            break;
+        }
+    }
+    ROUNDS.dock.set(masked, place);
+    convert(masked, Input::FIRST_DOCK + place);
+    true
+}
+
+fn convert_joints(masked: &Masked) -> bool {
+    let joints = ROUNDS.joints.get(masked);
+    if let Some(highest) = joints {
+        convert(masked, highest);
+    }
+    joints.is_some()
 }
 
 /// The interrupt "Timer/Counter2 Compare Match": a round begins.
@@ -236,18 +295,22 @@ fn convert_dock(masked: &Masked) {
 #[inline(always)]
 pub fn round(interrupt: &mut Interrupt) {
     let period = interrupt.mask(|masked| {
+        let period = ROUNDS.period.get(masked);
+        if period.is_some() {
+            joints::begin_period(masked);
+        }
         let wanted = ROUNDS.wanted.get(masked);
-        if wanted == 0 {
-            convert_dock(masked);
-        } else {
+        if wanted != 0 {
             let mut number = 0;
             while wanted >> number & 1 == 0 && number < 7 {
                 number += 1;
             }
             superbot::select(number);
             convert(masked, Input::MULTIPLEXED + number);
+        } else if !convert_rest(masked) {
+            timer().timsk().modify(|_, w| w.ocie2().clear_bit());
         }
-        ROUNDS.period.get(masked)
+        period
     });
     if let Some(period) = period {
         period.post(interrupt);
@@ -276,20 +339,19 @@ pub fn conversion_complete(interrupt: &mut Interrupt) {
                 None
             }
             Input::FIRST_DOCK..Input::MULTIPLEXED => {
-                if let Some(joints) = ROUNDS.joints.get(masked) {
-                    convert(masked, joints);
-                }
+                convert_joints(masked);
+                let place = input & 3;
+                ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) & !(1 << place));
                 if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {
                     return None;
                 }
-                let dock = input - Input::FIRST_DOCK;
-                PowerPort::set_output(superbot::power_switch(dock), false);
-                ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << dock);
+                PowerPort::set_output(superbot::power_switch(place), false);
+                ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << place);
                 ROUNDS.trip.get(masked)
             }
             _ => {
                 ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) & !(1 << (input & 7)));
-                convert_dock(masked);
+                convert_rest(masked);
                 None
             }
         }

@@ -1,15 +1,17 @@
 //! The joints' motors behind [`JointMotors`]: a bridge with a pin for its speed and one for its direction.
+//!
+//! A drive takes effect as the next period begins, in that period's interrupt. So it does so in time, however late the task
+//! was that computed it.
 
 use embedded_hal::digital::OutputPin;
-use embedded_hal::pwm::SetDutyCycle;
-use kernel::{Semaphore, Task};
+use kernel::{Masked, MaskedCell, Semaphore, Task};
 use tasks::device::JointMotors;
 use tasks::motor::FULL_DRIVE;
 use tasks::motor::joint::Reading;
 
-use crate::adc::{Input, Rhythm};
-use crate::gpio::{Output, PortB, PortC};
-use crate::pwm::{self, Pwm, Timer1A, Timer1B};
+use crate::adc::{self, Input, Rhythm};
+use crate::gpio::{Output, Port, PortB, PortC};
+use crate::pwm::{self, Compare, Timer1A, Timer1B};
 use crate::superbot::{
     ControlProbe, JOINT_CURRENT, JOINT_POTENTIOMETER, JointDirection, JointPwm, ROLL_CURRENT,
     ROLL_POTENTIOMETER, RollDirection, RollPwm,
@@ -17,57 +19,36 @@ use crate::superbot::{
 
 const _: () = assert!(pwm::TOP == FULL_DRIVE as u16, "PWM_HZ and FULL_DRIVE do not fit each other");
 
-/// A motor's bridge.
-struct Bridge<C, const BIT: u8> {
-    speed: Pwm<C>,
-    direction: Output<PortC, BIT>,
-}
+/// The drives of the next period: of the joint in this half, and of the roll joint.
+static DRIVES: [MaskedCell<i16>; 2] = [const { MaskedCell::new(0) }; 2];
 
-impl<C: pwm::Compare, const BIT: u8> Bridge<C, BIT> {
-    fn drive(&mut self, drive: i16) {
-        let Ok(()) = if drive < 0 { self.direction.set_low() } else { self.direction.set_high() };
-        let Ok(()) = self.speed.set_duty_cycle(drive.unsigned_abs());
-    }
-}
-
-/// The joint of the slave's half.
-pub struct SlaveJoints {
+/// The joints of this MCU.
+pub struct Joints {
     rhythm: Rhythm,
-    joint: Bridge<Timer1A, 0>,
     probe: Output<PortB, 4>,
+    /// The highest input that belongs to them.
+    highest: Input,
 }
 
-/// The joint of the master's half, and the roll joint.
-pub struct MasterJoints {
-    half: SlaveJoints,
-    roll: Bridge<Timer1B, 1>,
-}
-
-impl SlaveJoints {
-    /// The joint of this half.
+impl Joints {
+    /// The joint of this half alone, as on the slave.
     pub fn new(rhythm: Rhythm, speed: JointPwm, direction: JointDirection, probe: ControlProbe) -> Self {
-        let joint = Bridge { speed: speed.start(), direction: direction.into_output() };
-        SlaveJoints { rhythm, joint, probe: probe.into_output() }
+        speed.start();
+        direction.into_output();
+        Joints { rhythm, probe: probe.into_output(), highest: JOINT_CURRENT }
     }
 
-    fn reading(&mut self, task: &mut Task, potentiometer: Input, current: Input) -> Reading {
-        Reading {
-            potentiometer: self.rhythm.reading(task, potentiometer),
-            current: self.rhythm.reading(task, current),
-        }
-    }
-}
-
-impl MasterJoints {
-    /// The joint of this half and the roll joint.
-    pub fn new(half: SlaveJoints, speed: RollPwm, direction: RollDirection) -> Self {
-        MasterJoints { half, roll: Bridge { speed: speed.start(), direction: direction.into_output() } }
+    /// And the roll joint, on the master.
+    pub fn with_roll(self, speed: RollPwm, direction: RollDirection) -> Self {
+        speed.start();
+        direction.into_output();
+        Joints { highest: ROLL_CURRENT, ..self }
     }
 }
 
-impl JointMotors<1> for SlaveJoints {
+impl JointMotors for Joints {
     fn begin(&mut self, task: &mut Task, period: &'static Semaphore) {
-        self.rhythm.begin(task, period, JOINT_CURRENT);
+        self.rhythm.begin(task, period, self.highest);
     }
 
     fn end(&mut self, task: &mut Task) {
@@ -75,44 +56,50 @@ impl JointMotors<1> for SlaveJoints {
     }
 
     fn look(&mut self, task: &mut Task) {
-        self.rhythm.look(task, JOINT_CURRENT);
+        self.rhythm.look(task, self.highest);
     }
 
     #[inline(always)]
-    fn readings(&mut self, task: &mut Task) -> [Reading; 1] {
-        let Ok(()) = self.probe.set_high();
-        [self.reading(task, JOINT_POTENTIOMETER, JOINT_CURRENT)]
+    fn reading(&self, masked: &Masked, joint: usize) -> Reading {
+        let (potentiometer, current) = match joint {
+            0 => (JOINT_POTENTIOMETER, JOINT_CURRENT),
+            _ => (ROLL_POTENTIOMETER, ROLL_CURRENT),
+        };
+        let [potentiometer, current] = [potentiometer, current].map(|input| adc::reading(masked, input));
+        Reading { potentiometer, current }
     }
 
     #[inline(always)]
-    fn drive(&mut self, [joint]: [i16; 1]) {
-        self.joint.drive(joint);
+    fn drive(&self, masked: &Masked, joint: usize, drive: i16) {
+        if let Some(next) = DRIVES.get(joint) {
+            next.set(masked, drive);
+        }
+    }
+
+    #[inline(always)]
+    fn done(&mut self) {
         let Ok(()) = self.probe.set_low();
     }
 }
 
-impl JointMotors<2> for MasterJoints {
-    fn begin(&mut self, task: &mut Task, period: &'static Semaphore) {
-        self.half.rhythm.begin(task, period, ROLL_CURRENT);
-    }
+/// A period begins.
+#[inline(always)]
+pub(crate) fn begin_period(masked: &Masked) {
+    PortB::set_output(1 << 4, true); // the probe
+    apply(masked);
+}
 
-    fn end(&mut self, task: &mut Task) {
-        self.half.rhythm.end(task);
-    }
+/// Puts the drives into effect.
+#[inline(always)]
+pub(crate) fn apply(masked: &Masked) {
+    let [joint, roll] = &DRIVES;
+    drive::<Timer1A, 0>(joint.get(masked));
+    drive::<Timer1B, 1>(roll.get(masked));
+}
 
-    fn look(&mut self, task: &mut Task) {
-        self.half.rhythm.look(task, ROLL_CURRENT);
-    }
-
-    #[inline(always)]
-    fn readings(&mut self, task: &mut Task) -> [Reading; 2] {
-        let [joint] = self.half.readings(task);
-        [joint, self.half.reading(task, ROLL_POTENTIOMETER, ROLL_CURRENT)]
-    }
-
-    #[inline(always)]
-    fn drive(&mut self, [joint, roll]: [i16; 2]) {
-        self.roll.drive(roll);
-        self.half.drive([joint]);
-    }
+/// Drives the motor with its speed at `C` and its direction at PC`BIT`.
+#[inline(always)]
+fn drive<C: Compare, const BIT: u8>(drive: i16) {
+    PortC::set_output(1 << BIT, drive >= 0);
+    C::set(drive.unsigned_abs());
 }

@@ -168,8 +168,9 @@ impl<S: Side> device::Peripherals for Peripherals<S> {
         }
     }
 
-    fn set_power(&mut self, dock: Dock, is_on: bool) {
+    fn set_power(&mut self, task: &mut Task, dock: Dock, is_on: bool) {
         if let Some(place) = Self::place(dock) {
+            self.analog.watch(task, place, is_on);
             PowerPort::set_output(superbot::power_switch(place), is_on);
         }
     }

@@ -10,7 +10,7 @@
 
 use board::Board;
 use board::debug::mark;
-use board::joints::{MasterJoints, SlaveJoints};
+use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
 use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
 use hormone::gait::GaitName;
@@ -41,7 +41,7 @@ static LINK_SOFT_UART: Port = Port::new(MASTER.timer3);
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
-static MOTORS: Motors<2> = Motors::new([Joint::new(JOINT), Joint::new(ROLL)]);
+static MOTORS: Motors<2> = Motors::new();
 #[unsafe(no_mangle)]
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP);
 
@@ -73,8 +73,8 @@ mod stack {
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
     pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static MOTORS: Stack<156> = Stack::new();
-    pub static DEVICES: Stack<338> = Stack::new();
+    pub static MOTORS: Stack<202> = Stack::new();
+    pub static DEVICES: Stack<348> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<336> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
@@ -125,10 +125,13 @@ fn start(boot: &mut Boot) -> Option<()> {
     stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
 
     let (rhythm, analog) = board.adc.start(Interrupts, &mut boot.interrupt(), DEVICES.semaphore());
-    let half = SlaveJoints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
-    let joints = MasterJoints::new(half, board.roll_pwm, board.roll_direction);
+    let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe)
+        .with_roll(board.roll_pwm, board.roll_direction);
     stack::MOTORS
-        .start(boot, Priority::P0, move |task| motor::run(task, &MOTORS, joints, DEVICES.semaphore()))
+        .start(boot, Priority::P0, move |task| {
+            let joints = [Joint::new(JOINT), Joint::new(ROLL)];
+            motor::run(task, &MOTORS, joints, motors, DEVICES.semaphore())
+        })
         .ok()?;
     let peripherals: Peripherals<MasterSide> =
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);

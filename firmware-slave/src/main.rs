@@ -7,7 +7,7 @@
 #![feature(asm_experimental_arch, abi_avr_interrupt)]
 
 use board::Board;
-use board::joints::SlaveJoints;
+use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
 use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
 use kernel::{Boot, Priority, Stack};
@@ -33,7 +33,7 @@ static LINK_SOFT_UART: Port = Port::new(SLAVE.timer3);
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
-static MOTORS: Motors<1> = Motors::new([Joint::new(JOINT)]);
+static MOTORS: Motors<1> = Motors::new();
 
 static DEVICES: Mailbox = Mailbox::new(6);
 
@@ -59,8 +59,8 @@ mod stack {
     pub static SEND_USART0: Stack<204> = Stack::new();
     pub static SEND_USART1: Stack<204> = Stack::new();
     pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static MOTORS: Stack<116> = Stack::new();
-    pub static DEVICES: Stack<304> = Stack::new();
+    pub static MOTORS: Stack<162> = Stack::new();
+    pub static DEVICES: Stack<308> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
 }
 
@@ -108,9 +108,11 @@ fn start(boot: &mut Boot) -> Option<()> {
     stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
 
     let (rhythm, analog) = board.adc.start(Interrupts, &mut boot.interrupt(), DEVICES.semaphore());
-    let joints = SlaveJoints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
+    let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
     stack::MOTORS
-        .start(boot, Priority::P0, move |task| motor::run(task, &MOTORS, joints, DEVICES.semaphore()))
+        .start(boot, Priority::P0, move |task| {
+            motor::run(task, &MOTORS, [Joint::new(JOINT)], motors, DEVICES.semaphore())
+        })
         .ok()?;
     let peripherals: Peripherals<SlaveSide> =
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);

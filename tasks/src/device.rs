@@ -1,6 +1,6 @@
 //! What the system tasks ask of their devices. The board implements it.
 
-use kernel::{Semaphore, Task};
+use kernel::{Masked, Semaphore, Task};
 
 use crate::dock::Dock;
 use crate::docking::latch::{End, EndSwitches};
@@ -67,22 +67,25 @@ pub trait Bus {
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
 }
 
-/// The motors of an MCU's `N` joints, and what is measured of them.
-pub trait JointMotors<const N: usize> {
-    /// From now on measures the joints and posts `period` each millisecond.
+/// The motors of an MCU's joints, and what is measured of them. Joints are named by their indices.
+pub trait JointMotors {
+    /// From now on, each millisecond: puts the drives into effect, begins to measure the joints, and posts `period`.
     fn begin(&mut self, task: &mut Task, period: &'static Semaphore);
 
-    /// Ends that. The motors go on with their last drives.
+    /// Ends that. The last drives are put into effect, and stay.
     fn end(&mut self, task: &mut Task);
 
     /// Measures the joints once, within 2 ms.
     fn look(&mut self, task: &mut Task);
 
     /// What was measured last.
-    fn readings(&mut self, task: &mut Task) -> [Reading; N];
+    fn reading(&self, masked: &Masked, joint: usize) -> Reading;
 
-    /// Drives each joint, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.
-    fn drive(&mut self, drives: [i16; N]);
+    /// The drive from the next period on, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.
+    fn drive(&self, masked: &Masked, joint: usize, drive: i16);
+
+    /// All drives of the next period have been given.
+    fn done(&mut self);
 }
 
 /// What can be measured on demand.
@@ -120,7 +123,7 @@ pub trait Peripherals {
     fn drive_latch(&mut self, dock: Dock, to: Option<End>);
 
     /// Closes the power switch of `dock`, or opens it. Too much current through it opens it as well.
-    fn set_power(&mut self, dock: Dock, is_on: bool);
+    fn set_power(&mut self, task: &mut Task, dock: Dock, is_on: bool);
 
     /// The docks whose switches have been opened for their currents since this was last asked: a bit for each place.
     fn take_tripped(&mut self, task: &mut Task) -> u8;

@@ -19,8 +19,8 @@ use crate::robot::{Face, RobotBuilder, RobotError};
 /// The figures of a module. Of two MCUs, and of several joints, the worse counts.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ModuleFigures {
-    /// How far the joints' control begins away from its period at most, earliest to latest, in us, while the module is
-    /// saturated.
+    /// How much later a period of the joints' control begins than another, at most, in us, while the module is saturated. A
+    /// period begins where it matters when it does: the last drives take effect, and the joints are measured for the next.
     pub pid_jitter_us_max: f64,
     /// Periods in which it did not begin, then.
     pub pid_missed: u64,

@@ -9,7 +9,7 @@ use crate::docking::guidance::{Guidance, Next};
 use crate::docking::latch::{DockingMotor, End, State};
 use crate::message::TaskCode;
 use crate::motor::joint;
-use crate::motor::task::Motors;
+use crate::motor::task::{Motors, Order};
 use crate::power::battery::Level;
 use crate::power::switch::Switch;
 use crate::request::Report;
@@ -102,7 +102,7 @@ impl Docks {
         client: TaskCode,
     ) {
         let may = self.level.allows_docking() && !self.is_busy(dock);
-        let angle = motors.with(task, JOINT, |joint| joint.angle()).flatten();
+        let angle = motors.angle(task, JOINT);
         let (Some(start), true, Some(devices)) = (angle, may, self.devices(dock)) else {
             return refuse(task, desk, dock, client);
         };
@@ -114,7 +114,14 @@ impl Docks {
     }
 
     /// Closes the power switch of `dock`, or opens it.
-    pub fn set_power(&mut self, board: &mut impl Peripherals, dock: Dock, is_on: bool, client: TaskCode) {
+    pub fn set_power(
+        &mut self,
+        task: &mut Task,
+        board: &mut impl Peripherals,
+        dock: Dock,
+        is_on: bool,
+        client: TaskCode,
+    ) {
         let is_allowed = self.level.allows_neighbours();
         let Some(devices) = self.devices(dock) else { return };
         devices.client = client;
@@ -123,13 +130,15 @@ impl Docks {
         } else {
             devices.switch.open();
         }
-        board.set_power(dock, devices.switch.is_closed());
+        board.set_power(task, dock, devices.switch.is_closed());
     }
 
     /// Tells of the switches that the board has opened.
-    pub fn trip(&mut self, task: &mut Task, desk: &mut Desk, tripped: u8) {
+    pub fn trip(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals) {
+        let tripped = board.take_tripped(task);
         for (place, devices) in (0..).zip(&mut self.docks) {
             if tripped >> place & 1 != 0 && devices.switch.trip() {
+                board.set_power(task, devices.dock, false);
                 devices.tell_switch(task, desk);
             }
         }
@@ -140,7 +149,7 @@ impl Docks {
         self.level = level;
         for devices in &mut self.docks {
             if devices.switch.allow(level.allows_neighbours()) {
-                board.set_power(devices.dock, devices.switch.is_closed());
+                board.set_power(task, devices.dock, devices.switch.is_closed());
                 devices.tell_switch(task, desk);
             }
             if !level.allows_docking() && devices.motor.is_running() {
@@ -213,7 +222,7 @@ impl Docks {
             Next::Latch => None,
         };
         if let Some(angle) = angle {
-            motors.with(task, JOINT, |joint| joint.turn_to(angle, SEARCH_SPEED));
+            motors.order(task, JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
         }
         if matches!(next, Next::Turn(_)) {
             return;

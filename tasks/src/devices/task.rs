@@ -12,7 +12,7 @@ use crate::mailbox::Mailbox;
 use crate::message::TaskCode;
 use crate::motor::Axis;
 use crate::motor::joint::State;
-use crate::motor::task::Motors;
+use crate::motor::task::{Motors, Order};
 use crate::post_office::PostOffice;
 use crate::power::battery::Level;
 use crate::request::{Report, Request};
@@ -85,8 +85,7 @@ pub fn run<P: Peripherals, const N: usize>(
             }
         }
         devices.tell_joints(task);
-        let tripped = devices.board.take_tripped(task);
-        devices.docks.trip(task, &mut devices.desk, tripped);
+        devices.docks.trip(task, &mut devices.desk, &mut devices.board);
         let time = now(task);
         if is_busy && is_reached(next_step, time) {
             next_step = time.wrapping_add(PERIOD_MS);
@@ -118,12 +117,12 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
             Some(Request::Turn { axis, angle, speed }) => self.turn(task, axis, angle, speed, client),
             Some(Request::Relax(axis)) => {
                 if let Some(index) = self.joint(axis) {
-                    self.motors.with(task, index, |joint| joint.release());
+                    self.motors.order(task, index, Order::Relax);
                 }
             }
             Some(Request::Latch(dock, end)) => docks.latch(task, desk, dock, end, client),
             Some(Request::Approach(dock)) => docks.approach(task, desk, board, motors, dock, client),
-            Some(Request::Power { dock, is_on }) => docks.set_power(board, dock, is_on, client),
+            Some(Request::Power { dock, is_on }) => docks.set_power(task, board, dock, is_on, client),
             Some(Request::Charge { is_on }) => supply.charge(board, is_on),
             Some(Request::Shed(level)) => self.allow(task, level),
             None => desk.malformed = desk.malformed.wrapping_add(1),
@@ -144,7 +143,7 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
             joint.client = client;
             joint.told = State::Moving;
         }
-        self.motors.with(task, index, |joint| joint.turn_to(angle, speed));
+        self.motors.order(task, index, Order::Turn { angle, speed });
     }
 
     /// Tells of the joints that have changed their state by themselves.
@@ -180,7 +179,7 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
         self.docks.allow(task, &mut self.desk, &mut self.board, level);
         if !level.allows_joints() {
             for index in 0..N {
-                self.motors.with(task, index, |joint| joint.release());
+                self.motors.order(task, index, Order::Relax);
             }
         }
     }

@@ -183,9 +183,9 @@ impl Joint {
         self.state
     }
 
-    /// Where the joint is, in 0.1 degree; `None` before the first good reading.
-    pub fn angle(&self) -> Option<i16> {
-        self.position.map(|position| (position + TENTH / 2) >> TENTH.ilog2())
+    /// Where the joint is; `None` before the first good reading.
+    pub fn position(&self) -> Option<Position> {
+        self.position
     }
 
     /// Whether the motor is on.

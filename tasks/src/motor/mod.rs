@@ -57,5 +57,10 @@ pub const TENTH: Position = 16;
 /// A degree as a [`Position`].
 pub const DEGREE: Position = 10 * TENTH;
 
+/// A position in 0.1 degree, to the nearest.
+pub fn to_angle(position: Position) -> i16 {
+    position.saturating_add(TENTH / 2) >> TENTH.ilog2()
+}
+
 /// The drive that is full duty towards positive angles; its negative is full duty the other way.
 pub const FULL_DRIVE: i16 = 400;

@@ -1,16 +1,19 @@
 //! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a joint moves.
 
-use kernel::{Mutex, Never, Priority, Semaphore, Task, Ticks};
+use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 
-use super::joint::{Joint, Reading, State};
+use super::joint::{Joint, State};
+use super::{Position, to_angle};
 use crate::device::JointMotors;
 
-/// The joints of one MCU. A `static`: their task runs on it, and readers of RAM find the [`Counters`] at its start.
+/// The joints of one MCU as others see them. A `static`: their task runs on it, and readers of RAM find the [`Counters`] at its
+/// start.
 #[repr(C)]
 pub struct Motors<const N: usize> {
-    control: Mutex<Control<N>>,
+    counters: MaskedCell<Counters>,
+    panels: [Panel; N],
     /// Posted with each order.
-    order: Semaphore,
+    ordered: Semaphore,
     /// Posted each millisecond while a joint is controlled.
     period: Semaphore,
 }
@@ -26,76 +29,87 @@ pub struct Counters {
     pub missed: u16,
 }
 
-#[repr(C)]
-struct Control<const N: usize> {
-    counters: Counters,
-    joints: [Joint; N],
+/// What a joint is told.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Order {
+    /// As [`Joint::turn_to`].
+    Turn { angle: i16, speed: u8 },
+    /// As [`Joint::release`].
+    Relax,
+}
+
+/// Where a joint gets its orders, and shows what comes of them.
+struct Panel {
+    order: MaskedCell<Option<Order>>,
+    state: MaskedCell<State>,
+    position: MaskedCell<Option<Position>>,
+}
+
+impl Panel {
+    const fn new() -> Self {
+        Panel {
+            order: MaskedCell::new(None),
+            state: MaskedCell::new(State::Off),
+            position: MaskedCell::new(None),
+        }
+    }
+
+    fn take(&self, masked: &Masked) -> Option<Order> {
+        let order = self.order.get(masked);
+        self.order.set(masked, None);
+        order
+    }
+}
+
+impl<const N: usize> Default for Motors<N> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<const N: usize> Motors<N> {
     /// Joints that are off.
-    pub const fn new(joints: [Joint; N]) -> Self {
-        let counters = Counters { periods: 0, missed: 0 };
+    pub const fn new() -> Self {
         Motors {
-            control: Mutex::new(Priority::P0, Control { counters, joints }),
-            order: Semaphore::new(0),
+            counters: MaskedCell::new(Counters { periods: 0, missed: 0 }),
+            panels: [const { Panel::new() }; N],
+            ordered: Semaphore::new(0),
             period: Semaphore::new(0),
         }
     }
 
-    /// Gives an order to the joint with this index, or looks at it. `None` if there is no such joint here.
-    pub fn with<R>(&self, task: &mut Task, index: usize, work: impl FnOnce(&mut Joint) -> R) -> Option<R> {
-        let result = self.control.with(task, |control| control.joints.get_mut(index).map(work));
-        self.order.post(task);
-        result
+    /// Gives an order to the joint with this index. It replaces one that the joint has not begun with.
+    pub fn order(&self, task: &mut Task, index: usize, order: Order) {
+        let Some(panel) = self.panels.get(index) else { return };
+        let state = if order == Order::Relax { State::Off } else { State::Moving };
+        task.mask(|masked| {
+            panel.order.set(masked, Some(order));
+            panel.state.set(masked, state);
+        });
+        self.ordered.post(task);
     }
 
-    /// What the joint with this index is doing.
+    /// What the joint with this index is doing; `None` if there is no such joint here.
     pub fn state(&self, task: &mut Task, index: usize) -> Option<State> {
-        self.control.with(task, |control| control.joints.get(index).map(Joint::state))
+        let panel = self.panels.get(index)?;
+        Some(task.mask(|masked| panel.state.get(masked)))
+    }
+
+    /// Where the joint with this index is, in 0.1 degree, as far as that is known.
+    pub fn angle(&self, task: &mut Task, index: usize) -> Option<i16> {
+        let panel = self.panels.get(index)?;
+        task.mask(|masked| panel.position.get(masked)).map(to_angle)
     }
 
     /// What the task counts.
     pub fn counters(&self, task: &mut Task) -> Counters {
-        self.control.with(task, |control| control.counters)
-    }
-}
-
-/// What came of a period.
-struct Outcome<const N: usize> {
-    drives: [i16; N],
-    is_at_rest: bool,
-    is_news: bool,
-}
-
-impl<const N: usize> Control<N> {
-    fn is_at_rest(&self) -> bool {
-        self.joints.iter().all(Joint::is_at_rest)
-    }
-
-    fn watch(&mut self, readings: [Reading; N]) {
-        for (joint, reading) in self.joints.iter_mut().zip(readings) {
-            joint.watch(reading);
-        }
-    }
-
-    #[inline(always)]
-    fn step(&mut self, readings: [Reading; N], missed: u16) -> Outcome<N> {
-        self.counters.periods = self.counters.periods.wrapping_add(1);
-        self.counters.missed = self.counters.missed.wrapping_add(missed);
-        let mut outcome = Outcome { drives: [0; N], is_at_rest: true, is_news: false };
-        for ((joint, reading), drive) in self.joints.iter_mut().zip(readings).zip(&mut outcome.drives) {
-            let before = joint.state();
-            *drive = joint.step(reading);
-            outcome.is_at_rest &= joint.is_at_rest();
-            outcome.is_news |= joint.state() != before;
-        }
-        outcome
+        task.mask(|masked| self.counters.get(masked))
     }
 }
 
 /// How often joints at rest are looked at, in ticks of 1 ms.
-const WATCH: Ticks = 16;
+const WATCH: Ticks = 32;
 
 /// Runs the task of `motors`. `news` is posted when a joint has changed its state by itself.
 ///
@@ -104,40 +118,92 @@ const WATCH: Ticks = 16;
 pub fn run<const N: usize>(
     task: &mut Task,
     motors: &'static Motors<N>,
-    mut devices: impl JointMotors<N>,
+    mut joints: [Joint; N],
+    mut devices: impl JointMotors,
     news: &'static Semaphore,
 ) -> Never {
     loop {
-        rest(task, motors, &mut devices);
+        rest(task, motors, &mut joints, &mut devices);
         devices.begin(task, &motors.period);
         motors.period.wait(task); // until the joints have been measured once
-        let mut is_at_rest = false;
-        while !is_at_rest {
+        devices.done();
+        let mut goes_on = true;
+        while goes_on {
             motors.period.wait(task);
-            let mut missed = 0;
-            while motors.period.try_wait(task) {
-                missed += 1;
+            count(task, motors);
+            goes_on = false;
+            for (index, (joint, panel)) in joints.iter_mut().zip(&motors.panels).enumerate() {
+                if control(task, joint, panel, &mut devices, index) {
+                    news.post(task);
+                }
+                goes_on |= !joint.is_at_rest();
             }
-            let readings = devices.readings(task);
-            let outcome = motors.control.with(task, |control| control.step(readings, missed));
-            devices.drive(outcome.drives);
-            if outcome.is_news {
-                news.post(task);
-            }
-            is_at_rest = outcome.is_at_rest;
+            devices.done();
+            // Signals of orders that have been carried out, or will be in the next period.
+            while goes_on && motors.ordered.try_wait(task) {}
         }
         devices.end(task);
     }
 }
 
-/// Waits until a joint has to be controlled.
-fn rest<const N: usize>(task: &mut Task, motors: &'static Motors<N>, devices: &mut impl JointMotors<N>) {
-    while motors.order.try_wait(task) {} // those that have been carried out
-    while motors.control.with(task, |control| control.is_at_rest()) {
+/// Waits until a joint has been moved or told to.
+fn rest<const N: usize>(
+    task: &mut Task,
+    motors: &'static Motors<N>,
+    joints: &mut [Joint; N],
+    devices: &mut impl JointMotors,
+) {
+    while joints.iter().all(Joint::is_at_rest) {
+        if !joints.iter().any(Joint::is_driven) {
+            return motors.ordered.wait(task);
+        }
         devices.look(task);
-        if motors.order.wait_timeout(task, WATCH).is_err() {
-            let readings = devices.readings(task);
-            motors.control.with(task, |control| control.watch(readings));
+        if motors.ordered.wait_timeout(task, WATCH).is_ok() {
+            return;
+        }
+        for (index, joint) in joints.iter_mut().enumerate() {
+            joint.watch(task.mask(|masked| devices.reading(masked, index)));
         }
     }
+}
+
+/// Counts a period, and those that have passed meanwhile.
+fn count<const N: usize>(task: &mut Task, motors: &'static Motors<N>) {
+    let mut missed = 0;
+    while motors.period.try_wait(task) {
+        missed += 1;
+    }
+    task.mask(|masked| {
+        let Counters { periods, missed: before } = motors.counters.get(masked);
+        let counters = Counters { periods: periods.wrapping_add(1), missed: before.wrapping_add(missed) };
+        motors.counters.set(masked, counters);
+    });
+}
+
+/// One period of a joint. Returns whether its state has changed by itself.
+#[inline(always)]
+fn control(
+    task: &mut Task,
+    joint: &mut Joint,
+    panel: &Panel,
+    devices: &mut impl JointMotors,
+    index: usize,
+) -> bool {
+    match task.mask(|masked| panel.take(masked)) {
+        Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
+        Some(Order::Relax) => joint.release(),
+        None => {}
+    }
+    let before = joint.state();
+    let drive = joint.step(task.mask(|masked| devices.reading(masked, index)));
+    let (state, position) = (joint.state(), joint.position());
+    task.mask(|masked| {
+        devices.drive(masked, index, drive);
+        // Else an order has come that the joint has not begun with.
+        if panel.order.get(masked).is_none() {
+            panel.state.set(masked, state);
+        }
+        panel.position.set(masked, position);
+    });
+    state != before
 }

@@ -2,9 +2,9 @@
 
 use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
-use tasks::motor::FULL_DRIVE;
 use tasks::motor::joint::{Description, Fault, Joint, Reading, State};
 use tasks::motor::potentiometer::Potentiometer;
+use tasks::motor::{FULL_DRIVE, to_angle};
 
 const DESCRIPTION: Description = Description {
     potentiometer: Potentiometer::new(512, 47),
@@ -114,7 +114,7 @@ proptest! {
                 prop_assert!((-FULL_DRIVE..=FULL_DRIVE).contains(&drive));
                 let is_on = matches!(joint.state(), State::Moving | State::Arrived);
                 prop_assert!(is_on || drive == 0);
-                if let Some(angle) = joint.angle() {
+                if let Some(angle) = joint.position().map(to_angle) {
                     prop_assert!(angle < 901 || drive <= 0);
                     prop_assert!(angle > -901 || drive >= 0);
                 }
@@ -127,7 +127,10 @@ proptest! {
 fn a_joint_is_off_until_it_is_told() {
     let mut rig = Rig::new(Plant::at(12.0));
     rig.trace(100);
-    assert_eq!((rig.joint.state(), rig.drive, rig.joint.angle()), (State::Off, 0, Some(119)));
+    assert_eq!(
+        (rig.joint.state(), rig.drive, rig.joint.position().map(to_angle)),
+        (State::Off, 0, Some(119))
+    );
 }
 
 #[test]

@@ -2,6 +2,9 @@
 //! acknowledged. They are none that HORMONE knows.
 
 use board::Board;
+use board::interrupts::Serves;
+use board::tick::Tick;
+use board::usart::Usart0;
 use hormone::task::{AdaptiveCommunication, ac_receive, ac_send};
 use kernel::{Boot, Never, Priority, Stack, Task};
 use tasks::api::Api;
@@ -11,8 +14,6 @@ use tasks::link::{receive, send};
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
 use tasks::post_office::PostOffice;
-
-board::interrupts!(Interrupts: Tick, Usart0);
 
 /// What is not there.
 pub static NOWHERE: Mailbox = Mailbox::new(1);
@@ -39,6 +40,8 @@ macro_rules! flood {
         use tasks::router::{Mcu, Residence, Residents, Router, TaskSet};
         use $crate::flood::{AC_RECEIVE, NOWHERE, SINK};
 
+        board::interrupts!(Interrupts: Tick, Usart0);
+
         static PORT: Port = Port::new($dock);
 
         const HERE: Residents = Residents {
@@ -58,7 +61,7 @@ macro_rules! flood {
         #[unsafe(no_mangle)]
         extern "C" fn main() -> ! {
             kernel::run(|boot| {
-                if $crate::flood::begin(boot, &PORT, &OFFICE, $dock, $probes).is_none() {
+                if $crate::flood::begin(boot, Interrupts, &PORT, &OFFICE, $dock, $probes).is_none() {
                     board::debug::halt();
                 }
             })
@@ -69,6 +72,7 @@ macro_rules! flood {
 /// Starts the tasks.
 pub fn begin(
     boot: &mut Boot,
+    interrupts: impl Serves<Tick> + Serves<Usart0> + Copy,
     port: &'static Port,
     office: &'static PostOffice,
     dock: Dock,
@@ -76,8 +80,8 @@ pub fn begin(
 ) -> Option<()> {
     let board = Board::take(boot)?;
     let seed = board.nonce;
-    board.tick.start(Interrupts);
-    let (transmitter, receiver) = board.usart0.start(Interrupts);
+    board.tick.start(interrupts);
+    let (transmitter, receiver) = board.usart0.start(interrupts);
     RECEIVE.start(boot, Priority::P1, move |task| receive::run(task, port, receiver, office, seed)).ok()?;
     SEND.start(boot, Priority::P2, move |task| send::run(task, port, transmitter, seed)).ok()?;
     let api = Api::new(office, |_| {});

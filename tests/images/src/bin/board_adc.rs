@@ -35,7 +35,7 @@ fn exercise(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) {
         PERIOD.wait(task);
     }
     for input in [JOINT_CURRENT, JOINT_POTENTIOMETER, ROLL_CURRENT, ROLL_POTENTIOMETER] {
-        mark_reading(rhythm.reading(task, input));
+        mark_reading(analog.seen(task, input).unwrap_or(0xffff));
     }
     rhythm.end(task);
     for number in 0..8 {
@@ -51,6 +51,7 @@ fn exercise(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) {
     }
     mark(0x71);
     PowerPort::set_output(power_switch(0), true);
+    analog.watch(task, 0, true);
     TRIP.wait(task);
     mark(if analog.take_tripped(task) == 1 { 0x72 } else { 0x7f });
 }

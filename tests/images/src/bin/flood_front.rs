@@ -1,6 +1,7 @@
 //! A neighbour that floods a module from behind: it sits there by its dock Front.
 #![no_std]
 #![no_main]
+#![feature(asm_experimental_arch)]
 
 use tasks::dock::Dock;
 
