@@ -67,6 +67,11 @@ impl Docks {
         Docks { docks: docks.map(devices), search: None, level: Level::Good }
     }
 
+    /// Whether the joint with this index is being turned to find a dock.
+    pub fn searches_with(&self, joint: usize) -> bool {
+        joint == JOINT && self.search.is_some()
+    }
+
     fn devices(&mut self, dock: Dock) -> Option<&mut Devices> {
         self.docks.iter_mut().find(|devices| devices.dock == dock)
     }

@@ -146,12 +146,13 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
         self.motors.order(task, index, Order::Turn { angle, speed });
     }
 
-    /// Tells of the joints that have changed their state by themselves.
+    /// Tells of the joints that have changed their state by themselves. One that a search turns is that search's business.
     fn tell_joints(&mut self, task: &mut Task) {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             let Some(state) = self.motors.state(task, index) else { continue };
-            if state != joint.told {
-                joint.told = state;
+            let is_news = state != joint.told && state != State::Moving;
+            joint.told = state;
+            if is_news && !self.docks.searches_with(index) {
                 let report = Report::Joint(joint.axis, state);
                 self.desk.report(task, TaskCode::joint(joint.axis), joint.client, report);
             }
