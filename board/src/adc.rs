@@ -5,7 +5,8 @@
 //! 1. an input of the multiplexer, if one was [asked for](Analog::look);
 //! 2. the current of one dock that is [watched](Analog::watch), in turn: each is seen at least every third millisecond, and
 //!    a current out of bounds opens the dock's power switch then and there;
-//! 3. currents and potentiometers of the joints, while those are controlled or were asked for.
+//! 3. the potentiometers of the joints, while those are controlled or were asked for; in every second round their motors'
+//!    currents too, each before its potentiometer.
 //!
 //! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its interrupt
 //! comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks that wait for them delay it.
@@ -90,6 +91,8 @@ struct Rounds {
     dock: MaskedCell<u8>,
     /// The highest input of the joints while they are measured.
     joints: MaskedCell<Option<u8>>,
+    /// Whether their currents, at odd inputs, are left out of this round.
+    without_currents: MaskedCell<bool>,
     /// The inputs of the multiplexer that were asked for, a bit each.
     wanted: MaskedCell<u8>,
     readings: [MaskedCell<u16>; 16],
@@ -106,6 +109,7 @@ static ROUNDS: Rounds = Rounds {
     wanted_docks: MaskedCell::new(0),
     dock: MaskedCell::new(0),
     joints: MaskedCell::new(None),
+    without_currents: MaskedCell::new(false),
     wanted: MaskedCell::new(0),
     readings: [const { MaskedCell::new(0) }; 16],
     period: MaskedCell::new(None),
@@ -283,11 +287,12 @@ fn convert_rest(masked: &Masked) -> bool {
 }
 
 fn convert_joints(masked: &Masked) -> bool {
-    let joints = ROUNDS.joints.get(masked);
-    if let Some(highest) = joints {
-        convert(masked, highest);
-    }
-    joints.is_some()
+    let Some(highest) = ROUNDS.joints.get(masked) else { return false };
+    // Who looks once wants to see all.
+    let leaves_out = !ROUNDS.without_currents.get(masked) && !Rounds::looks_once(masked);
+    ROUNDS.without_currents.set(masked, leaves_out);
+    convert(masked, if leaves_out { highest & !1 } else { highest });
+    true
 }
 
 /// The interrupt "Timer/Counter2 Compare Match": a round begins.
@@ -335,7 +340,8 @@ pub fn conversion_complete(interrupt: &mut Interrupt) {
                 None
             }
             1..Input::FIRST_DOCK => {
-                convert(masked, input - 1);
+                let leaves_out = ROUNDS.without_currents.get(masked);
+                convert(masked, if leaves_out { (input - 1) & !1 } else { input - 1 });
                 None
             }
             Input::FIRST_DOCK..Input::MULTIPLEXED => {

@@ -118,6 +118,7 @@ impl Module {
     /// Lets a module that has not run yet begin at `cycle`: its power comes then.
     pub(crate) fn power_up_at(&mut self, cycle: u64) {
         self.powered_up_at = cycle;
+        self.body_due = cycle + body::STEP;
         for mcu in &mut self.mcus {
             mcu.power_up_at(cycle);
         }
