@@ -178,7 +178,9 @@ fn saturated(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchErro
             .attach(Face { module: MEASURED, dock }, Face { module: number, dock: Dock::Back });
     }
     let mut engine = Engine::new(robot.build()?, 1);
-    engine.run_until(2 * SECOND);
+    engine.run_until(SECOND);
+    pull(&mut engine, PULL);
+    engine.run_until(engine.cycle() + TURN);
     for mcu in Controller::ALL {
         if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
             module.mcu_mut(mcu).add_probe(CONTROL);
@@ -186,13 +188,9 @@ fn saturated(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchErro
     }
     let before = awake(&engine)?;
     let mut begins = [Vec::new(), Vec::new()];
-    for turn in 0..seconds * SECOND / TURN {
-        if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
-            for axis in Axis::ALL {
-                let pull = if turn % 2 == 0 { PULL } else { -PULL };
-                module.body_mut().joint_mut(axis).surroundings.load_torque = pull;
-            }
-        }
+    let turns = seconds * SECOND / TURN;
+    for turn in 0..turns {
+        pull(&mut engine, if turn % 2 == 0 { -PULL } else { PULL });
         engine.run_until(engine.cycle() + TURN);
         if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
             for (mcu, begins) in Controller::ALL.into_iter().zip(&mut begins) {
@@ -201,40 +199,46 @@ fn saturated(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchErro
             }
         }
     }
+    let cycles = turns * TURN;
     let (mut jitter, mut missed) = (0, 0);
     for begins in &begins {
         let rhythm = Rhythm::of(begins)
             .ok_or_else(|| unmeasurable("firmware-master", "its joints are not controlled"))?;
         jitter = jitter.max(rhythm.jitter);
-        missed = missed.max(rhythm.missed);
+        missed = missed.max((cycles / PERIOD).saturating_sub(rhythm.periods));
     }
-    Ok(Saturated { jitter, missed, cpu: load(&engine, before, seconds * SECOND / TURN * TURN)? })
+    Ok(Saturated { jitter, missed, cpu: load(&engine, before, cycles)? })
+}
+
+/// Pulls at all joints of the module, in Nm.
+fn pull(engine: &mut Engine, torque: f64) {
+    if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
+        for axis in Axis::ALL {
+            module.body_mut().joint_mut(axis).surroundings.load_torque = torque;
+        }
+    }
 }
 
 /// How well the control keeps time.
 struct Rhythm {
     /// From the earliest to the latest begin within a period, in cycles.
     jitter: u64,
-    /// Periods without a begin.
-    missed: u64,
+    /// Periods that begin.
+    periods: u64,
 }
 
 impl Rhythm {
     /// `None` without any begin.
     fn of(begins: &[u64]) -> Option<Rhythm> {
         let first = *begins.first()?;
-        // Each in the period that is nearest to it, counted from the first.
-        let places: Vec<_> = begins
-            .iter()
-            .map(|begin| {
-                let period = (begin - first + PERIOD / 2) / PERIOD;
-                (period, i64::try_from(begin - first).unwrap_or(0) - (period * PERIOD) as i64)
+        // From the nearest multiple of a period after the first.
+        let offsets = || {
+            begins.iter().map(|begin| {
+                let nearest = (begin - first + PERIOD / 2) / PERIOD * PERIOD;
+                (begin - first) as i64 - nearest as i64
             })
-            .collect();
-        let offsets = || places.iter().map(|&(_, offset)| offset);
-        let jitter = offsets().max()?.abs_diff(offsets().min()?);
-        let missed = places.windows(2).map(|pair| (pair[1].0 - pair[0].0).saturating_sub(1)).sum();
-        Some(Rhythm { jitter, missed })
+        };
+        Some(Rhythm { jitter: offsets().max()?.abs_diff(offsets().min()?), periods: begins.len() as u64 })
     }
 }
 
@@ -249,11 +253,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn late_begins_and_lost_periods_are_told_apart() {
-        let rhythm = |begins: &[u64]| Rhythm::of(begins).map(|rhythm| (rhythm.jitter, rhythm.missed));
+    fn jitter_is_from_the_earliest_to_the_latest() {
+        let rhythm = |begins: &[u64]| Rhythm::of(begins).map(|rhythm| (rhythm.jitter, rhythm.periods));
         assert_eq!(rhythm(&[]), None);
-        assert_eq!(rhythm(&[100, 16_100, 32_100]), Some((0, 0)));
-        assert_eq!(rhythm(&[100, 16_400, 32_050]), Some((350, 0)));
-        assert_eq!(rhythm(&[100, 48_110, 64_100]), Some((10, 2)));
+        assert_eq!(rhythm(&[100, 16_100, 32_100]), Some((0, 3)));
+        assert_eq!(rhythm(&[100, 16_400, 32_050]), Some((350, 3)));
+        assert_eq!(rhythm(&[100, 48_110, 64_100]), Some((10, 3)));
     }
 }
