@@ -67,14 +67,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<228> = Stack::new();
-    pub static RECEIVE_USART1: Stack<228> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<228> = Stack::new();
-    pub static SEND_USART0: Stack<204> = Stack::new();
-    pub static SEND_USART1: Stack<204> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<204> = Stack::new();
-    pub static MOTORS: Stack<202> = Stack::new();
-    pub static DEVICES: Stack<348> = Stack::new();
+    pub static RECEIVE_USART0: Stack<202> = Stack::new();
+    pub static RECEIVE_USART1: Stack<202> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<202> = Stack::new();
+    pub static SEND_USART0: Stack<192> = Stack::new();
+    pub static SEND_USART1: Stack<192> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<192> = Stack::new();
+    pub static MOTORS: Stack<192> = Stack::new();
+    pub static DEVICES: Stack<308> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<336> = Stack::new();
     pub static AC_RECEIVE: Stack<158> = Stack::new();
