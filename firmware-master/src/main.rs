@@ -67,12 +67,12 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<202> = Stack::new();
-    pub static RECEIVE_USART1: Stack<202> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<202> = Stack::new();
-    pub static SEND_USART0: Stack<192> = Stack::new();
-    pub static SEND_USART1: Stack<192> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<192> = Stack::new();
+    pub static RECEIVE_USART0: Stack<194> = Stack::new();
+    pub static RECEIVE_USART1: Stack<194> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<194> = Stack::new();
+    pub static SEND_USART0: Stack<228> = Stack::new();
+    pub static SEND_USART1: Stack<228> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<228> = Stack::new();
     pub static MOTORS: Stack<192> = Stack::new();
     pub static DEVICES: Stack<308> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();

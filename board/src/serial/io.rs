@@ -6,10 +6,10 @@ use embedded_io::{ErrorType, Read, Write};
 use kernel::Task;
 use tasks::device::Transmit;
 
-use super::{Line, Receiver, Transmitter};
+use super::{Receiver, Transmitter};
 use crate::WithTask;
 
-impl<L: Line> Transmitter<L> {
+impl Transmitter {
     /// This transmitter as an [`embedded_io::Write`].
     ///
     /// ```ignore
@@ -20,24 +20,24 @@ impl<L: Line> Transmitter<L> {
     }
 }
 
-impl<L: Line> Receiver<L> {
+impl Receiver {
     /// This receiver as an [`embedded_io::Read`]: a stream of bytes, zeros among them.
     pub fn with<'a>(&'a mut self, task: &'a mut Task) -> WithTask<'a, Self> {
         WithTask::new(self, task)
     }
 }
 
-impl<L: Line> ErrorType for WithTask<'_, Transmitter<L>> {
+impl ErrorType for WithTask<'_, Transmitter> {
     /// Sending can't fail.
     type Error = Infallible;
 }
 
-impl<L: Line> ErrorType for WithTask<'_, Receiver<L>> {
+impl ErrorType for WithTask<'_, Receiver> {
     /// Bytes that are lost are counted, as [`overruns`](tasks::device::Receive::overruns) tells.
     type Error = Infallible;
 }
 
-impl<L: Line> Write for WithTask<'_, Transmitter<L>> {
+impl Write for WithTask<'_, Transmitter> {
     /// Blocks until all of `bytes` are on the wire.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         self.device.transmit(self.task, bytes);
@@ -50,7 +50,7 @@ impl<L: Line> Write for WithTask<'_, Transmitter<L>> {
     }
 }
 
-impl<L: Line> Read for WithTask<'_, Receiver<L>> {
+impl Read for WithTask<'_, Receiver> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
         Ok(self.device.read(self.task, buffer))
     }

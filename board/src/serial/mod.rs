@@ -9,7 +9,6 @@
 
 mod io;
 
-use core::marker::PhantomData;
 use core::{ptr, slice};
 
 use kernel::{Context, Fifo, Interrupt, Masked, MaskedCell, Semaphore, Task, Ticks, now};
@@ -111,34 +110,35 @@ impl Port {
     }
 }
 
-/// The sending half of a line.
-pub struct Transmitter<L> {
-    line: PhantomData<L>,
+/// The sending half of a line. Of one type for all lines: the tasks that have it are in flash once.
+pub struct Transmitter {
+    port: &'static Port,
+    begin: fn(&mut Task),
 }
 
-/// The receiving half of a line.
-pub struct Receiver<L> {
-    line: PhantomData<L>,
+/// The receiving half of a line. Of one type for all lines, too.
+pub struct Receiver {
+    port: &'static Port,
 }
 
-impl<L: Line> Transmitter<L> {
-    pub(crate) const fn new() -> Self {
-        Transmitter { line: PhantomData }
+impl Transmitter {
+    pub(crate) fn of<L: Line>() -> Self {
+        Transmitter { port: L::port(), begin: L::begin }
     }
 }
 
-impl<L: Line> Receiver<L> {
-    pub(crate) const fn new() -> Self {
-        Receiver { line: PhantomData }
+impl Receiver {
+    pub(crate) fn of<L: Line>() -> Self {
+        Receiver { port: L::port() }
     }
 }
 
-impl<L: Line> Transmit for Transmitter<L> {
+impl Transmit for Transmitter {
     fn is_busy(&self, task: &mut Task) -> bool {
         let time = now(task);
         task.mask(|masked| {
-            let is_late = time.wrapping_sub(L::port().heard_at.get(masked)) > PAUSE;
-            L::port().is_in_frame.get(masked) && !is_late
+            let is_late = time.wrapping_sub(self.port.heard_at.get(masked)) > PAUSE;
+            self.port.is_in_frame.get(masked) && !is_late
         })
     }
 
@@ -150,17 +150,17 @@ impl<L: Line> Transmit for Transmitter<L> {
         // borrows them, does not return before.
         let bytes = unsafe { slice::from_raw_parts(ptr::from_ref(bytes).cast(), bytes.len()) };
         task.mask(|masked| {
-            L::port().is_in_frame.set(masked, false); // what comes in is drowned
-            L::port().unsent.set(masked, bytes);
+            self.port.is_in_frame.set(masked, false); // what comes in is drowned
+            self.port.unsent.set(masked, bytes);
         });
-        L::begin(task);
-        L::port().is_sent.wait(task);
+        (self.begin)(task);
+        self.port.is_sent.wait(task);
     }
 }
 
-impl<L: Line> Receive for Receiver<L> {
+impl Receive for Receiver {
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
-        let port = L::port();
+        let port = self.port;
         loop {
             let room = buffer.len();
             let mut slots = buffer.iter_mut();
@@ -186,20 +186,20 @@ impl<L: Line> Receive for Receiver<L> {
     }
 
     fn overruns(&self, task: &mut Task) -> u16 {
-        let port = L::port();
+        let port = self.port;
         let lost = task.mask(|masked| port.lost.get(masked));
         lost.saturating_add(port.received.overruns(task))
     }
 }
 
-impl<L: Line> Receiver<L> {
+impl Receiver {
     /// Blocks until a byte has come, and copies what has come to the start of `buffer`. Returns how many
     /// bytes; 0 only if `buffer` is empty.
     fn read(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
         if buffer.is_empty() {
             return 0;
         }
-        let port = L::port();
+        let port = self.port;
         task.mask(|masked| port.is_stream.set(masked, true));
         let length = loop {
             let mut length = 0;

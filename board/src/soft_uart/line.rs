@@ -39,13 +39,9 @@ impl SoftUart {
     }
 
     /// Starts the line at [`BAUD`].
-    pub fn start(
-        self,
-        _: impl Serves<SoftUart>,
-        context: &mut impl Context,
-    ) -> (Transmitter<SoftUart>, Receiver<SoftUart>) {
+    pub fn start(self, _: impl Serves<SoftUart>, context: &mut impl Context) -> (Transmitter, Receiver) {
         context.mask(|_| registers::start());
-        (Transmitter::new(), Receiver::new())
+        (Transmitter::of::<SoftUart>(), Receiver::of::<SoftUart>())
     }
 }
 

@@ -22,11 +22,11 @@ macro_rules! start {
     ($($Usart:ident)+) => {$(
         impl $Usart {
             /// Starts the USART at [`BAUD`], full duplex.
-            pub fn start(self, _: impl Serves<$Usart>) -> (Transmitter<$Usart>, Receiver<$Usart>) {
+            pub fn start(self, _: impl Serves<$Usart>) -> (Transmitter, Receiver) {
                 $Usart::set_baud(DIVISOR);
                 $Usart::set_status(DOUBLE_SPEED);
                 $Usart::set_control(RECEIVING);
-                (Transmitter::new(), Receiver::new())
+                (Transmitter::of::<$Usart>(), Receiver::of::<$Usart>())
             }
         }
 

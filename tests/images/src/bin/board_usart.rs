@@ -8,7 +8,7 @@
 #![feature(asm_experimental_arch)]
 
 use board::debug::mark;
-use board::serial::{Line, Receiver, Transmitter};
+use board::serial::{Receiver, Transmitter};
 use embedded_io::{Read, Write};
 use kernel::{Priority, Semaphore, Stack, Task};
 use tasks::device::{Receive, Transmit};
@@ -42,7 +42,7 @@ fn fill(frame: &mut [u8]) {
     }
 }
 
-fn send<L: Line>(mut transmitter: Transmitter<L>, task: &mut Task) {
+fn send(mut transmitter: Transmitter, task: &mut Task) {
     let mut frame = [0; 60];
     for length in SENT {
         if let Some(frame) = frame.get_mut(..length) {
@@ -57,7 +57,7 @@ fn send<L: Line>(mut transmitter: Transmitter<L>, task: &mut Task) {
     IS_HEARD.wait(task);
 }
 
-fn receive<L: Line>(mut receiver: Receiver<L>, task: &mut Task, base: u8) {
+fn receive(mut receiver: Receiver, task: &mut Task, base: u8) {
     let mut expected = [0; 40];
     let mut frame = [0; 40];
     for length in RECEIVED {

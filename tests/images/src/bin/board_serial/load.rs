@@ -6,7 +6,7 @@
 
 use board::Board;
 use board::interrupts::Serves;
-use board::serial::{Line, Receiver, Transmitter};
+use board::serial::{Receiver, Transmitter};
 use board::soft_uart::SoftUart;
 use board::superbot::Half;
 use board::tick::Tick;
@@ -90,11 +90,7 @@ fn next(byte: u8) -> u8 {
     byte.checked_add(1).unwrap_or(1)
 }
 
-fn send<L: Line>(
-    task: &mut Task,
-    mut transmitter: Transmitter<L>,
-    mut pause: impl FnMut(&mut Task),
-) -> Never {
+fn send(task: &mut Task, mut transmitter: Transmitter, mut pause: impl FnMut(&mut Task)) -> Never {
     let mut frame = [0; FRAME];
     let mut byte = 0;
     loop {
@@ -109,9 +105,9 @@ fn send<L: Line>(
     }
 }
 
-fn check<L: Line>(
+fn check(
     task: &mut Task,
-    mut receiver: Receiver<L>,
+    mut receiver: Receiver,
     counts: &MaskedCell<Counts>,
     then: impl Fn(&mut Task),
 ) -> Never {
