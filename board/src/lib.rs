@@ -55,6 +55,8 @@ pub mod gpio;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod joints;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
+mod memory;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod nonce;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod panic;

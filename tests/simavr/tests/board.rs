@@ -151,6 +151,13 @@ fn delays_last_and_outputs_switch() {
     assert_eq!(values(mcu.markers()), [1, 2, 3, 4, 5, 6]);
 }
 
+#[test]
+fn memory_is_copied_and_filled() {
+    let mut mcu = mcu("board_memory");
+    assert_eq!(mcu.run_to_end(2_000 * MILLISECOND), State::Done);
+    assert_eq!(values(mcu.markers()), [0x55]);
+}
+
 /// The power switch of the first dock.
 const POWER_SWITCH: Pin = Pin { port: 'D', bit: 4 };
 
