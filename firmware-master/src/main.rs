@@ -73,7 +73,7 @@ mod stack {
     pub static SEND_USART0: Stack<228> = Stack::new();
     pub static SEND_USART1: Stack<228> = Stack::new();
     pub static SEND_SOFT_UART: Stack<228> = Stack::new();
-    pub static MOTORS: Stack<192> = Stack::new();
+    pub static MOTORS: Stack<202> = Stack::new();
     pub static DEVICES: Stack<308> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
     pub static HORMONE: Stack<336> = Stack::new();

@@ -59,7 +59,7 @@ mod stack {
     pub static SEND_USART0: Stack<228> = Stack::new();
     pub static SEND_USART1: Stack<228> = Stack::new();
     pub static SEND_SOFT_UART: Stack<228> = Stack::new();
-    pub static MOTORS: Stack<162> = Stack::new();
+    pub static MOTORS: Stack<164> = Stack::new();
     pub static DEVICES: Stack<256> = Stack::new();
     pub static BRIDGE: Stack<240> = Stack::new();
 }

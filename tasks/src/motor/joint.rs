@@ -32,11 +32,14 @@ const LARGE_ERROR: u16 = 2 * DEGREE as u16;
 /// With this much drive a free joint moves.
 const STRONG_DRIVE: u16 = FULL_DRIVE as u16 / 4;
 
-/// Periods (of 1 ms) without way, in which the drive is strong or the current at its limit, that make a stall.
-const STALL: u8 = 250;
+/// Once in so many periods it is asked what has become of the drives: a power of two.
+const REVIEW: u8 = 8;
 
-/// A joint that has been at its target for so many periods without a change of its reading is at rest.
-const SETTLED: u8 = 100;
+/// Reviews without way, while the drive is strong or the current at its limit, that make a stall: 248 ms.
+const STALL: u8 = 31;
+
+/// Reviews that find the joint at its target, where the one before found it, after which it is at rest: 96 ms.
+const SETTLED: u8 = 12;
 
 /// How one joint is built and what it may do: the board says so.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -124,10 +127,13 @@ pub struct Joint {
     /// The last good reading's position; `None` before the first.
     position: Option<Position>,
     bad_readings: u8,
-    /// Where the joint was when it last made way, and the periods in vain since.
+    /// Counts periods, for the reviews.
+    period: u8,
+    /// Where the joint was when it last made way, and the reviews in vain since.
     mark: Position,
     in_vain: u8,
-    /// Periods at the target without a change, up to [`SETTLED`].
+    /// Where the joint has come to rest, and the reviews that found it there.
+    rest: Position,
     settled: u8,
 }
 
@@ -145,8 +151,10 @@ impl Joint {
             ceiling: FULL_DRIVE,
             position: None,
             bad_readings: 0,
+            period: 0,
             mark: 0,
             in_vain: 0,
+            rest: 0,
             settled: 0,
         }
     }
@@ -201,7 +209,7 @@ impl Joint {
     /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer.
     pub fn watch(&mut self, reading: Reading) {
         let position = self.description.potentiometer.position(reading.potentiometer);
-        if !position.is_some_and(|position| self.is_near(position)) {
+        if !position.is_some_and(|position| self.rests_at(position)) {
             self.settled = 0;
             // Since the last look it may have turned further than in a period.
             self.position = position.or(self.position);
@@ -222,7 +230,6 @@ impl Joint {
             self.begin(position);
         }
         self.bad_readings = 0;
-        self.settle(position);
         self.position = Some(position);
         if !self.is_driven() {
             return 0;
@@ -232,8 +239,11 @@ impl Joint {
         let tolerance = self.tolerance();
         let sought = self.pid.step(GAINS, self.setpoint, position, tolerance, feed_forward, self.ceiling);
         let drive = self.stop_at_ends(position, sought);
-        self.watch_way(position, drive, reading.current);
-        if self.is_driven() { drive } else { 0 }
+        self.period = self.period.wrapping_add(1);
+        if self.period & (REVIEW - 1) == 0 && !self.review(position, drive, reading.current) {
+            return 0;
+        }
+        drive
     }
 
     /// The position, if it can be that of the joint.
@@ -255,28 +265,18 @@ impl Joint {
 
     /// Less than this makes no difference to where the joint is.
     fn tolerance(&self) -> Position {
-        self.description.potentiometer.resolution() / 2
+        self.description.potentiometer.resolution() >> 1
     }
 
-    /// Whether a position is where the joint was last, but for the converter's noise.
-    fn is_near(&self, position: Position) -> bool {
-        let noise = self.description.potentiometer.resolution().unsigned_abs();
-        self.position.is_some_and(|last| last.abs_diff(position) <= noise)
-    }
-
-    fn settle(&mut self, position: Position) {
-        let is_there =
-            self.setpoint == self.target && self.target.abs_diff(position) <= self.tolerance().unsigned_abs();
-        self.settled = if is_there && self.is_near(position) { self.settled.saturating_add(1) } else { 0 };
+    /// Whether a position is where the joint has come to rest, but for the converter's noise.
+    fn rests_at(&self, position: Position) -> bool {
+        self.rest.abs_diff(position) <= self.description.potentiometer.resolution().unsigned_abs()
     }
 
     /// Moves the setpoint towards the target. Returns the drive that its motion takes.
     fn advance_setpoint(&mut self, position: Position) -> i16 {
         let left = self.target.abs_diff(self.setpoint);
         if left == 0 {
-            if self.target.abs_diff(position) <= ARRIVED {
-                self.state = State::Arrived;
-            }
             return 0;
         }
         let drive = (self.speed >> DRIVE_OF_SPEED).min(FULL_DRIVE as u16) as i16;
@@ -310,8 +310,15 @@ impl Joint {
         if (position >= highest && drive > 0) || (position <= lowest && drive < 0) { 0 } else { drive }
     }
 
-    fn watch_way(&mut self, position: Position, drive: i16, current: u16) {
-        let is_strong = drive.unsigned_abs() >= STRONG_DRIVE && self.target.abs_diff(position) > LARGE_ERROR;
+    /// What has become of the drives. Returns whether the motor may stay on.
+    #[inline(never)] // seldom called, it would cost the rest its registers
+    fn review(&mut self, position: Position, drive: i16, current: u16) -> bool {
+        let error = self.target.abs_diff(position);
+        if self.setpoint == self.target && error <= ARRIVED {
+            self.state = State::Arrived;
+        }
+        self.settle(position, error);
+        let is_strong = drive.unsigned_abs() >= STRONG_DRIVE && error > LARGE_ERROR;
         if position.abs_diff(self.mark) > WAY {
             self.mark = position;
             self.in_vain = 0;
@@ -319,9 +326,21 @@ impl Joint {
             self.in_vain += 1;
             if self.in_vain >= STALL {
                 self.state = State::Failed(Fault::Stall);
+                return false;
             }
         } else {
             self.in_vain = self.in_vain.saturating_sub(1);
+        }
+        true
+    }
+
+    fn settle(&mut self, position: Position, error: u16) {
+        let is_there = self.setpoint == self.target && error <= self.tolerance().unsigned_abs();
+        if is_there && self.rests_at(position) {
+            self.settled = self.settled.saturating_add(1);
+        } else {
+            self.settled = 0;
+            self.rest = position;
         }
     }
 }
