@@ -67,18 +67,18 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<194> = Stack::new();
-    pub static RECEIVE_USART1: Stack<194> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<194> = Stack::new();
-    pub static SEND_USART0: Stack<228> = Stack::new();
-    pub static SEND_USART1: Stack<228> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<228> = Stack::new();
-    pub static MOTORS: Stack<202> = Stack::new();
-    pub static DEVICES: Stack<308> = Stack::new();
-    pub static BRIDGE: Stack<240> = Stack::new();
-    pub static HORMONE: Stack<336> = Stack::new();
-    pub static AC_RECEIVE: Stack<158> = Stack::new();
-    pub static AC_SEND: Stack<141> = Stack::new();
+    pub static RECEIVE_USART0: Stack<203> = Stack::new();
+    pub static RECEIVE_USART1: Stack<203> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<203> = Stack::new();
+    pub static SEND_USART0: Stack<235> = Stack::new();
+    pub static SEND_USART1: Stack<235> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<235> = Stack::new();
+    pub static MOTORS: Stack<195> = Stack::new();
+    pub static DEVICES: Stack<306> = Stack::new();
+    pub static BRIDGE: Stack<221> = Stack::new();
+    pub static HORMONE: Stack<297> = Stack::new();
+    pub static AC_RECEIVE: Stack<148> = Stack::new();
+    pub static AC_SEND: Stack<121> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

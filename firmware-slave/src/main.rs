@@ -53,15 +53,15 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<194> = Stack::new();
-    pub static RECEIVE_USART1: Stack<194> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<194> = Stack::new();
-    pub static SEND_USART0: Stack<228> = Stack::new();
-    pub static SEND_USART1: Stack<228> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<228> = Stack::new();
-    pub static MOTORS: Stack<164> = Stack::new();
-    pub static DEVICES: Stack<256> = Stack::new();
-    pub static BRIDGE: Stack<240> = Stack::new();
+    pub static RECEIVE_USART0: Stack<203> = Stack::new();
+    pub static RECEIVE_USART1: Stack<203> = Stack::new();
+    pub static RECEIVE_SOFT_UART: Stack<203> = Stack::new();
+    pub static SEND_USART0: Stack<235> = Stack::new();
+    pub static SEND_USART1: Stack<235> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<235> = Stack::new();
+    pub static MOTORS: Stack<158> = Stack::new();
+    pub static DEVICES: Stack<257> = Stack::new();
+    pub static BRIDGE: Stack<221> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -30,16 +30,20 @@ static IN_TURN: MaskedCell<u16> = MaskedCell::new(0);
 static OUT_OF_TURN: MaskedCell<u16> = MaskedCell::new(0);
 
 static COUNTED: Mailbox = Mailbox::new(4);
+/// There are no devices.
+static NOWHERE: Mailbox = Mailbox::new(1);
 
 static MASTER_OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
     tasks: &[],
+    devices: &NOWHERE,
     links: &[],
     bridge: BRIDGE.mailbox(),
 };
 static SLAVE_OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Slave, RESIDENCE),
     tasks: &[(TaskCode::HORMONE, &COUNTED)],
+    devices: &NOWHERE,
     links: &[],
     bridge: BRIDGE.mailbox(),
 };

@@ -30,14 +30,15 @@ static IN_TURN: MaskedCell<u16> = MaskedCell::new(0);
 static OUT_OF_TURN: MaskedCell<u16> = MaskedCell::new(0);
 
 static COUNTED: Mailbox = Mailbox::new(4);
-/// Nothing crosses to another MCU.
-static BRIDGE: Mailbox = Mailbox::new(1);
+/// There is neither another MCU nor any device but the link.
+static NOWHERE: Mailbox = Mailbox::new(1);
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, Residence { master: RESIDENTS, slave: NONE }),
     tasks: &[(TaskCode::HORMONE, &COUNTED)],
+    devices: &NOWHERE,
     links: &[(MASTER.usart0, LINK.mailbox())],
-    bridge: &BRIDGE,
+    bridge: &NOWHERE,
 };
 
 static RECEIVE: Stack<280> = Stack::new();
