@@ -76,9 +76,9 @@ mod stack {
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<306> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
-    pub static HORMONE: Stack<297> = Stack::new();
+    pub static HORMONE: Stack<342> = Stack::new();
     pub static AC_RECEIVE: Stack<148> = Stack::new();
-    pub static AC_SEND: Stack<121> = Stack::new();
+    pub static AC_SEND: Stack<126> = Stack::new();
 }
 
 #[unsafe(no_mangle)]
