@@ -70,13 +70,13 @@ mod stack {
     pub static RECEIVE_USART0: Stack<203> = Stack::new();
     pub static RECEIVE_USART1: Stack<203> = Stack::new();
     pub static RECEIVE_SOFT_UART: Stack<203> = Stack::new();
-    pub static SEND_USART0: Stack<235> = Stack::new();
-    pub static SEND_USART1: Stack<235> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<235> = Stack::new();
+    pub static SEND_USART0: Stack<233> = Stack::new();
+    pub static SEND_USART1: Stack<233> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<233> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<306> = Stack::new();
+    pub static DEVICES: Stack<303> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
-    pub static HORMONE: Stack<342> = Stack::new();
+    pub static HORMONE: Stack<340> = Stack::new();
     pub static AC_RECEIVE: Stack<148> = Stack::new();
     pub static AC_SEND: Stack<126> = Stack::new();
 }

@@ -56,11 +56,11 @@ mod stack {
     pub static RECEIVE_USART0: Stack<203> = Stack::new();
     pub static RECEIVE_USART1: Stack<203> = Stack::new();
     pub static RECEIVE_SOFT_UART: Stack<203> = Stack::new();
-    pub static SEND_USART0: Stack<235> = Stack::new();
-    pub static SEND_USART1: Stack<235> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<235> = Stack::new();
-    pub static MOTORS: Stack<158> = Stack::new();
-    pub static DEVICES: Stack<257> = Stack::new();
+    pub static SEND_USART0: Stack<233> = Stack::new();
+    pub static SEND_USART1: Stack<233> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<233> = Stack::new();
+    pub static MOTORS: Stack<153> = Stack::new();
+    pub static DEVICES: Stack<275> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
 }
 

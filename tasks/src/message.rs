@@ -162,7 +162,7 @@ impl Message {
 }
 
 /// How many messages one MCU holds at once, over all its queues. Each buffer takes 21 bytes.
-pub const BUFFERS: usize = 12;
+pub const BUFFERS: usize = 10;
 
 kernel::pool!(Message, BUFFERS);
 

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use simavr_harness::{
-    Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State,
-};
+use simavr_harness::{Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State};
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, image, mcu, mcu_with_seed};
 
