@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use plants::joint::Joint;
 use serde::Serialize;
+use simulation::Face;
 use tasks::dock::Dock;
 use tasks::motor::Axis;
 
@@ -14,7 +15,7 @@ use crate::image::Image;
 use crate::mcu::{CLOCK_HZ, Pin};
 use crate::module::{Controller, Images, Module};
 use crate::probe::Edge;
-use crate::robot::{Face, RobotBuilder, RobotError};
+use crate::robot::{RobotBuilder, RobotError};
 
 /// The figures of a module. Of two MCUs, and of several joints, the worse counts.
 #[derive(Clone, Copy, Debug, Serialize)]

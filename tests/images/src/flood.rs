@@ -5,7 +5,9 @@ use board::Board;
 use board::interrupts::Serves;
 use board::tick::Tick;
 use board::usart::Usart0;
-use hormone::hormone::{Data, Hormone, HormoneName};
+use hormone::gait::GaitName;
+use hormone::hormone::{Data, Hormone};
+use hormone::pace::Pace;
 use hormone::task::{AdaptiveCommunication, ac_receive, ac_send};
 use kernel::{Boot, Never, Priority, Stack, Task, Ticks};
 use tasks::api::Api;
@@ -108,13 +110,19 @@ const HORMONE: u8 = 64;
 fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
     let to = Address::beyond(dock, TaskCode::HORMONE);
     let from = Address::here(TaskCode::HORMONE);
-    let hormone = Hormone { name: HormoneName::CP, data: Data::A }.to_payload();
     let mut count = 0_u8;
     loop {
         while SINK.take(task).is_some() {}
         count = count.wrapping_add(1);
-        let payload: &[u8] = if count.is_multiple_of(HORMONE) { &hormone } else { &[0xff; MAX_PAYLOAD] };
-        if let Ok(message) = Message::new(to, from, payload) {
+        let message = if count.is_multiple_of(HORMONE) {
+            // In a rhythm of its own, so that it is taken up whenever it comes.
+            let name = GaitName::Centipede as u8;
+            let pace = Pace { name, data: Data::A, rhythm: count, lifetime: None };
+            Message::new(to, from, Hormone::Pace(pace).to_payload().bytes())
+        } else {
+            Message::new(to, from, &[0xff; MAX_PAYLOAD])
+        };
+        if let Ok(message) = message {
             // One that finds no room is one of too many.
             let _ = api.send(task, message);
         }
