@@ -2,8 +2,10 @@
 //!
 //! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would happen again and
 //! again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back from a gap of two probes or
-//! more counts as lossy for a while: both ends probe it every 10 ms, and it is given 600 ms. Sixty lost in a row have a
-//! chance of 0.75^60, 3 in 10^8. With 198 directions in a robot of 100 modules, that is one false loss in two hours.
+//! more counts as lossy for a while: both ends probe it every 10 ms, and it is given 18 times the mean silence between its
+//! probes, 600 ms at most. Sixty lost in a row have a chance of 0.75^60, 3 in 10^8. With 198 directions in a robot of 100
+//! modules, and a mean that is at times too short, that is one false loss in a quarter of an hour. Where the losses have
+//! gone, or are as few as three in ten, the time is again that of a good link.
 
 use tasks::dock::{Dock, DockSet};
 
@@ -13,8 +15,14 @@ use crate::time::reached;
 /// A neighbour that has been silent for this long is lost, in milliseconds: six probes.
 pub const LOSS_TIMEOUT: u16 = 240;
 
-/// The same over a lossy link.
+/// The longest that it may be silent over a lossy link.
 pub const LOSSY_TIMEOUT: u16 = 600;
+
+/// Probes over which the mean silence is taken, more or less: the last one has this part in it.
+const MEAN_OVER: u16 = 16;
+
+/// The silences of a link that has just become lossy: for [`LOSS_TIMEOUT`], until the mean tells otherwise.
+const FIRST_SILENCES: u16 = LOSS_TIMEOUT * 8 / 9;
 
 /// A silence longer than this is a gap, in milliseconds: two probes or more are missing.
 const GAP: u16 = 100;
@@ -80,11 +88,19 @@ struct Link {
     /// Meaningful while something is heard.
     heard_at: u16,
     lossy_until: Option<u16>,
+    /// Over a lossy link, [`MEAN_OVER`] times the mean silence between probes, in milliseconds.
+    silences: u16,
 }
 
 impl Link {
-    const SILENT: Link =
-        Link { heard: None, hears_us: false, wants_more: false, heard_at: 0, lossy_until: None };
+    const SILENT: Link = Link {
+        heard: None,
+        hears_us: false,
+        wants_more: false,
+        heard_at: 0,
+        lossy_until: None,
+        silences: FIRST_SILENCES,
+    };
 
     fn neighbour(&self) -> Option<Dock> {
         self.heard.filter(|_| self.hears_us)
@@ -92,7 +108,11 @@ impl Link {
 
     /// Takes in a probe.
     fn hear(&mut self, probe: Probe, hears_us: bool, now: u16) {
-        if self.heard == Some(probe.dock) && self.silence(now) > GAP {
+        let silence = self.silence(now);
+        if self.lossy_until.is_some() {
+            self.silences = self.silences - self.silences / MEAN_OVER + silence.min(LOSSY_TIMEOUT);
+        }
+        if self.heard == Some(probe.dock) && silence > GAP {
             self.lossy_until = Some(now.wrapping_add(LOSSY_FOR));
         }
         self.heard = Some(probe.dock);
@@ -111,8 +131,16 @@ impl Link {
     }
 
     fn is_lost(&self, now: u16) -> bool {
-        let timeout = if self.lossy_until.is_some() { LOSSY_TIMEOUT } else { LOSS_TIMEOUT };
-        self.heard.is_some() && reached(self.heard_at.wrapping_add(timeout), now)
+        self.heard.is_some() && reached(self.heard_at.wrapping_add(self.timeout()), now)
+    }
+
+    /// How long the other end may be silent.
+    fn timeout(&self) -> u16 {
+        if self.lossy_until.is_none() {
+            return LOSS_TIMEOUT;
+        }
+        // 18 of 16.
+        (self.silences + self.silences / 8).clamp(LOSS_TIMEOUT, LOSSY_TIMEOUT)
     }
 }
 
@@ -142,9 +170,9 @@ impl Topology {
         Heard { changed: self.neighbour(dock) != before, answer }
     }
 
-    /// Forgets who has been silent for [`LOSS_TIMEOUT`], or [`LOSSY_TIMEOUT`]; whether a neighbour was lost by it.
-    /// Call at least every 20 ms: then a loss over a link that was whole is noticed within 300 ms at both ends, even if
-    /// only one of them went deaf.
+    /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy link for up to [`LOSSY_TIMEOUT`]; whether a neighbour
+    /// was lost by it. Call at least every 20 ms: then a loss over a link that loses no more than three probes of ten is
+    /// noticed within 300 ms at both ends, even if only one of them went deaf.
     pub fn expire(&mut self, now: u16) -> bool {
         let mut changed = false;
         for link in &mut self.links {
@@ -154,6 +182,7 @@ impl Topology {
             }
             if link.lossy_until.is_some_and(|until| reached(until, now)) {
                 link.lossy_until = None;
+                link.silences = FIRST_SILENCES;
             }
         }
         changed
@@ -287,8 +316,8 @@ mod tests {
         assert_eq!(topology.lossy(2 * GAP + 1), DockSet::of(&[Front]));
         assert!(topology.probe(Front, 2 * GAP + 1).wants_more);
         let last = 2 * GAP + 1;
-        assert!(!topology.expire(last + LOSSY_TIMEOUT - 1));
-        assert!(topology.expire(last + LOSSY_TIMEOUT));
+        assert!(!topology.expire(last + LOSS_TIMEOUT - 1));
+        assert!(topology.expire(last + LOSS_TIMEOUT));
 
         topology.heard(Front, ATTACHED, 1_000);
         assert!(topology.lossy(1_000).is_empty(), "who comes anew begins anew");
@@ -297,6 +326,26 @@ mod tests {
             assert!(!topology.expire(time));
             assert_eq!(topology.lossy(time).is_empty(), time >= 1_150 + LOSSY_FOR, "at {time}");
         }
+    }
+
+    /// When a neighbour is given up over a link that has lost this part of its quick probes for a while.
+    fn timeout_where_one_arrives_of(probes: u16) -> u16 {
+        let mut topology = Topology::new();
+        topology.heard(Front, ATTACHED, 0);
+        let mut now = GAP + 1;
+        for _ in 0..60 {
+            topology.heard(Front, ATTACHED, now);
+            now += 10 * probes;
+        }
+        let last = now - 10 * probes;
+        (0..=LOSSY_TIMEOUT).find(|wait| topology.expire(last + wait)).expect("it is given up some time")
+    }
+
+    #[test]
+    fn a_neighbour_over_a_lossy_link_is_given_as_much_time_as_the_losses_ask_for() {
+        assert_eq!(timeout_where_one_arrives_of(1), LOSS_TIMEOUT);
+        assert!((320..400).contains(&timeout_where_one_arrives_of(2)));
+        assert_eq!(timeout_where_one_arrives_of(4), LOSSY_TIMEOUT);
     }
 
     #[test]
