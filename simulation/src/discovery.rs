@@ -1,6 +1,7 @@
 //! How soon modules know what became of their docks.
 
 use hormone::event::Event;
+use hormone::status::Status;
 use tasks::dock::Dock;
 
 use crate::deed::Deed;
@@ -90,11 +91,17 @@ impl Discovery {
             let Some(Change { at, is_loss }) = *pending else { continue };
             // Before its first word after the change it only looks as if it knew.
             let last_change = self.last_change[module];
-            if last_change > at && robot.is_right(module) {
+            if last_change > at && is_right(robot, &self.wiring, module) {
                 let longest = if is_loss { &mut self.lost_after } else { &mut self.found_after };
                 *longest = (*longest).max(Some(last_change - at));
                 *pending = None;
             }
         }
     }
+}
+
+/// Whether a module knows its neighbours as the wiring has them. One without power has none to be wrong about.
+fn is_right(robot: &impl Robot, wiring: &Wiring, module: usize) -> bool {
+    let knows = |status: Status| status.neighbours() == Some(wiring.neighbours(module));
+    !robot.is_on(module) || robot.status(module).is_some_and(knows)
 }

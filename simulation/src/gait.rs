@@ -1,9 +1,11 @@
-//! Whether legs walk: in each half Period every leg swings or holds, not as it did in the one before, and not as the
-//! other leg of its branch does (paper, section 7).
+//! Whether a robot walks: in each half Period every leg swings or holds, not as it did in the one before, and not as the
+//! other leg of its branch does (paper, section 7), and every module of the trunk keeps straight. Modules that no hormone
+//! can reach are not looked at, nor those for which Table 1 has no rule.
 //!
 //! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again, and a few
-//! milliseconds for each module between a leg and the head; what is wrong meanwhile tells how long it took, and what is
-//! wrong later is a violation.
+//! milliseconds for each module between a walker and its head; where frames are lost, discovery and hops have as many times
+//! more as a frame and its ACK take tries. What is wrong meanwhile tells how long it took, and what is wrong later is a
+//! violation.
 
 use std::collections::VecDeque;
 
@@ -22,42 +24,47 @@ const DISCOVERY: u64 = 300 * MILLISECOND;
 /// How long a hormone may take from a module to the next.
 const HOP: u64 = 5 * MILLISECOND;
 
-/// What a leg did last, and since when.
+/// What a walker did last, and since when.
 #[derive(Clone, Copy)]
 struct Beat {
     cycle: u64,
     action: Action,
 }
 
-/// A leg by the wiring.
-struct Leg {
+/// A module for which there is a rule, by the wiring.
+struct Walker {
     module: usize,
-    /// The other leg of its branch, by its place among the legs.
+    is_leg: bool,
+    /// From the nearest head.
+    hops: u64,
+    /// The other leg of its branch, by its place among the walkers.
     other: Option<usize>,
     /// From when on nothing may be wrong with it.
     settled_at: u64,
     beat: Option<Beat>,
-    /// When something of this leg is next found missing.
+    /// When something of this walker is next found missing.
     overdue_at: u64,
     /// The beat since which both legs of the branch did the same, once that was found.
     together_since: Option<u64>,
 }
 
-/// Follows the legs.
+/// Follows the walkers.
 pub struct Gait {
     /// In cycles.
     period: u64,
-    legs: Vec<Leg>,
-    /// By module, which leg it is.
-    leg_of: Vec<Option<usize>>,
+    walkers: Vec<Walker>,
+    /// By module, which walker it is.
+    walker_of: Vec<Option<usize>>,
     disturbed_at: u64,
+    /// How often a frame is sent until it and its ACK have arrived, on the mean.
+    tries: f64,
     /// What was wrong though it should have been right.
     pub violations: u64,
     /// The longest time from a change until nothing was wrong, in cycles.
     recovered_after: Option<u64>,
     /// The most that the legs of a branch started apart, in cycles.
     pub skew_max: Option<u64>,
-    /// Beats of legs.
+    /// Beats of walkers.
     pub beats: u64,
 }
 
@@ -66,9 +73,10 @@ impl Gait {
     pub fn new(wiring: &Wiring, period: u64) -> Self {
         let mut gait = Gait {
             period,
-            legs: Vec::new(),
-            leg_of: Vec::new(),
+            walkers: Vec::new(),
+            walker_of: Vec::new(),
             disturbed_at: 0,
+            tries: 1.0,
             violations: 0,
             recovered_after: None,
             skew_max: None,
@@ -79,37 +87,60 @@ impl Gait {
     }
 
     pub fn legs(&self) -> usize {
-        self.legs.len()
+        self.walkers.iter().filter(|walker| walker.is_leg).count()
     }
 
     /// Something was changed, and the wiring is this now.
     pub fn disturbed(&mut self, wiring: &Wiring, now: u64) {
         self.disturbed_at = now;
-        let hops = hops_from_heads(wiring);
-        let beats: Vec<(usize, Option<Beat>)> = self.legs.iter().map(|leg| (leg.module, leg.beat)).collect();
-        self.legs.clear();
-        self.leg_of = vec![None; wiring.modules()];
-        for (module, hops) in hops.into_iter().enumerate() {
-            if matches!(wiring.module_type(module), ModuleType::LeftLeg | ModuleType::RightLeg) {
-                let settled_at = now + self.period + DISCOVERY + hops * HOP;
-                self.leg_of[module] = Some(self.legs.len());
-                self.legs.push(Leg {
-                    module,
-                    other: None,
-                    settled_at,
-                    beat: None,
-                    overdue_at: settled_at,
-                    together_since: None,
-                });
-            }
+        let beats: Vec<(usize, Option<Beat>)> =
+            self.walkers.iter().map(|walker| (walker.module, walker.beat)).collect();
+        self.walkers.clear();
+        self.walker_of = vec![None; wiring.modules()];
+        for (module, hops) in hops_from_heads(wiring).into_iter().enumerate() {
+            let (Some(hops), Some(part)) = (hops, part(wiring, module)) else { continue };
+            let settled_at = self.settled_at(hops);
+            self.walker_of[module] = Some(self.walkers.len());
+            self.walkers.push(Walker {
+                module,
+                is_leg: part == Part::Leg,
+                hops,
+                other: None,
+                settled_at,
+                beat: None,
+                overdue_at: settled_at,
+                together_since: None,
+            });
         }
         for (module, beat) in beats {
-            if let Some(leg) = self.leg_of[module] {
-                self.legs[leg].beat = beat;
+            if let Some(walker) = self.walker_of[module] {
+                self.walkers[walker].beat = beat;
             }
         }
-        for leg in &mut self.legs {
-            leg.other = other_leg(wiring, leg.module).and_then(|other| self.leg_of[other]);
+        for walker in self.walkers.iter_mut().filter(|walker| walker.is_leg) {
+            walker.other = other_leg(wiring, walker.module).and_then(|other| self.walker_of[other]);
+        }
+    }
+
+    /// When a walker so many hops from its head has to walk again.
+    fn settled_at(&self, hops: u64) -> u64 {
+        let once = (DISCOVERY + hops * HOP) as f64;
+        self.disturbed_at + self.period + (once * self.tries) as u64
+    }
+
+    /// From `now` on frames are lost with this probability, each way. Who walks has to walk on.
+    pub fn loses(&mut self, probability: f64, now: u64) {
+        let arrives = (1.0 - probability).max(0.1);
+        self.tries = 1.0 / (arrives * arrives);
+        for number in 0..self.walkers.len() {
+            let settled_at = self.settled_at(self.walkers[number].hops);
+            let walker = &mut self.walkers[number];
+            if walker.settled_at > now {
+                walker.settled_at = settled_at;
+                if walker.beat.is_none() {
+                    walker.overdue_at = settled_at;
+                }
+            }
         }
     }
 
@@ -121,39 +152,43 @@ impl Gait {
     /// Takes in the next deed.
     pub fn take(&mut self, deed: &Deed) {
         if let Event::ActionBegun(action) = deed.event
-            && let Some(leg) = self.leg_of[deed.module]
+            && let Some(walker) = self.walker_of[deed.module]
         {
-            self.look_at(leg, deed.cycle);
-            self.beat(leg, Beat { cycle: deed.cycle, action });
+            self.look_at(walker, deed.cycle);
+            self.beat(walker, Beat { cycle: deed.cycle, action });
         }
     }
 
     /// Time has passed up to `now`.
     pub fn pass(&mut self, now: u64) {
-        for leg in 0..self.legs.len() {
-            self.look_at(leg, now);
+        for walker in 0..self.walkers.len() {
+            self.look_at(walker, now);
         }
     }
 
-    fn look_at(&mut self, leg: usize, now: u64) {
-        self.look_for_missing(leg, now);
-        let other = self.legs[leg].other;
-        self.look_for_together(other.map_or(leg, |other| leg.min(other)), now);
+    fn look_at(&mut self, walker: usize, now: u64) {
+        self.look_for_missing(walker, now);
+        let other = self.walkers[walker].other;
+        self.look_for_together(other.map_or(walker, |other| walker.min(other)), now);
     }
 
-    fn beat(&mut self, leg: usize, beat: Beat) {
-        let Leg { other, settled_at, .. } = self.legs[leg];
-        let before = self.legs[leg].beat.replace(beat);
-        self.legs[leg].overdue_at = beat.cycle + self.period;
+    fn beat(&mut self, walker: usize, beat: Beat) {
+        let Walker { is_leg, other, settled_at, .. } = self.walkers[walker];
+        let before = self.walkers[walker].beat.replace(beat);
+        self.walkers[walker].overdue_at = beat.cycle + self.period;
         self.beats += 1;
-        let is_leg_action = matches!(beat.action, Action::Swing | Action::Holding);
-        let repeats = before.is_some_and(|before| before.action == beat.action);
-        if !is_leg_action || repeats {
-            self.wrong(leg, beat.cycle);
+        let is_right = match beat.action {
+            Action::Swing | Action::Holding => {
+                is_leg && before.is_none_or(|before| before.action != beat.action)
+            }
+            action => !is_leg && action == Action::Straight,
+        };
+        if !is_right {
+            self.wrong(walker, beat.cycle);
         } else if before.is_none_or(|before| before.action == Action::Rest) {
             self.recovered(beat.cycle);
         }
-        let others = other.and_then(|other| self.legs[other].beat);
+        let others = other.and_then(|other| self.walkers[other].beat);
         if let Some(others) = others
             && beat.cycle >= settled_at
         {
@@ -165,23 +200,23 @@ impl Gait {
     }
 
     /// Two half Periods without a beat: one was missed, whatever the hormones took on their way.
-    fn look_for_missing(&mut self, leg: usize, now: u64) {
-        while self.legs[leg].overdue_at < now {
-            let overdue_at = self.legs[leg].overdue_at;
-            self.legs[leg].overdue_at += self.period / 2;
-            self.wrong(leg, overdue_at);
+    fn look_for_missing(&mut self, walker: usize, now: u64) {
+        while self.walkers[walker].overdue_at < now {
+            let overdue_at = self.walkers[walker].overdue_at;
+            self.walkers[walker].overdue_at += self.period / 2;
+            self.wrong(walker, overdue_at);
         }
     }
 
     /// Both legs of a branch do the same for longer than a quarter of a Period.
     fn look_for_together(&mut self, leg: usize, now: u64) {
-        let Leg { other, beat, together_since, .. } = self.legs[leg];
-        let others = other.filter(|other| leg < *other).and_then(|other| self.legs[other].beat);
+        let Walker { other, beat, together_since, .. } = self.walkers[leg];
+        let others = other.filter(|other| leg < *other).and_then(|other| self.walkers[other].beat);
         let (Some(one), Some(other)) = (beat, others) else { return };
         let since = one.cycle.max(other.cycle);
         let found_at = since + self.period / 4;
         if one.action == other.action && now > found_at && together_since != Some(since) {
-            self.legs[leg].together_since = Some(since);
+            self.walkers[leg].together_since = Some(since);
             self.wrong(leg, found_at);
         }
     }
@@ -191,8 +226,8 @@ impl Gait {
         self.recovered_after = self.recovered_after.max(Some(at.saturating_sub(self.disturbed_at)));
     }
 
-    fn wrong(&mut self, leg: usize, at: u64) {
-        if at < self.legs[leg].settled_at {
+    fn wrong(&mut self, walker: usize, at: u64) {
+        if at < self.walkers[walker].settled_at {
             self.recovered(at);
         } else {
             self.violations += 1;
@@ -200,19 +235,45 @@ impl Gait {
     }
 }
 
-/// How many hops each module is from the nearest head.
-fn hops_from_heads(wiring: &Wiring) -> Vec<u64> {
-    let mut hops = vec![0; wiring.modules()];
-    let mut is_found: Vec<bool> =
-        (0..wiring.modules()).map(|module| wiring.module_type(module) == ModuleType::Head).collect();
-    let mut next: VecDeque<usize> = (0..wiring.modules()).filter(|&module| is_found[module]).collect();
-    while let Some(module) = next.pop_front() {
-        for peer in Dock::ALL.iter().filter_map(|&dock| wiring.peer(Face { module, dock })) {
-            if !std::mem::replace(&mut is_found[peer.module], true) {
-                hops[peer.module] = hops[module] + 1;
-                next.push_back(peer.module);
-            }
+/// What Table 1 has a module do.
+#[derive(PartialEq)]
+enum Part {
+    Trunk,
+    Leg,
+}
+
+/// A module's part by the wiring; `None` where there is no rule.
+fn part(wiring: &Wiring, module: usize) -> Option<Part> {
+    match ModuleType::acting(&wiring.neighbours(module)) {
+        ModuleType::Head | ModuleType::Spine | ModuleType::Branch => Some(Part::Trunk),
+        ModuleType::LeftLeg | ModuleType::RightLeg => Some(Part::Leg),
+        ModuleType::Tail | ModuleType::Other => None,
+    }
+}
+
+/// The docks by which a module sends hormones on.
+fn ways(wiring: &Wiring, module: usize) -> &'static [Dock] {
+    match ModuleType::acting(&wiring.neighbours(module)) {
+        ModuleType::Head | ModuleType::Branch => &[Dock::Left, Dock::Right, Dock::Back],
+        ModuleType::Spine => &[Dock::Back],
+        ModuleType::Other => &Dock::ALL,
+        ModuleType::Tail | ModuleType::LeftLeg | ModuleType::RightLeg => &[],
+    }
+}
+
+/// How many hops hormones take to each module from the nearest head; `None` where none can come.
+fn hops_from_heads(wiring: &Wiring) -> Vec<Option<u64>> {
+    let is_head = |module: &usize| ModuleType::acting(&wiring.neighbours(*module)) == ModuleType::Head;
+    let mut next: VecDeque<(usize, u64)> =
+        (0..wiring.modules()).filter(is_head).map(|head| (head, 0)).collect();
+    let mut hops = vec![None; wiring.modules()];
+    while let Some((module, distance)) = next.pop_front() {
+        if hops[module].is_some() {
+            continue;
         }
+        hops[module] = Some(distance);
+        let peers = ways(wiring, module).iter().filter_map(|&dock| wiring.peer(Face { module, dock }));
+        next.extend(peers.map(|peer| (peer.module, distance + 1)));
     }
     hops
 }

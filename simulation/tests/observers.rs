@@ -6,7 +6,8 @@ use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
 use simulation::{
-    BridgeTotals, Change, Deed, Face, LinkTotals, MILLISECOND, Observer, Robot, Shape, Wiring, WiringError,
+    BridgeTotals, Change, Deed, Face, LinkTotals, Links, MILLISECOND, Observer, Robot, Shape, Wiring,
+    WiringError,
 };
 use tasks::dock::Dock::{self, Back, Left, Right};
 
@@ -50,18 +51,26 @@ impl Script {
         self.deeds.push(Deed { cycle: at, module, event: Event::HormoneReceived(dock, data) });
     }
 
-    /// A leg begins an action.
-    fn steps(&mut self, observer: &mut Observer, leg: usize, action: Action, at: u64) {
+    /// A module begins an action.
+    fn steps(&mut self, observer: &mut Observer, module: usize, action: Action, at: u64) {
         self.now = at;
-        self.deeds.push(Deed { cycle: at, module: leg, event: Event::ActionBegun(action) });
+        self.deeds.push(Deed { cycle: at, module, event: Event::ActionBegun(action) });
         observer.look(self);
     }
 
-    /// Both legs walk, a beat in each half Period, the right one a millisecond later.
+    /// The trunk, head 0, branch 1 and spine 4, beats.
+    fn trunk_beats(&mut self, observer: &mut Observer, at: u64) {
+        for module in [0, 1, 4] {
+            self.steps(observer, module, Straight, at);
+        }
+    }
+
+    /// All walk, a beat in each half Period, the right leg a millisecond later.
     fn walk(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>) {
         for beat in half_periods {
             let at = beat * PERIOD / 2 + 20 * MILLISECOND;
             let [left, right] = if beat % 2 == 0 { [Swing, Holding] } else { [Holding, Swing] };
+            self.trunk_beats(observer, at);
             self.steps(observer, 2, left, at);
             self.steps(observer, 3, right, at + MILLISECOND);
         }
@@ -123,7 +132,7 @@ impl Robot for Script {
 fn legs_that_alternate_are_right() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..40);
-    assert_eq!((observer.gait.legs(), observer.gait.beats), (2, 78));
+    assert_eq!((observer.gait.legs(), observer.gait.beats), (2, 39 * 5));
     assert_eq!(observer.gait.violations, 0);
     assert_eq!(observer.gait.skew_max, Some(MILLISECOND));
     assert_eq!(observer.gait.recovery_periods(), Some(0.521), "the first step of the right leg");
@@ -133,6 +142,7 @@ fn legs_that_alternate_are_right() {
 fn a_leg_that_does_the_same_twice_is_wrong() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
+    script.trunk_beats(&mut observer, 9 * PERIOD / 2);
     script.steps(&mut observer, 2, Holding, 9 * PERIOD / 2);
     assert_eq!(observer.gait.violations, 0);
     script.steps(&mut observer, 2, Holding, 9 * PERIOD / 2 + 10 * MILLISECOND);
@@ -140,20 +150,23 @@ fn a_leg_that_does_the_same_twice_is_wrong() {
 }
 
 #[test]
-fn a_leg_that_does_nothing_is_wrong_in_each_half_period() {
+fn a_module_that_does_nothing_is_wrong_in_each_half_period() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
     // Half Periods 9 to 12 pass without a beat: found when each is over.
     script.passes(&mut observer, 12 * PERIOD / 2 + 100 * MILLISECOND);
-    assert_eq!(observer.gait.violations, 2 * 3);
+    // The legs, and all of the trunk but the tail.
+    assert_eq!(observer.gait.violations, 5 * 3);
 }
 
 #[test]
-fn a_leg_that_does_what_no_leg_does_is_wrong() {
+fn a_module_that_does_what_none_of_its_type_does_is_wrong() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
     script.steps(&mut observer, 2, Straight, 9 * PERIOD / 2);
     assert_eq!(observer.gait.violations, 1);
+    script.steps(&mut observer, 4, Holding, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations, 2, "nor does a spine what a leg does");
 }
 
 #[test]
@@ -161,6 +174,7 @@ fn legs_that_do_the_same_at_once_are_wrong() {
     let (mut script, mut observer) = Script::discovered();
     for beat in 1..10 {
         let action = if beat % 2 == 0 { Swing } else { Holding };
+        script.trunk_beats(&mut observer, beat * PERIOD / 2);
         script.steps(&mut observer, 2, action, beat * PERIOD / 2);
         script.steps(&mut observer, 3, action, beat * PERIOD / 2 + MILLISECOND);
         script.passes(&mut observer, beat * PERIOD / 2 + 300 * MILLISECOND);
@@ -175,11 +189,55 @@ fn what_is_wrong_soon_after_a_change_is_how_long_it_took() {
     script.walk(&mut observer, 1..9);
     let changed_at = 9 * PERIOD / 2;
     observer.gait.disturbed(&script.wiring, changed_at);
+    script.trunk_beats(&mut observer, changed_at + PERIOD / 4);
     script.steps(&mut observer, 2, Swing, changed_at + PERIOD / 4);
     script.steps(&mut observer, 3, Holding, changed_at + 3 * PERIOD / 4);
     script.walk(&mut observer, 11..20);
     assert_eq!(observer.gait.violations, 0);
     assert_eq!(observer.gait.recovery_periods(), Some(0.75));
+}
+
+#[test]
+fn what_no_hormone_reaches_need_not_walk() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    // With nobody in front and nobody behind a branch is none, and has no rule: nobody beats the time.
+    let mut wiring = script.wiring.clone();
+    wiring.isolate(0).unwrap();
+    wiring.isolate(4).unwrap();
+    observer.gait.disturbed(&wiring, script.now);
+    script.passes(&mut observer, 9 * PERIOD);
+    assert_eq!((observer.gait.legs(), observer.gait.violations), (0, 0));
+}
+
+#[test]
+fn a_dock_that_is_mute_counts_as_detached() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    let mute =
+        |probability| Change::Loss { links: Links::From(Face { module: 1, dock: Right }), probability };
+    observer.changed(&script, &mute(1.0));
+    assert_eq!(observer.gait.legs(), 1, "the branch is none any more, and the leg at its right is cut off");
+    observer.changed(&script, &mute(0.5));
+    assert_eq!(observer.gait.legs(), 2);
+}
+
+#[test]
+fn where_frames_are_lost_a_robot_has_more_time_to_begin_and_no_more_to_walk_on() {
+    let lossy = Change::Loss { links: Links::All, probability: 0.5 };
+    let (mut script, mut observer) = Script::discovered();
+    observer.changed(&script, &lossy);
+    // Four tries: 1 s, and 1.2 s for discovery, and 20 ms or 40 ms for hops to the branch, and to its legs and the spine.
+    script.passes(&mut observer, 2_190 * MILLISECOND);
+    assert_eq!(observer.gait.violations, 0);
+    script.passes(&mut observer, 2_250 * MILLISECOND);
+    assert_eq!(observer.gait.violations, 5);
+
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    observer.changed(&script, &lossy);
+    script.passes(&mut observer, 10 * PERIOD / 2 + 100 * MILLISECOND);
+    assert_eq!(observer.gait.violations, 5);
 }
 
 #[test]

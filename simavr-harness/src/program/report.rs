@@ -98,7 +98,7 @@ impl Report {
         }
         let simulated_seconds = robot.now() as f64 / f64::from(CLOCK_HZ);
         let wall_seconds = wall.as_secs_f64();
-        let Observer { hops, discovery, gait } = observer;
+        let Observer { hops, discovery, gait, .. } = observer;
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let mut report = Report {

@@ -39,14 +39,15 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
 }
 
 fn run_robot<R: Robot>(
-    mut robot: R,
-    timeline: Vec<Event>,
+    robot: R,
+    mut timeline: Vec<Event>,
     options: &Sim,
     cpu_load: impl Fn(&R) -> Option<CpuLoad>,
 ) -> Result<bool, Box<dyn Error>> {
     let is_calm = options.loss == 0.0 && timeline.is_empty();
     if options.loss > 0.0 {
-        robot.change(&Change::Loss { links: Links::All, probability: options.loss })?;
+        let change = Change::Loss { links: Links::All, probability: options.loss };
+        timeline.insert(0, Event { at: 0, change });
     }
     let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
     let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());

@@ -16,7 +16,7 @@ use tasks::router::{Mcu, Route, Router, Source};
 
 use super::behaviours::{Behaviours, Doing};
 use super::port::{Flight, Port, Taken, count};
-use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, RECEIVE, START, WAKE, transfer};
+use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, START, WAKE, transfer};
 use crate::change::Mcus;
 use crate::hardware::{RESIDENCE, is_deaf_while_it_sends, is_on_slave};
 use crate::random::Random;
@@ -198,7 +198,7 @@ impl Module {
         }
         let begun_at = flight.span.start + CHARACTER;
         insert(&mut self.inputs, begun_at, Input::Begun(dock, flight.span.clone()));
-        insert(&mut self.inputs, flight.span.end + RECEIVE, Input::Frame(dock, flight));
+        insert(&mut self.inputs, flight.taken_at(), Input::Frame(dock, flight));
         Some(begun_at)
     }
 

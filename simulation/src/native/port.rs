@@ -16,7 +16,7 @@ use tasks::link::send::ACK_TIMEOUT;
 use tasks::link::signature::Signature;
 use tasks::message::{Address, Message, TaskCode};
 
-use super::time::{CHARACTER, SEND, TICK, ack, frame};
+use super::time::{CHARACTER, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
 
 /// What goes over the wire in one piece.
 #[derive(Clone, Debug)]
@@ -32,6 +32,14 @@ pub struct Flight {
     pub wire: Wire,
     /// From its first bit to its last.
     pub span: Range<u64>,
+}
+
+impl Flight {
+    /// When the receiving task is through with it.
+    pub fn taken_at(&self) -> u64 {
+        let program = if matches!(self.wire, Wire::Ack(_)) { RECEIVE_ACK } else { RECEIVE };
+        self.span.end + program
+    }
 }
 
 impl Wire {
@@ -229,7 +237,7 @@ impl Port {
         tick: impl Fn(u64) -> u64,
     ) -> Flight {
         let flight = self.transmit(now, Wire::Data(label, message.clone()));
-        let deadline = tick(flight.span.end) + patience * TICK;
+        let deadline = tick(flight.span.end + SENT) + patience * TICK;
         self.outstanding = Some(Outstanding { message, label, deadline });
         flight
     }

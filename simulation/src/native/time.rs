@@ -38,8 +38,14 @@ pub fn transfer(payload: usize) -> u64 {
 /// From a module's power, or from the end of a reset, to its first tick. Folding SRAM to a nonce takes most of it.
 pub const START: u64 = micros(3000);
 
-/// From the end of a frame until what it brings is in the mailbox that it is for.
-pub const RECEIVE: u64 = micros(240);
+/// From the end of a frame until what it brings is in the mailbox that it is for, and an ACK goes out.
+pub const RECEIVE: u64 = micros(205);
+
+/// From the end of an ACK until its message counts as delivered.
+pub const RECEIVE_ACK: u64 = micros(130);
+
+/// From the end of a frame that was sent until the sending task looks at the clock.
+pub const SENT: u64 = micros(60);
 
 /// From a mailbox's message to the first bit on the wire.
 pub const SEND: u64 = micros(130);
@@ -49,7 +55,7 @@ pub const CROSS_BEFORE: u64 = micros(140);
 pub const CROSS_AFTER: u64 = micros(140);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
-pub const WAKE: u64 = micros(140);
+pub const WAKE: u64 = micros(175);
 
 /// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
 pub const ACT: u64 = micros(185);
