@@ -5,6 +5,7 @@ use kernel::Boot;
 use crate::external::External;
 use crate::mcu;
 use crate::tick::Tick;
+use crate::trap::Trap;
 
 /// The MCU's clock, in Hz.
 pub const CLOCK_HZ: u32 = 16_000_000;
@@ -15,12 +16,13 @@ pub const TICK_HZ: u32 = 1_000;
 /// The devices of this MCU, none of them started. They take no memory.
 pub struct Board {
     pub tick: Tick,
+    pub trap: Trap,
     pub external: External,
 }
 
 impl Board {
     /// The devices, or `None` if they were taken before. From here on idle is what `sleep` means.
     pub fn take(boot: &mut Boot) -> Option<Board> {
-        mcu::take(boot).map(|()| Board { tick: Tick::new(), external: External::new() })
+        mcu::take(boot).map(|()| Board { tick: Tick::new(), trap: Trap::new(), external: External::new() })
     }
 }

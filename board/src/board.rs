@@ -14,6 +14,7 @@ use crate::superbot::{
     Charger, ControlProbe, Emitters, JointDirection, JointPwm, LatchPwm, RollDirection, RollPwm,
 };
 use crate::tick::Tick;
+use crate::trap::Trap;
 use crate::twi::{I2c, Twi};
 use crate::usart::{Usart0, Usart1};
 use crate::{mcu, nonce};
@@ -21,6 +22,7 @@ use crate::{mcu, nonce};
 /// The devices of this MCU, none of them started. They take no memory.
 pub struct Board {
     pub tick: Tick,
+    pub trap: Trap,
     pub usart0: Usart0,
     pub usart1: Usart1,
     pub soft_uart: SoftUart,
@@ -53,6 +55,7 @@ impl Board {
         let cpu = unsafe { CPU::steal() };
         Some(Board {
             tick: Tick::new(),
+            trap: Trap::new(),
             usart0: Usart0::new(),
             usart1: Usart1::new(),
             soft_uart: SoftUart::new(),

@@ -41,6 +41,11 @@ macro_rules! vectors {
         // SAFETY: above.
         unsafe impl $crate::interrupts::Serves<$crate::tick::Tick> for $name {}
     };
+    (Trap for $name:ident) => {
+        $crate::trap_interrupt!();
+        // SAFETY: above.
+        unsafe impl $crate::interrupts::Serves<$crate::trap::Trap> for $name {}
+    };
     (Usart0 for $name:ident) => {
         $crate::vectors!(usart $crate::usart::Usart0, __vector_18, __vector_19, __vector_20 for $name);
     };

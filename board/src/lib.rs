@@ -40,6 +40,8 @@ pub mod interrupts;
 mod mcu;
 #[cfg(target_arch = "avr")]
 pub mod tick;
+#[cfg(target_arch = "avr")]
+pub mod trap;
 
 // On SuperBot's.
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

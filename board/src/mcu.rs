@@ -4,8 +4,10 @@
 //! - `MARK`: the I/O address of the register that takes the program's marks;
 //! - `set_up`: readies what has no driver;
 //! - `start_timer0`: starts the timer behind the tick;
+//! - `start_timer2`, `enable_timer2`: the timer behind single steps, and its interrupt;
 //! - `start_external`: starts the one external interrupt that is in use;
-//! - the macros `tick_interrupt!` and `external_interrupt!`: the vectors of these two.
+//! - `hold_external`, `release_external`: keep back all external interrupts for a while;
+//! - the macros `tick_interrupt!`, `external_interrupt!` and `trap_interrupt!`: the vectors of these three.
 
 use kernel::{Boot, Context, MaskedCell};
 
@@ -21,7 +23,9 @@ mod atmega328p;
 mod later;
 
 #[cfg(feature = "atmega128")]
-pub(crate) use atmega128::{MARK, set_up, start_external, start_timer0};
+pub(crate) use atmega128::{
+    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer0, start_timer2,
+};
 #[cfg(feature = "atmega328p")]
 use atmega328p as registers;
 #[cfg(feature = "atmega1284p")]
@@ -29,7 +33,9 @@ use atmega1284p as registers;
 #[cfg(feature = "atmega2560")]
 use atmega2560 as registers;
 #[cfg(not(feature = "atmega128"))]
-pub(crate) use later::{MARK, set_up, start_external, start_timer0};
+pub(crate) use later::{
+    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer0, start_timer2,
+};
 
 #[cfg(not(any(
     feature = "atmega128",

@@ -2,10 +2,14 @@
 //!
 //! The AVR runs one instruction after `reti` before it takes the next interrupt (ATmega128 datasheet, "Reset and Interrupt
 //! Handling"). So the task is made the head, an interrupt that stays pending is let loose, the *trap*, and wherever that finds
-//! another than the task at work it returns: the kernel, and interrupts, get on by an instruction at a time. When it finds the
-//! task, that has made its step. Nothing preempts it meanwhile.
+//! another than the task at work it returns: the kernel gets on by an instruction at a time. When it finds the task, that has
+//! made its step.
 //!
-//! What the task does with interrupts masked counts as one step, as nothing can come between.
+//! The trap goes before all other interrupts. One that came first would return to the task, and let it run for another
+//! instruction.
+//!
+//! For the time of its step the task has a priority above all others, P0 with nothing that preempts it. So whatever it does to
+//! the lists of ready tasks, it stays the head, or blocks.
 
 use crate::KERNEL;
 use crate::arch;
@@ -14,30 +18,43 @@ use crate::handle::{Refused, TaskHandle};
 use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
-use crate::task::ControlBlock;
+use crate::task::{ControlBlock, Flag, Priority};
+use crate::walk;
 
-/// The task that is to make a step.
+/// The task that the trap waits for. Public for the assembly of its vector only.
 #[doc(hidden)]
 pub static STEPPED: MaskedCell<Option<&'static ControlBlock>> = MaskedCell::new(None);
 
+/// The priority to give back to the task that makes a step.
+static PRIORITY: MaskedCell<Option<Priority>> = MaskedCell::new(None);
+
 impl TaskHandle {
     /// Runs one instruction of the task, which is suspended and does not wait. `spring` lets the trap loose: from there on the
-    /// vector declared by [`trap_interrupt!`](crate::trap_interrupt!) is pending.
+    /// vector declared by [`trap_interrupt!`](crate::trap_interrupt!) is pending, and no other interrupt goes before it.
     ///
-    /// Tasks of higher priority wait until the step is made: up to about 50 cycles for each instruction of the switch to the task,
-    /// some 4000 in all.
+    /// What the task does with interrupts masked counts as one instruction, and so does all that it does while it has a mutex.
+    /// The first step of a task that blocked or yielded takes it no further than the kernel's return to it. A task that
+    /// blocks in a step stands before the others that wait for the same. One that has to wait for a mutex, ends, or lowers
+    /// its own priority is not suspended any more; one that makes itself P0 keeps the priority that it had.
+    ///
+    /// Other tasks and interrupts wait until the step is made, some 3500 cycles: the way to the task goes by an instruction at
+    /// a time.
     ///
     /// # Errors
-    /// [`Refused::NotStarted`]; [`Refused::Busy`] unless it is suspended, and waits for nothing.
+    /// [`Refused::NotStarted`]; [`Refused::Busy`] unless it is suspended and waits for nothing, and where the caller is of
+    /// priority P0: tasks of its own priority would mix with the one that makes a step.
     pub fn step(self, task: &mut Task, spring: impl FnOnce(&Masked)) -> Result<(), Refused> {
         task.mask(|masked| {
             let control = self.control;
             if control.stack_pointer.get(masked) == 0 {
                 return Err(Refused::NotStarted);
             }
-            if !control.is_suspended(masked) || control.link.get(masked) != Link::PARKED {
+            let is_parked = control.is_suspended(masked) && control.link.get(masked) == Link::PARKED;
+            if !is_parked || ready::running(masked).above.get(masked) == 0 {
                 return Err(Refused::Busy);
             }
+            PRIORITY.set(masked, Some(control.priority(masked)));
+            control.change_priority(masked, Priority::P0);
             control.above.set(masked, 0);
             control.link.set(masked, Link::to(KERNEL.ready.head.get(masked)));
             KERNEL.ready.head.set(masked, control);
@@ -46,6 +63,13 @@ impl TaskHandle {
             Ok(())
         })?;
         arch::switch_from_call();
+        // A task that has ended never meets the trap, so this one does.
+        task.mask(|masked| {
+            if STEPPED.get(masked).is_some() {
+                PRIORITY.set(masked, None);
+                STEPPED.set(masked, Some(ready::running(masked)));
+            }
+        });
         // Whoever has arrived meanwhile.
         if ready::restore(task) {
             arch::switch_from_call();
@@ -54,16 +78,35 @@ impl TaskHandle {
     }
 }
 
-/// The step is made: the task is suspended again. In the handler of the trap.
+/// The trap has found the task. Returns whether the step is made, and the trap to be disabled.
 #[doc(hidden)]
-pub fn stepped(interrupt: &mut Interrupt) {
+pub fn stepped(interrupt: &mut Interrupt) -> bool {
     interrupt.mask(|masked| {
-        let Some(control) = STEPPED.get(masked) else { return };
-        STEPPED.set(masked, None);
-        control.suspend(masked);
-        if KERNEL.ready.head.get(masked).is(control) {
-            KERNEL.ready.head.set(masked, control.next_ready(masked));
-            control.link.set(masked, Link::PARKED);
+        let Some(control) = STEPPED.get(masked) else { return true };
+        let is_head = KERNEL.ready.head.get(masked).is(control);
+        let is_stepped = PRIORITY.get(masked).is_some();
+        if is_stepped && is_head && control.has_flag(masked, Flag::Locks) {
+            return false;
         }
-    });
+        STEPPED.set(masked, None);
+        let Some(priority) = PRIORITY.replace(masked, None) else { return true };
+        if control.is_suspended(masked) {
+            // By itself.
+            control.change_priority(masked, priority);
+        } else if control.above.get(masked) == 0 {
+            control.change_priority(masked, priority);
+            if control.has_flag(masked, Flag::Locks) {
+                // It waits for a mutex, and whoever hands that over must find it able to run.
+                control.above.set(masked, priority.above());
+            } else {
+                control.suspend(masked);
+            }
+            if is_head {
+                KERNEL.ready.head.set(masked, control.next_ready(masked));
+                control.link.set(masked, Link::PARKED);
+                walk::end(masked);
+            }
+        }
+        true
+    })
 }

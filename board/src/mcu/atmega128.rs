@@ -1,6 +1,6 @@
 //! The ATmega128.
 
-use avr_device::atmega128a::{AC, CPU, EXINT, TC0};
+use avr_device::atmega128a::{AC, CPU, EXINT, TC0, TC2};
 
 /// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register in I/O
 /// Memory"). Without one it does nothing.
@@ -26,6 +26,38 @@ pub(crate) fn start_timer0(top: u8) {
     timer.tccr0().write(|w| w.wgm01().set_bit().cs0().prescale_64());
 }
 
+/// Lets Timer2 reach its compare value every second clock.
+pub(crate) fn start_timer2() {
+    // SAFETY: single steps alone use Timer2, and start it once.
+    let timer = unsafe { TC2::steal() };
+    timer.ocr2().write(|w| w.set(1));
+    // WGM21 alone: clear timer on compare match. CS20: no prescaler.
+    timer.tccr2().write(|w| w.wgm21().set_bit().cs2().val_0x01());
+}
+
+/// Enables or disables the interrupt of Timer2. To be called with interrupts masked.
+pub(crate) fn enable_timer2(is_enabled: bool) {
+    // SAFETY: the bits of other timers stay as they are.
+    let timer = unsafe { TC2::steal() };
+    timer.timsk().modify(|_, w| w.ocie2().bit(is_enabled));
+}
+
+/// Disables all external interrupts. Returns what their enable bits were.
+pub(crate) fn hold_external() -> u8 {
+    // SAFETY: called with interrupts masked; what is latched meanwhile strikes later.
+    let enable = unsafe { EXINT::steal() };
+    let held = enable.eimsk().read().int().bits();
+    enable.eimsk().write(|w| w.int().set(0));
+    held
+}
+
+/// Undoes [`hold_external`].
+pub(crate) fn release_external(held: u8) {
+    // SAFETY: called with interrupts masked.
+    let enable = unsafe { EXINT::steal() };
+    enable.eimsk().write(|w| w.int().set(held));
+}
+
 /// Interrupts at each rising edge of INT4, at pin PE4. To be called with interrupts masked.
 pub(crate) fn start_external() {
     // SAFETY: one driver uses INT4, and starts it once; the bits of other interrupts stay as they are.
@@ -49,6 +81,16 @@ macro_rules! external_interrupt {
     ($interrupt:ident => $body:expr) => {
         $crate::kernel::interrupt! {
             fn __vector_5($interrupt) { $body }
+        }
+    };
+}
+
+/// The vector of single steps: TIMER2_COMP.
+#[macro_export]
+macro_rules! trap_interrupt {
+    () => {
+        $crate::kernel::trap_interrupt! {
+            fn __vector_9(interrupt) { $crate::trap::disarm(interrupt) }
         }
     };
 }

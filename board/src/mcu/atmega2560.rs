@@ -1,6 +1,6 @@
 //! The ATmega2560.
 
-pub use avr_device::atmega2560::{AC, CPU, EXINT, TC0};
+pub use avr_device::atmega2560::{AC, CPU, EXINT, TC0, TC2};
 
 /// The tick's vector: TIMER0_COMPA.
 #[macro_export]
@@ -16,6 +16,16 @@ macro_rules! external_interrupt {
     ($interrupt:ident => $body:expr) => {
         $crate::kernel::interrupt! {
             fn __vector_1($interrupt) { $body }
+        }
+    };
+}
+
+/// The vector of single steps: TIMER2_COMPA.
+#[macro_export]
+macro_rules! trap_interrupt {
+    () => {
+        $crate::kernel::trap_interrupt! {
+            fn __vector_13(interrupt) { $crate::trap::disarm(interrupt) }
         }
     };
 }

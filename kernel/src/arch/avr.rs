@@ -760,10 +760,10 @@ macro_rules! tick_interrupt {
 }
 
 /// Declares the vector of the trap, for [`TaskHandle::step`](crate::TaskHandle::step): an interrupt that stays pending until the
-/// block disables it, such as that of the self-programming hardware while it is idle.
+/// block disables it, and goes before all others that are enabled meanwhile.
 ///
 /// ```ignore
-/// kernel::trap_interrupt! { fn __vector_34(masked) { disable_the_trap(masked) } }
+/// kernel::trap_interrupt! { fn __vector_9(interrupt) { disable_the_trap(interrupt) } }
 /// ```
 #[macro_export]
 macro_rules! trap_interrupt {
@@ -774,8 +774,9 @@ macro_rules! trap_interrupt {
             extern "C" fn handler() {
                 // SAFETY: only the vector calls this, with interrupts masked.
                 let $interrupt = &mut unsafe { $crate::Interrupt::assume() };
-                $crate::stepped($interrupt);
-                $body
+                if $crate::stepped($interrupt) {
+                    $body
+                }
             }
             // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt` restores all.
             unsafe { core::arch::asm!(

@@ -1,0 +1,54 @@
+//! Single steps of tasks, by Timer2.
+//!
+//! Timer2 reaches its compare value every second clock, so that its interrupt is pending again at once after it was taken. Of
+//! all interrupts that this crate drives only external ones go before it, and they wait while a step is made. So a step may
+//! spoil a character on the UART in software.
+
+use kernel::{Context, Interrupt, MaskedCell, Refused, Task, TaskHandle};
+
+use crate::interrupts::Serves;
+use crate::mcu;
+
+/// What the external interrupts' register of enable bits held before the step.
+static EXTERNAL: MaskedCell<u8> = MaskedCell::new(0);
+
+/// The timer behind single steps: Timer2.
+pub struct Trap(());
+
+impl Trap {
+    pub(crate) const fn new() -> Self {
+        Trap(())
+    }
+
+    /// Readies Timer2, which counts from here on.
+    pub fn start(self, _: impl Serves<Trap>) -> Stepper {
+        mcu::start_timer2();
+        Stepper(())
+    }
+}
+
+/// Makes tasks step.
+pub struct Stepper(());
+
+impl Stepper {
+    /// Runs one instruction of a suspended task: see [`TaskHandle::step`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn step(&mut self, task: &mut Task, stepped: TaskHandle) -> Result<(), Refused> {
+        stepped.step(task, |masked| {
+            EXTERNAL.set(masked, mcu::hold_external());
+            mcu::enable_timer2(true);
+        })
+    }
+}
+
+/// The step is made.
+#[doc(hidden)]
+#[inline(always)]
+pub fn disarm(interrupt: &mut Interrupt) {
+    interrupt.mask(|masked| {
+        mcu::enable_timer2(false);
+        mcu::release_external(EXTERNAL.get(masked));
+    });
+}
