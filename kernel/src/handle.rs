@@ -156,7 +156,7 @@ impl TaskHandle {
     }
 
     /// The task's own context, if it is the one that calls.
-    fn as_self(self, context: &mut impl ThreadContext) -> Option<&mut Task> {
+    pub(crate) fn as_self(self, context: &mut impl ThreadContext) -> Option<&mut Task> {
         let is_self = context.mask(|masked| ready::running(masked).is(self.control));
         context.task(Private).filter(|_| is_self)
     }

@@ -19,6 +19,7 @@ mod job;
 mod link;
 mod list;
 mod masked;
+pub mod monitor;
 mod mutex;
 mod pipe;
 mod pool;

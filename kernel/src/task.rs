@@ -30,7 +30,7 @@ pub enum Priority {
 }
 
 impl Priority {
-    const ALL: [Priority; 8] = {
+    pub(crate) const ALL: [Priority; 8] = {
         use Priority::*;
         [P0, P1, P2, P3, P4, P5, P6, P7]
     };
