@@ -37,7 +37,7 @@ impl TaskHandle {
     /// blocks in a step stands before the others that wait for the same. One that has to wait for a mutex, ends, or lowers
     /// its own priority is not suspended any more; one that makes itself P0 keeps the priority that it had.
     ///
-    /// Other tasks and interrupts wait until the step is made, some 3500 cycles: the way to the task goes by an instruction at
+    /// Other tasks and interrupts wait until the step is made, some 2500 cycles: the way to the task goes by an instruction at
     /// a time.
     ///
     /// # Errors

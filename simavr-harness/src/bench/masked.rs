@@ -8,12 +8,13 @@ use crate::masked::{MaskedWindow, OpenedBy};
 /// So long runs an image that does not end, in cycles: 0.25 s.
 const RUN: u64 = 4_000_000;
 
-/// How the names of images begin that show drivers and the tasks above them.
-const DRIVERS: [&str; 3] = ["board_", "bench_bridge_", "bench_link_"];
+/// How the names of images begin that show drivers and the tasks above them; and single steps, which hold up all interrupts for
+/// thousands of cycles, masked or not.
+const OTHERS: [&str; 4] = ["board_", "bench_bridge_", "bench_link_", "step"];
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     // Drivers have handlers of their own, and their images tests of their own.
-    let is_of_kernel = |name: &str| !DRIVERS.iter().any(|driver| name.starts_with(driver));
+    let is_of_kernel = |name: &str| !OTHERS.iter().any(|other| name.starts_with(other));
     let mut windows = windows_of(images)?;
     windows.retain(|(name, _)| is_of_kernel(name));
     let longest = |name, is_counted: fn(OpenedBy) -> bool| {
