@@ -151,7 +151,7 @@ impl TaskHandle {
         context.mask(|masked| self.control.priority(masked))
     }
 
-    fn is_started(self, masked: &Masked) -> bool {
+    pub(crate) fn is_started(self, masked: &Masked) -> bool {
         self.control.stack_pointer.get(masked) != 0
     }
 

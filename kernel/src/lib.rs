@@ -21,6 +21,7 @@ mod list;
 mod masked;
 pub mod monitor;
 mod mutex;
+mod paint;
 mod pipe;
 mod pool;
 mod queue;

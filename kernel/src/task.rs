@@ -80,6 +80,8 @@ pub(crate) enum Flag {
     StandsIn = 0x20,
     /// It is being killed.
     Dies = 0x10,
+    /// It is being started: its stack is taken, and it has no context yet.
+    Starts = 0x08,
 }
 
 /// The priority in [`ControlBlock::priority`].
@@ -185,6 +187,31 @@ impl ControlBlock {
         self.priority.set(masked, self.priority.get(masked) & !PRIORITY | priority as u8);
     }
 
+    /// Takes the block for a task that is to start. Returns whether it was free.
+    #[inline(never)]
+    fn claim(&self, context: &mut impl Context) -> bool {
+        context.mask(|masked| {
+            let is_free = self.stack_pointer.get(masked) == 0 && !self.has_flag(masked, Flag::Starts);
+            if is_free {
+                self.set_flag(masked, Flag::Starts);
+            }
+            is_free
+        })
+    }
+
+    /// Makes the task ready, whose first context lies at `stack_pointer`. Returns whether it is now the one to run.
+    #[inline(never)]
+    fn begin(&'static self, context: &mut impl Context, stack_pointer: usize, priority: Priority) -> bool {
+        // Outside of the masked section: the AVR shifts by one bit at a time.
+        let above = priority.above();
+        context.mask(|masked| {
+            self.stack_pointer.set(masked, stack_pointer);
+            self.above.set(masked, above);
+            self.priority.set(masked, priority as u8);
+            ready::make_ready(masked, self)
+        })
+    }
+
     /// Marks the task, unless it is not suspended any more or marked already. Returns whether it did.
     pub(crate) fn begin_to_die(&self, masked: &Masked) -> bool {
         let may = self.is_suspended(masked) && !self.has_flag(masked, Flag::Dies);
@@ -260,6 +287,9 @@ impl<const BYTES: usize> Stack<BYTES> {
 
     /// Makes a task on this stack ready; it runs `body`, which never returns. What `body` captures moves onto the stack.
     ///
+    /// Linear in the size of the stack, which is painted for [`TaskHandle::unused_stack`], with interrupts enabled: start no task
+    /// from an interrupt that may not take so long.
+    ///
     /// # Errors
     /// [`StartError::Started`] when the stack is taken, [`StartError::TooSmall`] when it can't hold
     /// what `body` captured and a first context. Nothing runs then.
@@ -272,17 +302,16 @@ impl<const BYTES: usize> Stack<BYTES> {
     where
         F: FnOnce(&mut Task) -> Never + 'static,
     {
-        let is_due = context.mask(|masked| {
-            if self.control.stack_pointer.get(masked) != 0 {
-                return Err(StartError::Started);
-            }
-            // SAFETY: the stack was not taken, and setting the stack pointer below takes it.
-            let memory = unsafe { &mut *self.memory.get() };
-            let stack_pointer = arch::prepare(memory, body).ok_or(StartError::TooSmall)?;
-            self.control.stack_pointer.set(masked, stack_pointer);
-            self.control.set_priority(masked, priority);
-            Ok(ready::make_ready(masked, &self.control))
-        })?;
+        if !self.control.claim(context) {
+            return Err(StartError::Started);
+        }
+        // SAFETY: the block was free, and is claimed.
+        let memory = unsafe { &mut *self.memory.get() };
+        let Some(stack_pointer) = arch::prepare(memory, body) else {
+            context.mask(|masked| self.control.clear_flag(masked, Flag::Starts));
+            return Err(StartError::TooSmall);
+        };
+        let is_due = self.control.begin(context, stack_pointer, priority);
         context.reschedule(is_due);
         Ok(())
     }

@@ -43,6 +43,7 @@ use core::ptr;
 
 use crate::context::Task;
 use crate::masked::Masked;
+use crate::paint::paint;
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Never};
 use crate::{IDLE, KERNEL, Kernel};
@@ -629,6 +630,7 @@ where
     const CONTEXT: usize = PROGRAM_COUNTER + 4;
     let (rest, place) = memory.split_at_mut_checked(BYTES.checked_sub(size_of::<F>())?)?;
     let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(CONTEXT)?)?;
+    paint(below);
     let place = place.as_mut_ptr().cast::<F>();
     // SAFETY: `place` has the size of `F`, alignment is 1 throughout on the AVR, and nothing else uses it.
     unsafe { place.write(body) };

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use simavr_harness::{Image, Mcu, Part, Place};
 use stack_bound::Annotations;
 
-/// What a stack holds before it is used.
+/// What a stack holds before it is used: the kernel's `PAINT`.
 const PAINT: u8 = 0xa5;
 
 /// What a task's control block takes before its stack, in bytes.
@@ -109,15 +109,15 @@ fn is_function(image: &Image, address: u32, entry: u32) -> bool {
     address == entry || target() == Some(entry)
 }
 
-/// Runs an MCU that has just powered up to its `main`, where variables are cleared and no task has started, and paints
-/// its stacks.
+/// Runs an MCU that has just powered up to its `main`, and paints the kernel's stack. Those of tasks paint themselves when they
+/// are started.
 ///
 /// # Panics
 /// When the image has no `main`.
 pub fn paint(mcu: &mut Mcu, stacks: &[Stack]) {
     run_to(mcu, "main");
     let in_use = mcu.stack_pointer() + 1..mcu.part().ram_end + 1;
-    for address in stacks.iter().flat_map(|stack| stack.addresses.clone()) {
+    for address in stacks.iter().filter(|stack| stack.bound.entry == 0).flat_map(|stack| stack.addresses.clone()) {
         if !in_use.contains(&address) {
             mcu.write(address, PAINT);
         }
