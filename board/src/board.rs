@@ -23,6 +23,8 @@ use crate::{mcu, nonce};
 pub struct Board {
     pub tick: Tick,
     pub trap: Trap,
+    #[cfg(feature = "cpu-time")]
+    pub cpu_clock: crate::cpu_clock::CpuClock,
     pub usart0: Usart0,
     pub usart1: Usart1,
     pub soft_uart: SoftUart,
@@ -56,6 +58,8 @@ impl Board {
         Some(Board {
             tick: Tick::new(),
             trap: Trap::new(),
+            #[cfg(feature = "cpu-time")]
+            cpu_clock: crate::cpu_clock::CpuClock::new(),
             usart0: Usart0::new(),
             usart1: Usart1::new(),
             soft_uart: SoftUart::new(),

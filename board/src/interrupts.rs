@@ -46,6 +46,11 @@ macro_rules! vectors {
         // SAFETY: above.
         unsafe impl $crate::interrupts::Serves<$crate::trap::Trap> for $name {}
     };
+    (CpuClock for $name:ident) => {
+        $crate::kernel::clock_interrupts!(0x88, __vector_26, __vector_29);
+        // SAFETY: TIMER3_COMPA and TIMER3_OVF, above; TCNT3 lies at 0x88.
+        unsafe impl $crate::interrupts::Serves<$crate::cpu_clock::CpuClock> for $name {}
+    };
     (Usart0 for $name:ident) => {
         $crate::vectors!(usart $crate::usart::Usart0, __vector_18, __vector_19, __vector_20 for $name);
     };

@@ -48,6 +48,8 @@ pub mod trap;
 pub mod adc;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 mod board;
+#[cfg(all(target_arch = "avr", feature = "atmega128", feature = "cpu-time"))]
+pub mod cpu_clock;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod delay;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

@@ -10,6 +10,8 @@ pub mod arch;
 #[cfg(not(target_arch = "avr"))]
 pub use arch::host;
 mod context;
+#[cfg(feature = "cpu-time")]
+mod cpu_time;
 mod event;
 mod fifo;
 pub mod flash;
@@ -37,6 +39,11 @@ mod walk;
 mod word;
 
 pub use context::{Context, Interrupt, JobContext, Task, ThreadContext};
+#[cfg(feature = "cpu-time")]
+#[doc(hidden)]
+pub use cpu_time::charge_in_turn;
+#[cfg(feature = "cpu-time")]
+pub use cpu_time::{idle_time, total_time};
 pub use event::EventFlags;
 pub use fifo::Fifo;
 pub use handle::{Refused, TaskHandle, TaskState};

@@ -41,7 +41,7 @@ impl Priority {
     }
 }
 
-/// What the kernel keeps of a task: 6 bytes on the AVR.
+/// What the kernel keeps of a task: 6 bytes on the AVR, and 4 more with the feature `cpu-time`.
 ///
 /// ```text
 ///              start                      highest ready
@@ -66,6 +66,9 @@ pub struct ControlBlock {
     pub(crate) link: MaskedCell<Link>,
     /// The priority in the low three bits, and the flags of [`Flag`]; unused for the idle task.
     priority: MaskedCell<u8>,
+    /// How long it has had the CPU.
+    #[cfg(feature = "cpu-time")]
+    pub(crate) cpu_time: MaskedCell<u32>,
 }
 
 /// What keeps others from interfering with a task; and what is no task.
@@ -98,6 +101,8 @@ impl ControlBlock {
             stack_pointer: MaskedCell::new(0),
             link: MaskedCell::new(Link::NONE),
             priority: MaskedCell::new(0),
+            #[cfg(feature = "cpu-time")]
+            cpu_time: MaskedCell::new(0),
         }
     }
 

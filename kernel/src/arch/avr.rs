@@ -207,6 +207,16 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{sp}+1, r25",                  // 2
             // Takes up the context of the head. Interrupts are masked, and what ran is saved or not needed.
             "resume_head:",
+            #[cfg(feature = "cpu-time")]
+            "ldi r24, lo8(__stack)",              // 1: the idle task's stack, so that this costs no task any
+            #[cfg(feature = "cpu-time")]
+            "ldi r25, hi8(__stack)",              // 1
+            #[cfg(feature = "cpu-time")]
+            "out 0x3e, r25",                      // 1: SPH
+            #[cfg(feature = "cpu-time")]
+            "out 0x3d, r24",                      // 1: SPL
+            #[cfg(feature = "cpu-time")]
+            "call {charge}",                      // 4
             "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
             "lds r31, {kernel}+{head}+1",         // 2
             "ldd r24, Z+{sp}",                    // 2: r25:r24 = its stack pointer
@@ -380,6 +390,8 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{sp}, r28",                    // 2: its stack pointer
             "std Z+{sp}+1, r29",                  // 2
             "cli",                                // 1
+            #[cfg(feature = "cpu-time")]
+            "rjmp resume_head",                   // 2: what follows does without the charge
             #[cfg(not(feature = "fault-stale-head"))]
             "lds r30, {kernel}+{head}",           // 2: Z = the head: an interrupt may have changed it meanwhile,
             #[cfg(not(feature = "fault-stale-head"))]
@@ -528,6 +540,8 @@ unsafe extern "C" fn kernel_switch() {
             "kernel_run:",
             "rjmp resume_head",                   // 2
             sp = const STACK_POINTER,
+            #[cfg(feature = "cpu-time")]
+            charge = sym crate::cpu_time::charge_before_switch,
             expire = sym crate::timer::expire,
             block = sym block_slowly,
             link = const LINK,
@@ -612,6 +626,22 @@ pub(crate) fn run() -> ! {
 pub(crate) fn leave(_: &Masked) -> ! {
     // SAFETY: interrupts are masked, and nothing of the task that calls this is needed again.
     unsafe { kernel_run() }
+}
+
+#[cfg(feature = "cpu-time")]
+unsafe extern "C" {
+    /// Lies where the counter of the clock is: see [`clock_interrupts!`](crate::clock_interrupts!).
+    static kernel_clock: [u8; 2];
+}
+
+/// What the clock of tasks' times says.
+#[cfg(feature = "cpu-time")]
+#[inline(always)]
+pub(crate) fn clock(_: &Masked) -> u16 {
+    let low = (&raw const kernel_clock).cast::<u8>();
+    // SAFETY: a register of two bytes. Reading the low one keeps the high one as it was then (ATmega128 datasheet, "Accessing
+    // 16-bit Registers"), and interrupts are masked.
+    u16::from_le_bytes(unsafe { [low.read_volatile(), low.add(1).read_volatile()] })
 }
 
 /// Where the stack of `task` lies, that has `bytes`.
@@ -757,6 +787,24 @@ macro_rules! tick_interrupt {
                 enter = sym $crate::arch::kernel_enter_tick,
                 options(noreturn),
             ) }
+        }
+    };
+}
+
+/// Declares the clock of tasks' times, for the feature `cpu-time`: the address of a 16-bit counter that runs through all its
+/// values, and two vectors that come half a turn apart. With one a turn, a whole turn might pass between two readings.
+///
+/// ```ignore
+/// kernel::clock_interrupts!(0x88, __vector_26, __vector_29);
+/// ```
+#[cfg(feature = "cpu-time")]
+#[macro_export]
+macro_rules! clock_interrupts {
+    ($counter:literal, $one:ident, $other:ident) => {
+        core::arch::global_asm!(".global kernel_clock", concat!(".set kernel_clock, ", $counter),);
+        $crate::interrupt! {
+            fn $one(interrupt) { $crate::charge_in_turn(interrupt) }
+            fn $other(interrupt) { $crate::charge_in_turn(interrupt) }
         }
     };
 }

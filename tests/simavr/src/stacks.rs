@@ -117,7 +117,9 @@ fn is_function(image: &Image, address: u32, entry: u32) -> bool {
 pub fn paint(mcu: &mut Mcu, stacks: &[Stack]) {
     run_to(mcu, "main");
     let in_use = mcu.stack_pointer() + 1..mcu.part().ram_end + 1;
-    for address in stacks.iter().filter(|stack| stack.bound.entry == 0).flat_map(|stack| stack.addresses.clone()) {
+    for address in
+        stacks.iter().filter(|stack| stack.bound.entry == 0).flat_map(|stack| stack.addresses.clone())
+    {
         if !in_use.contains(&address) {
             mcu.write(address, PAINT);
         }
