@@ -5,6 +5,7 @@
 
 #[cfg(feature = "atmega128")]
 pub mod bench;
+#[cfg(feature = "atmega128")]
 pub mod flood;
 pub mod sweep;
 
