@@ -10,7 +10,7 @@ const RUN: u64 = 4_000_000;
 
 /// How the names of images begin that show drivers and the tasks above them; and single steps, which hold up all interrupts for
 /// thousands of cycles, masked or not.
-const OTHERS: [&str; 4] = ["board_", "bench_bridge_", "bench_link_", "step"];
+const OTHERS: [&str; 6] = ["board_", "bench_bridge_", "bench_link_", "devices", "flood_", "step"];
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     // Drivers have handlers of their own, and their images tests of their own.

@@ -48,7 +48,12 @@ impl Stack {
 pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<Stack> {
     let program = stack_bound::Image::load(image).expect("the image can be read");
     let annotations = notes.map_or_else(Annotations::default, |notes| {
-        Annotations::load(notes, &program).expect("the notes fit the image")
+        let text = std::fs::read_to_string(notes).expect("the notes can be read");
+        // One file serves many images, and each has but a part of what is noted.
+        let is_here =
+            |note: &&str| note.split("=>").all(|function| program.function(function.trim()).is_some());
+        let notes: Vec<&str> = text.lines().filter(is_here).collect();
+        Annotations::parse(&notes.join("\n"), &program).expect("the notes are well-formed")
     });
     let bounds = stack_bound::stacks(&program, &annotations)
         .unwrap_or_else(|problems| panic!("{}: {problems:?}", image.display()));

@@ -1,6 +1,6 @@
 //! No stack is ever used beyond the bound that was computed for it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use simavr_harness::{CLOCK_HZ, Controller, Face, Image, Part, RobotBuilder};
@@ -32,11 +32,11 @@ fn of_the_robot() {
         builder.attach(one, other)
     });
     let mut robot = builder.build().expect("the robot can be built");
-    let notes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware-master/stacks.txt");
-    let stacks = [
-        (Controller::Master, stacks(Part::ATMEGA128, &images().join("firmware-master.elf"), Some(&notes))),
-        (Controller::Slave, stacks(Part::ATMEGA128, &images().join("firmware-slave.elf"), None)),
-    ];
+    let stacks = [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")];
+    let stacks = stacks.map(|(controller, name)| {
+        let image = images().join(name).with_extension("elf");
+        (controller, stacks(Part::ATMEGA128, &image, Some(&notes(name))))
+    });
     for module in 0..MODULES {
         for (controller, stacks) in &stacks {
             paint(robot.module_mut(module).expect("the module is there").mcu_mut(*controller), stacks);
@@ -71,6 +71,11 @@ fn of_the_robot() {
     assert!(beyond.is_empty(), "used beyond the bound: {beyond:?}");
 }
 
+/// What `stack-bound` has to be told of the images of a package.
+fn notes(package: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(package).join("stacks.txt")
+}
+
 /// The stacks of test images are generous: use beyond a bound would show.
 #[test]
 fn of_the_test_images() {
@@ -88,7 +93,7 @@ fn exact_bounds(target: &Target) -> usize {
             continue; // a folder of other images
         }
         let image = Arc::new(Image::load(&path).expect("the image can be read"));
-        let stacks = stacks(target.part, &path, None);
+        let stacks = stacks(target.part, &path, Some(&notes("tests/images")));
         let mut mcu = target.mcu(image);
         paint(&mut mcu, &stacks);
         mcu.run_to_end(2 * SECOND);
