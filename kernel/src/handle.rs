@@ -3,7 +3,7 @@
 use crate::arch;
 use crate::context::{Context, Private, Task, ThreadContext};
 use crate::link::Link;
-use crate::list::{self, Found};
+use crate::list::{self, Found, Suspension};
 use crate::masked::Masked;
 use crate::ready;
 use crate::task::{ControlBlock, Flag, Never, Priority};
@@ -23,8 +23,8 @@ pub struct TaskHandle {
 pub enum Refused {
     /// No task runs on that stack.
     NotStarted,
-    /// It has a mutex, or waits for one. Only of [`kill`](TaskHandle::kill): it waits for several semaphores or runs jobs, or
-    /// another task kills or resumes it.
+    /// It has a mutex, or waits for one; or another task is just killing it or changing its priority. Only of
+    /// [`kill`](TaskHandle::kill): it waits for several semaphores or runs jobs.
     Busy,
 }
 
@@ -42,6 +42,11 @@ pub enum TaskState {
     Suspended,
 }
 
+const SUSPEND: Suspension = Suspension { unless: Flag::Locks as u8 | Flag::Held as u8, flag: 0 };
+/// To be given another priority.
+const HOLD: Suspension = Suspension { flag: Flag::Held as u8, ..SUSPEND };
+const KILL: Suspension = Suspension { unless: SUSPEND.unless | Flag::Represented as u8, ..HOLD };
+
 impl TaskHandle {
     /// Keeps the task from running until it is resumed. What it waits for may come meanwhile. A task may suspend itself.
     ///
@@ -50,34 +55,31 @@ impl TaskHandle {
     /// # Errors
     /// [`Refused`], with nothing done.
     pub fn suspend(self, context: &mut impl ThreadContext) -> Result<(), Refused> {
-        if !context.mask(|masked| self.is_started(masked)) {
-            return Err(Refused::NotStarted);
-        }
         if let Some(task) = self.as_self(context) {
             ready::retire(task, ControlBlock::suspend);
             arch::switch_from_call();
             return Ok(());
         }
-        match list::search(context, self.control, true) {
-            Found::Locks => Err(Refused::Busy),
-            _ => Ok(()),
-        }
+        self.take(context, SUSPEND).map(|_| ())
     }
 
     /// Lets the task run again. Returns whether it was suspended. Constant in time.
     pub fn resume(self, context: &mut impl Context) -> bool {
-        let above = self.control.above_priority(context);
-        let (was_suspended, is_due) = context.mask(|masked| {
-            let control = self.control;
-            if !control.is_suspended(masked) || control.has_flag(masked, Flag::Dies) {
-                return (false, false);
+        loop {
+            let (priority, above) = self.control.rank(context);
+            let came = context.mask(|masked| {
+                if !self.control.is_suspended(masked) || self.control.has_flag(masked, Flag::Held) {
+                    return Some((false, false));
+                }
+                // Another task may have changed it meanwhile.
+                let is_the_same = self.control.index(masked) == usize::from(priority);
+                is_the_same.then(|| (true, self.release(masked, above)))
+            });
+            if let Some((was_suspended, is_due)) = came {
+                context.reschedule(is_due);
+                return was_suspended;
             }
-            control.above.set(masked, above);
-            let is_parked = control.link.get(masked) == Link::PARKED;
-            (true, is_parked && ready::make_ready(masked, control))
-        });
-        context.reschedule(is_due);
-        was_suspended
+        }
     }
 
     /// Gives the task another priority. Among those that wait for the same as it, it keeps its place.
@@ -85,10 +87,11 @@ impl TaskHandle {
     /// # Errors
     /// [`Refused`], with nothing done.
     pub fn set_priority(self, context: &mut impl ThreadContext, priority: Priority) -> Result<(), Refused> {
+        let above = priority.above();
         if let Some(task) = self.as_self(context) {
             ready::retire(task, |control, masked| {
                 control.change_priority(masked, priority);
-                control.above.set(masked, priority.above());
+                control.above.set(masked, above);
                 ready::make_ready(masked, control);
             });
             if task.mask(ready::is_due) {
@@ -96,12 +99,25 @@ impl TaskHandle {
             }
             return Ok(());
         }
-        let was_suspended = context.mask(|masked| self.control.is_suspended(masked));
-        self.suspend(context)?;
-        context.mask(|masked| self.control.change_priority(masked, priority));
-        if !was_suspended {
-            self.resume(context);
+        // One that is suspended is in no list that goes by priority.
+        while self.take(context, HOLD)? == Found::Suspended {
+            let is_changed = context.mask(|masked| {
+                let is_suspended = self.control.is_suspended(masked);
+                if is_suspended {
+                    self.control.change_priority(masked, priority);
+                }
+                is_suspended
+            });
+            if is_changed {
+                return Ok(());
+            }
         }
+        let is_due = context.mask(|masked| {
+            self.control.change_priority(masked, priority);
+            self.control.clear_flag(masked, Flag::Held);
+            self.release(masked, above)
+        });
+        context.reschedule(is_due);
         Ok(())
     }
 
@@ -114,16 +130,16 @@ impl TaskHandle {
     /// [`Refused`], with nothing done.
     pub fn kill(self, context: &mut impl ThreadContext) -> Result<(), Refused> {
         if let Some(task) = self.as_self(context) {
+            // In one of its jobs it is represented.
+            if task.mask(|masked| self.control.has_flag(masked, Flag::Represented)) {
+                return Err(Refused::Busy);
+            }
             task.exit();
         }
-        if context.mask(|masked| self.control.has_flag(masked, Flag::Represented)) {
+        if self.take(context, KILL)? == Found::Suspended && !context.mask(|masked| self.hold(masked)) {
             return Err(Refused::Busy);
         }
-        self.suspend(context)?;
         // Whatever wakes it from here on finds it suspended, and nobody resumes it.
-        if !context.mask(|masked| self.control.begin_to_die(masked)) {
-            return Err(Refused::Busy);
-        }
         while let Some(semaphore) = list::awaited(context, self.control) {
             list::expel(context, semaphore, self.control, |masked| {
                 self.control.link.set(masked, Link::PARKED);
@@ -136,13 +152,11 @@ impl TaskHandle {
 
     /// What the task does at the moment. Linear in the number of ready tasks, in steps.
     pub fn state(self, context: &mut impl ThreadContext) -> TaskState {
-        let (is_started, is_suspended) =
-            context.mask(|masked| (self.is_started(masked), self.control.is_suspended(masked)));
-        match (is_started, is_suspended) {
-            (false, _) => TaskState::NotStarted,
-            (_, true) => TaskState::Suspended,
-            _ if list::search(context, self.control, false) == Found::Ready => TaskState::Ready,
-            _ => TaskState::Waiting,
+        match list::search(context, self.control, None) {
+            Found::NotStarted => TaskState::NotStarted,
+            Found::Suspended => TaskState::Suspended,
+            Found::Ready => TaskState::Ready,
+            Found::Waiting | Found::Refused => TaskState::Waiting,
         }
     }
 
@@ -151,8 +165,29 @@ impl TaskHandle {
         context.mask(|masked| self.control.priority(masked))
     }
 
-    pub(crate) fn is_started(self, masked: &Masked) -> bool {
-        self.control.stack_pointer.get(masked) != 0
+    /// Suspends the task as `suspension` says, unless it is.
+    fn take(self, context: &mut impl ThreadContext, suspension: Suspension) -> Result<Found, Refused> {
+        match list::search(context, self.control, Some(suspension)) {
+            Found::NotStarted => Err(Refused::NotStarted),
+            Found::Refused => Err(Refused::Busy),
+            found => Ok(found),
+        }
+    }
+
+    /// Holds the task, which was suspended, unless that has changed. Returns whether it did.
+    fn hold(self, masked: &Masked) -> bool {
+        let may = self.control.is_suspended(masked) && !self.control.has_any(masked, KILL.unless);
+        if may {
+            self.control.set_flag(masked, Flag::Held);
+        }
+        may
+    }
+
+    /// The task is not suspended any more. Returns whether it is now the one to run.
+    #[inline(always)]
+    fn release(self, masked: &Masked, above: u8) -> bool {
+        self.control.above.set(masked, above);
+        self.control.link.get(masked) == Link::PARKED && ready::make_ready(masked, self.control)
     }
 
     /// The task's own context, if it is the one that calls.

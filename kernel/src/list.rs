@@ -1,11 +1,12 @@
 //! Tasks out of the middle of a list.
 
+use crate::arch;
 use crate::context::{Context, ThreadContext};
 use crate::link::Link;
 use crate::masked::Masked;
 use crate::ready;
 use crate::semaphore::Semaphore;
-use crate::task::{ControlBlock, Flag};
+use crate::task::ControlBlock;
 use crate::walk;
 use crate::{IDLE, KERNEL};
 
@@ -79,21 +80,42 @@ enum Step {
 pub(crate) enum Found {
     Ready,
     Waiting,
-    /// It has a mutex, or waits for one. Only if it is to be suspended.
-    Locks,
+    Suspended,
+    NotStarted,
+    /// It may not be suspended now.
+    Refused,
 }
 
-/// Searches `task` among those that are ready; takes it from them and suspends it if `suspend` says so. It is not the running
-/// one then.
+/// Why a task is to be suspended.
+#[derive(Clone, Copy)]
+pub(crate) struct Suspension {
+    /// Those of [`Flag`](crate::task::Flag) with which it may not be.
+    pub(crate) unless: u8,
+    /// What is set with it: [`Flag::Held`](crate::task::Flag::Held) or nothing.
+    pub(crate) flag: u8,
+}
+
+/// Searches `task` among those that are ready. If there is a `suspension`, and it is neither refused nor suspended before, takes
+/// it from there and suspends it, all in one masked section. It is not the running one then.
 ///
 /// Linear in the number of ready tasks, in steps.
 #[inline(never)]
-pub(crate) fn search(context: &mut impl ThreadContext, task: &'static ControlBlock, suspend: bool) -> Found {
+pub(crate) fn search(
+    context: &mut impl ThreadContext,
+    task: &'static ControlBlock,
+    suspension: Option<Suspension>,
+) -> Found {
     let mut place: Option<ReadyPlace> = None;
     loop {
         let step = context.mask(|masked| {
-            if suspend && task.has_flag(masked, Flag::Locks) {
-                return ReadyStep::Done(Found::Locks);
+            if !task.is_started(masked) {
+                return ReadyStep::Done(Found::NotStarted);
+            }
+            if suspension.is_some_and(|suspension| task.has_any(masked, suspension.unless)) {
+                return ReadyStep::Done(Found::Refused);
+            }
+            if task.is_suspended(masked) {
+                return ReadyStep::Done(Found::Suspended);
             }
             let step = if task.link.get(masked).is_end() {
                 // What is ready is linked to another task.
@@ -103,10 +125,13 @@ pub(crate) fn search(context: &mut impl ThreadContext, task: &'static ControlBlo
                     walk::begin(masked);
                     ReadyPlace::Start
                 });
-                place.step(masked, task, suspend)
+                place.step(masked, task, suspension.is_some())
             };
-            if suspend && let ReadyStep::Done(found) = step {
+            if let ReadyStep::Done(found) = step
+                && let Some(Suspension { flag, .. }) = suspension
+            {
                 task.suspend(masked);
+                task.set_flags(masked, flag);
                 if found == Found::Ready {
                     walk::end(masked);
                     task.link.set(masked, Link::PARKED);
@@ -115,7 +140,10 @@ pub(crate) fn search(context: &mut impl ThreadContext, task: &'static ControlBlo
             step
         });
         match step {
-            ReadyStep::On(next) => place = Some(next),
+            ReadyStep::On(next) => {
+                place = Some(next);
+                arch::part_sections();
+            }
             ReadyStep::Done(result) => return result,
         }
     }
@@ -214,7 +242,10 @@ pub(crate) fn awaited(
             }
         });
         match link.task() {
-            Some(next) => place = Some((next, began_with)),
+            Some(next) => {
+                place = Some((next, began_with));
+                arch::part_sections();
+            }
             None => return link.semaphore(),
         }
     }

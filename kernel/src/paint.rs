@@ -29,7 +29,7 @@ impl TaskHandle {
     /// Linear in what it returns, with interrupts enabled. A byte that happens to be used for the paint's own value may count
     /// as unused where nothing below it is used.
     pub fn unused_stack(self, context: &mut impl Context) -> Option<usize> {
-        let is_started = context.mask(|masked| self.is_started(masked));
+        let is_started = context.mask(|masked| self.control.is_started(masked));
         let is_painted = cfg!(target_arch = "avr") && is_started;
         is_painted.then(|| arch::stack(self.control, self.bytes).take_while(|&byte| is_unused(byte)).count())
     }
@@ -39,7 +39,7 @@ impl TaskHandle {
     ///
     /// Constant in time. Always `true` where the task is not started, and on the host.
     pub fn is_intact(self, context: &mut impl Context) -> bool {
-        let is_started = context.mask(|masked| self.is_started(masked));
+        let is_started = context.mask(|masked| self.control.is_started(masked));
         !(cfg!(target_arch = "avr") && is_started) || is_unused(arch::stack(self.control, self.bytes).start)
     }
 }

@@ -46,11 +46,14 @@ impl TaskHandle {
     pub fn step(self, task: &mut Task, spring: impl FnOnce(&Masked)) -> Result<(), Refused> {
         task.mask(|masked| {
             let control = self.control;
-            if control.stack_pointer.get(masked) == 0 {
+            if !control.is_started(masked) {
                 return Err(Refused::NotStarted);
             }
             let is_parked = control.is_suspended(masked) && control.link.get(masked) == Link::PARKED;
-            if !is_parked || ready::running(masked).above.get(masked) == 0 {
+            if !is_parked
+                || control.has_flag(masked, Flag::Held)
+                || ready::running(masked).above.get(masked) == 0
+            {
                 return Err(Refused::Busy);
             }
             PRIORITY.set(masked, Some(control.priority(masked)));

@@ -81,8 +81,8 @@ pub(crate) enum Flag {
     Represented = 0x40,
     /// It stands in for a task: its `stack_pointer` is the address of a [`Group`](crate::group::Group).
     StandsIn = 0x20,
-    /// It is being killed.
-    Dies = 0x10,
+    /// It is being killed, or given another priority: it is suspended meanwhile, and only who does that ends it.
+    Held = 0x10,
     /// It is being started: its stack is taken, and it has no context yet.
     Starts = 0x08,
 }
@@ -161,14 +161,25 @@ impl ControlBlock {
 
     /// The set of priorities above this task's, without the ceiling of a mutex.
     pub(crate) fn above_priority(&self, context: &mut impl Context) -> u8 {
-        let priority = context.mask(|masked| self.priority.get(masked));
+        self.rank(context).1
+    }
+
+    /// The priority in the low three bits, and the set of those above it.
+    pub(crate) fn rank(&self, context: &mut impl Context) -> (u8, u8) {
+        let priority = context.mask(|masked| self.priority.get(masked)) & PRIORITY;
         // Outside of the masked section: the AVR shifts by one bit at a time.
-        (1 << (priority & PRIORITY)) - 1
+        (priority, (1 << priority) - 1)
     }
 
     #[inline(always)]
     pub(crate) fn set_flag(&self, masked: &Masked, flag: Flag) {
-        self.priority.set(masked, self.priority.get(masked) | flag as u8);
+        self.set_flags(masked, flag as u8);
+    }
+
+    /// Sets these [`Flag`]s.
+    #[inline(always)]
+    pub(crate) fn set_flags(&self, masked: &Masked, flags: u8) {
+        self.priority.set(masked, self.priority.get(masked) | flags);
     }
 
     #[inline(always)]
@@ -178,7 +189,13 @@ impl ControlBlock {
 
     #[inline(always)]
     pub(crate) fn has_flag(&self, masked: &Masked, flag: Flag) -> bool {
-        self.priority.get(masked) & flag as u8 != 0
+        self.has_any(masked, flag as u8)
+    }
+
+    /// Whether it has one of these [`Flag`]s.
+    #[inline(always)]
+    pub(crate) fn has_any(&self, masked: &Masked, flags: u8) -> bool {
+        self.priority.get(masked) & flags != 0
     }
 
     /// Whether this task is suspended; whatever stands in for a task always is.
@@ -188,6 +205,7 @@ impl ControlBlock {
     }
 
     /// Changes the priority, but not what preempts the task now.
+    #[inline(always)]
     pub(crate) fn change_priority(&self, masked: &Masked, priority: Priority) {
         self.priority.set(masked, self.priority.get(masked) & !PRIORITY | priority as u8);
     }
@@ -217,13 +235,10 @@ impl ControlBlock {
         })
     }
 
-    /// Marks the task, unless it is not suspended any more or marked already. Returns whether it did.
-    pub(crate) fn begin_to_die(&self, masked: &Masked) -> bool {
-        let may = self.is_suspended(masked) && !self.has_flag(masked, Flag::Dies);
-        if may {
-            self.set_flag(masked, Flag::Dies);
-        }
-        may
+    /// Whether there is a task.
+    #[inline(always)]
+    pub(crate) fn is_started(&self, masked: &Masked) -> bool {
+        self.stack_pointer.get(masked) != 0
     }
 
     /// The task has ended.

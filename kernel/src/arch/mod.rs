@@ -1,6 +1,7 @@
 //! What the kernel needs of a machine. Each port provides the same few functions:
 //!
 //! - `disable_interrupts`, `enable_interrupts`: bracket what a task does to the kernel's state;
+//! - `part_sections`: makes sure that interrupts strike between two such brackets;
 //! - `mask_anywhere`: the same where the caller's context is not known;
 //! - `switch`: saves the running task's context and takes up that of the head; returns when the task runs again;
 //!   `switch_from_call` does the same where a switch is rare;
