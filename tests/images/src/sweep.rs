@@ -28,19 +28,21 @@ pub const ASK_TICK: u8 = 0x63;
 pub const WRONG: u8 = 0xd0;
 
 /// The sweep finds the stacks by this module's name.
-mod stack {
+pub mod stack {
     use kernel::Stack;
 
     pub static HIGH: Stack<160> = Stack::new();
     pub static ALARMED: Stack<112> = Stack::new();
-    pub static NAPPING: Stack<160> = Stack::new();
+    pub static NAPPING: Stack<128> = Stack::new();
     pub static PEER: Stack<128> = Stack::new();
     pub static RECEIVER: Stack<128> = Stack::new();
     pub static RACER: Stack<112> = Stack::new();
     pub static MIDDLE: Stack<192> = Stack::new();
-    pub static TWIN: Stack<160> = Stack::new();
-    pub static LOW: Stack<160> = Stack::new();
+    pub static TWIN: Stack<176> = Stack::new();
+    pub static LOW: Stack<176> = Stack::new();
     pub static DIRECTOR: Stack<224> = Stack::new();
+    /// Started by paths, and killed.
+    pub static GUEST: Stack<144> = Stack::new();
 }
 
 // ---- What interrupts and paths both use ----------------------------------------------------------
@@ -204,8 +206,13 @@ fn receiver(task: &mut Task) -> Never {
 fn racer(task: &mut Task) -> Never {
     loop {
         RACE.wait(task);
-        count(task, &RACED);
+        raced(task);
     }
+}
+
+/// Counts a signal that was taken from [`RACE`].
+pub fn raced(context: &mut impl Context) {
+    count(context, &RACED);
 }
 
 // ---- Tasks that a path sends about ---------------------------------------------------------------

@@ -8,7 +8,7 @@ use superbot_tests_simavr::target::{ATMEGA128, TARGETS};
 
 #[test]
 fn no_interrupt_breaks_the_kernel() {
-    let total = sweep_all(ATMEGA128, Extent::Sample(7), |line| println!("{line}"));
+    let total = sweep_all(ATMEGA128, PROGRAMS, Extent::Sample(7), |line| println!("{line}"));
     assert_eq!(total.single.failed, 0, "{:#?}", total.single.failures);
     assert!(total.single.boundaries > 10_000, "{total:?}");
 }
@@ -17,7 +17,7 @@ fn no_interrupt_breaks_the_kernel() {
 #[test]
 fn no_interrupt_breaks_the_kernel_on_other_mcus() {
     for target in TARGETS.into_iter().skip(1) {
-        let total = sweep_all(target, Extent::Sample(61), |line| println!("{line}"));
+        let total = sweep_all(target, PROGRAMS, Extent::Sample(61), |line| println!("{line}"));
         assert_eq!(total.single.failed, 0, "{}: {:#?}", target.part.name, total.single.failures);
         assert!(total.single.boundaries > 1_000, "{}: {total:?}", target.part.name);
     }

@@ -1,26 +1,35 @@
-//! `sweep [--quick] [MCU]`: sweeps the kernel with interrupts and tells what that finds; `--quick` tries a seventh of it.
+//! `sweep [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and tells what that finds; `--quick` tries a seventh
+//! of it. All images, unless some are named.
 
 use std::process::ExitCode;
 use std::time::Instant;
 
-use superbot_tests_simavr::sweep::{Extent, Findings, sweep_all};
+use superbot_tests_simavr::sweep::{Extent, Findings, PROGRAMS, sweep_all};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
     let (mut extent, mut target) = (Extent::Whole, ATMEGA128);
+    let mut programs = Vec::new();
     for argument in std::env::args().skip(1) {
         if argument == "--quick" {
             extent = Extent::Sample(7);
         } else if let Some(named) = Target::named(&argument) {
             target = named;
+        } else if let Some(named) = PROGRAMS.iter().find(|program| program.image == argument) {
+            programs.push(named);
         } else {
             let known = TARGETS.map(|target| target.part.name).join(", ");
-            eprintln!("sweep takes --quick and the name of an MCU ({known}), not {argument}");
+            let images: Vec<_> = PROGRAMS.iter().map(|program| program.image).collect();
+            let images = images.join(", ");
+            eprintln!("sweep takes --quick, an MCU ({known}) and images ({images}), not {argument}");
             return ExitCode::from(2);
         }
     }
+    if programs.is_empty() {
+        programs.extend(PROGRAMS);
+    }
     let start = Instant::now();
-    let total = sweep_all(target, extent, |line| println!("{line}"));
+    let total = sweep_all(target, programs, extent, |line| println!("{line}"));
     for (strikes, Findings { boundaries, runs, failed, .. }) in
         [("one strike", &total.single), ("two strikes", &total.pairs)]
     {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use super::paths::{PROGRAMS, Program};
+use super::paths::Program;
 use super::strike::{Findings, Order, Share, Subject, sweep_path};
 use crate::target::Target;
 
@@ -26,13 +26,18 @@ pub struct Total {
 /// What is swept at once is divided into so many shares: the same on any number of cores, so that what is told is too.
 const SHARES: usize = 8;
 
-/// Sweeps every path, and tells of each as it is done.
+/// Sweeps every path of `programs`, and tells of each as it is done.
 ///
 /// # Panics
 /// When the images are not there, or are wrong without any strike.
-pub fn sweep_all(target: &'static Target, extent: Extent, mut tell: impl FnMut(String)) -> Total {
+pub fn sweep_all<'p>(
+    target: &'static Target,
+    programs: impl IntoIterator<Item = &'p Program>,
+    extent: Extent,
+    mut tell: impl FnMut(String),
+) -> Total {
     let mut total = Total::default();
-    for program in PROGRAMS {
+    for program in programs {
         let subject = Subject::new(target, target.image(program.image));
         let mut all_of_program = Findings::default();
         for (path, order) in sweeps(program, extent) {

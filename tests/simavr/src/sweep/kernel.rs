@@ -27,6 +27,26 @@ const LINK: u16 = 3;
 const PRIORITY: u16 = 5;
 const CONTROL_BLOCK: u16 = 6;
 
+/// What the byte of the priority has besides that in its low bits, where others stand in for a task, and where a control
+/// block stands in for a task: what would be its stack pointer is the address of its `Group`.
+const PRIORITY_BITS: u8 = 7;
+const REPRESENTED: u8 = 0x40;
+const STANDS_IN: u8 = 0x20;
+
+/// `above` of a task that is suspended, as of one that stands in for another.
+const SUSPENDED: u8 = 0xff;
+
+/// Links of tasks that are in no list: one that has not started or has ended, and the ends of lists of one.
+const NONE: u16 = 0;
+const END: u16 = 0x8000;
+const GROUPED: u16 = END | 4;
+
+/// Offset in `Group`.
+const GROUP_TASK: u16 = 2;
+
+/// More tasks than wait for anything in any image.
+const MOST_WAITING: usize = 20;
+
 /// Offset in `Timer`.
 const DEADLINE: u16 = 2;
 
@@ -152,6 +172,11 @@ impl Kernel {
         (saved & PREEMPTED_MARK != 0).then_some((saved & !PREEMPTED_MARK).wrapping_sub(1))
     }
 
+    /// Whether there is a task on the stack by this control block.
+    pub fn is_started(&self, mcu: &Mcu, control: u16) -> bool {
+        word(mcu, control + STACK_POINTER) != 0
+    }
+
     pub fn name(&self, control: u16) -> &str {
         self.stack_of(control).map_or("no task", |stack| &stack.name)
     }
@@ -182,6 +207,7 @@ impl Kernel {
         for priority in 0..8 {
             self.check_ring(mcu, priority, arrived & 1 << priority != 0, &mut ready)?;
         }
+        self.check_waiting(mcu, &ready)?;
         self.check_contexts(mcu)?;
         self.check_timers(mcu)
     }
@@ -194,6 +220,9 @@ impl Kernel {
         while task != self.idle {
             if self.stack_of(task).is_none() {
                 return Err(format!("{task:#x} is in the list of preempted tasks"));
+            }
+            if byte(mcu, task + ABOVE) == SUSPENDED {
+                return Err(format!("{} is suspended, but in the list of preempted tasks", self.name(task)));
             }
             let next = word(mcu, task + LINK);
             let [above, next_above] = [task, next].map(|task| byte(mcu, task + ABOVE));
@@ -224,7 +253,9 @@ impl Kernel {
             if seen.contains(&task) {
                 return Err(format!("{} has arrived at P{priority}, but is ready", self.name(task)));
             }
-            if byte(mcu, task + PRIORITY) != priority {
+            let is_of_priority = byte(mcu, task + PRIORITY) & PRIORITY_BITS == priority
+                && byte(mcu, task + ABOVE) == (1 << priority) - 1;
+            if !is_of_priority {
                 return Err(format!("{} has arrived at P{priority}", self.name(task)));
             }
             seen.push(task);
@@ -234,10 +265,52 @@ impl Kernel {
         }
     }
 
+    /// The links of all that are not in `ready` lead, by others that wait, to the end of a list.
+    fn check_waiting(&self, mcu: &Mcu, ready: &[u16]) -> Result<(), String> {
+        for stack in self.stacks[1..].iter().filter(|stack| !ready.contains(&stack.control)) {
+            let name = &stack.name;
+            let mut task = stack.control;
+            if !self.is_started(mcu, task) {
+                match word(mcu, task + LINK) {
+                    NONE => continue,
+                    link => return Err(format!("{name} has not started, but is linked to {link:#x}")),
+                }
+            }
+            for number in 0.. {
+                let link = word(mcu, task + LINK);
+                if link & END != 0 {
+                    break;
+                }
+                if number == MOST_WAITING || ready.contains(&link) || !self.may_wait(mcu, link) {
+                    return Err(format!("{name} waits in a list with {link:#x}"));
+                }
+                task = link;
+            }
+            let is_represented = byte(mcu, stack.control + PRIORITY) & REPRESENTED != 0;
+            if word(mcu, stack.control + LINK) == GROUPED && !is_represented {
+                return Err(format!("{name} waits for nobody"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether that is a control block of a task or of what stands in for one.
+    fn may_wait(&self, mcu: &Mcu, control: u16) -> bool {
+        if self.stack_of(control).is_some() {
+            return control != self.idle && self.is_started(mcu, control);
+        }
+        let task = word(mcu, word(mcu, control + STACK_POINTER).wrapping_add(GROUP_TASK));
+        byte(mcu, control + PRIORITY) & STANDS_IN != 0
+            && byte(mcu, control + ABOVE) == SUSPENDED
+            && self.stack_of(task).is_some()
+            && byte(mcu, task + PRIORITY) & REPRESENTED != 0
+    }
+
     /// Each task that does not run has a whole context on its own stack.
     fn check_contexts(&self, mcu: &Mcu) -> Result<(), String> {
         let running = self.running(mcu);
-        for stack in self.stacks[1..].iter().filter(|stack| stack.control != running) {
+        let is_saved = |stack: &&Stack| stack.control != running && self.is_started(mcu, stack.control);
+        for stack in self.stacks[1..].iter().filter(is_saved) {
             let (context, stack_pointer) = match self.preempted_at(mcu, stack.control) {
                 Some(stack_pointer) => (self.preempted_context(), stack_pointer),
                 None => (self.voluntary_context(), word(mcu, stack.control + STACK_POINTER)),

@@ -151,6 +151,8 @@ impl<'k> Watch<'k> {
             return Err(format!("{:?}", mcu.state()));
         }
         self.is_boundary = enabled || !mcu.interrupts_enabled();
+        // A task that was killed does not go on.
+        self.interrupted.retain(|found| self.kernel.is_started(mcu, found.task));
         self.check_stack(mcu, instruction)?;
         self.check_return(mcu)?;
         self.marked = mcu.markers().get(marks).map(|marker| marker.value);
@@ -253,8 +255,7 @@ impl<'k> Watch<'k> {
         let byte = |address| mcu.read(address).unwrap_or(0);
         for (register, &before) in found.registers.iter().enumerate() {
             let now = byte(register as u16);
-            // In X the kernel is told of a new head.
-            if now != before && !(found.is_kernel && (26..28).contains(&register)) {
+            if now != before {
                 return Err(format!(
                     "r{register} was {before:#x} before the interrupt and is {now:#x} after it"
                 ));
