@@ -114,7 +114,7 @@ impl Image {
     }
 
     /// Where the function of this name begins.
-    pub(crate) fn function(&self, name: &str) -> Option<u32> {
+    pub fn function(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
     }
 

@@ -32,8 +32,8 @@ fn of_the_robot() {
         builder.attach(one, other)
     });
     let mut robot = builder.build().expect("the robot can be built");
-    let stacks = [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")];
-    let stacks = stacks.map(|(controller, name)| {
+    let mcus = [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")];
+    let stacks = mcus.map(|(controller, name)| {
         let image = images().join(name).with_extension("elf");
         (controller, stacks(Part::ATMEGA128, &image, Some(&notes(name))))
     });
