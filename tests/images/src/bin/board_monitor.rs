@@ -6,7 +6,6 @@
 use core::hint::black_box;
 
 use board::serial::{Receiver, Transmitter};
-use board::usart::Usart0;
 use embedded_io::Read;
 use kernel::monitor::{self, Line, Tasks};
 use kernel::{Context, MaskedCell, Priority, Semaphore, Stack, Task};
@@ -33,8 +32,8 @@ static TASKS: Tasks = &[
 ];
 
 struct Serial {
-    transmitter: Transmitter<Usart0>,
-    receiver: Receiver<Usart0>,
+    transmitter: Transmitter,
+    receiver: Receiver,
 }
 
 impl Line for Serial {
