@@ -1,6 +1,6 @@
 //! What tasks and interrupts do, as values: the kernel and the reference both act on them.
 
-use kernel::{Priority, Ticks};
+use kernel::{Priority, Refused, TaskState, Ticks};
 
 /// The objects of a run.
 #[derive(Clone, Debug)]
@@ -31,6 +31,25 @@ pub enum Call {
     Start {
         task: usize,
     },
+    Suspend {
+        task: usize,
+    },
+    /// Returns whether it was suspended.
+    Resume {
+        task: usize,
+    },
+    SetPriority {
+        task: usize,
+        priority: Priority,
+    },
+    State {
+        task: usize,
+    },
+    Kill {
+        task: usize,
+    },
+    /// Never returns.
+    Exit,
     Post {
         semaphore: usize,
     },
@@ -102,19 +121,25 @@ pub enum Call {
     WaitForPeriod,
 }
 
-impl Call {
-    /// The semaphore whose signal it takes, and if need be waits for.
-    pub fn awaited_semaphore(self) -> Option<usize> {
-        match self {
-            Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => Some(semaphore),
-            _ => None,
-        }
-    }
+/// What tasks wait for in line.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Object {
+    Semaphore(usize),
+    Mutex(usize),
+    Queue(usize),
+    Flags,
+}
 
-    /// The queue whose message it takes, and if need be waits for.
-    pub fn awaited_queue(self) -> Option<usize> {
+impl Call {
+    /// What it waits for, if need be, in line with others.
+    pub fn awaits(self) -> Option<Object> {
         match self {
-            Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } => Some(queue),
+            Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => {
+                Some(Object::Semaphore(semaphore))
+            }
+            Call::Lock { mutex } => Some(Object::Mutex(mutex)),
+            Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } => Some(Object::Queue(queue)),
+            Call::WaitAny(_) | Call::WaitAll(_) => Some(Object::Flags),
             _ => None,
         }
     }
@@ -130,6 +155,8 @@ pub enum Outcome {
     Elapsed,
     Full,
     Exhausted,
+    Refused(Refused),
+    State(TaskState),
 }
 
 /// What an interrupt does.

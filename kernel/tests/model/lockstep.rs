@@ -124,6 +124,7 @@ impl<S: Script> Lockstep<S> {
         loop {
             match self.next_call(id) {
                 Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
+                Some((Call::Exit, strike)) => return self.called(id, strike, || task.exit()),
                 Some((call, strike)) => {
                     let outcome = self.called(id, strike, || match call {
                         Call::Start { task: id } => Outcome::Truth(self.start(task, id)),

@@ -54,7 +54,8 @@ impl Random {
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
         let timer = self.rng.usize(..self.setup.timers);
-        match draw(&mut self.rng, self.of_task, 26) {
+        let task = self.rng.usize(..self.setup.priorities.len());
+        match draw(&mut self.rng, self.of_task, 32) {
             0..2 => Call::Wait { semaphore },
             2 => Call::WaitTimeout { semaphore, ticks: self.ticks() },
             3..6 => Call::Lock { mutex: self.rng.usize(..self.setup.ceilings.len()) },
@@ -72,6 +73,10 @@ impl Random {
             17 => Call::SendMade { queue },
             18..20 => Call::StartTimer { timer, ticks: self.ticks(), semaphore },
             20 => Call::CancelTimer { timer },
+            21..23 => Call::Suspend { task },
+            23..25 => Call::SetPriority { task, priority: self.priority() },
+            25 => Call::State { task },
+            26 => *one_of(&mut self.rng, &[Call::Kill { task }, Call::Kill { task }, Call::Exit]),
             _ => self.call_of_either(),
         }
     }
@@ -79,6 +84,7 @@ impl Random {
     fn call_of_either(&mut self) -> Call {
         let semaphore = self.rng.usize(..self.setup.semaphores.len());
         let queue = self.rng.usize(..self.setup.rooms.len());
+        let task = self.rng.usize(..self.setup.priorities.len());
         match draw(&mut self.rng, self.of_either, 18) {
             0..4 => Call::Post { semaphore },
             4 => Call::TryWait { semaphore },
@@ -90,9 +96,14 @@ impl Random {
             13 => *one_of(&mut self.rng, &[Call::PoolExhausted, Call::PoolMostUsed, Call::Overruns]),
             14 => Call::Put(self.rng.u8(..)),
             15 => Call::Take,
-            16 => Call::Start { task: self.rng.usize(..self.setup.priorities.len()) },
-            _ => Call::Now,
+            16 => *one_of(&mut self.rng, &[Call::Now, Call::Start { task }]),
+            _ => Call::Resume { task },
         }
+    }
+
+    /// One that a task has at the start.
+    fn priority(&mut self) -> Priority {
+        *one_of(&mut self.rng, &self.setup.priorities)
     }
 
     /// Seldom more than one or two flags.

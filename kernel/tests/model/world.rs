@@ -3,8 +3,8 @@
 use std::cell::Cell;
 
 use kernel::{
-    Context, EventFlags, Exhausted, Fifo, Full, Message, Mutex, Period, Pool, Pooled, Queue, Semaphore, Slot,
-    Stack, Task, Timer, now,
+    Context, EventFlags, Exhausted, Fifo, Full, Message, Mutex, Period, Pool, Pooled, Queue, Refused,
+    Semaphore, Slot, Stack, Task, Timer, now,
 };
 
 use crate::call::{BUFFERS, Call, FIFO_BYTES, Outcome, Setup};
@@ -59,7 +59,8 @@ impl World {
         }))
     }
 
-    /// A task's call. `Lock` and `Unlock` are not among them: they are the two ends of a guard's life.
+    /// A task's call. `Lock` and `Unlock` are not among them: they are the two ends of a guard's life;
+    /// nor is `Exit`, which has no outcome.
     pub fn call_of_task(&'static self, task: &mut Task, own: &mut Belongings, call: Call) -> Outcome {
         match call {
             Call::Wait { semaphore } => {
@@ -108,6 +109,12 @@ impl World {
                 task.yield_now();
                 Outcome::Nothing
             }
+            Call::Suspend { task: other } => of_refusal(self.tasks[other].task().suspend(task)),
+            Call::SetPriority { task: other, priority } => {
+                of_refusal(self.tasks[other].task().set_priority(task, priority))
+            }
+            Call::State { task: other } => Outcome::State(self.tasks[other].task().state(task)),
+            Call::Kill { task: other } => of_refusal(self.tasks[other].task().kill(task)),
             Call::Delay(ticks) => {
                 task.delay(ticks);
                 Outcome::Nothing
@@ -133,6 +140,7 @@ impl World {
                 self.semaphores[semaphore].post(context);
                 Outcome::Nothing
             }
+            Call::Resume { task } => Outcome::Truth(self.tasks[task].task().resume(context)),
             Call::TryWait { semaphore } => Outcome::Truth(self.semaphores[semaphore].try_wait(context)),
             Call::SetFlags(flags) => {
                 self.flags.set(context, flags);
@@ -178,6 +186,10 @@ impl World {
         ];
         semaphores.chain(queues).chain(others).collect()
     }
+}
+
+fn of_refusal(result: Result<(), Refused>) -> Outcome {
+    result.map_or_else(Outcome::Refused, |()| Outcome::Nothing)
 }
 
 impl Belongings {

@@ -3,7 +3,7 @@
 use kernel::{LONGEST, Ticks};
 
 use super::{Activity, Alarm, Event, Period, Reference, TaskId};
-use crate::call::{Call, FIFO_BYTES, Outcome};
+use crate::call::{Call, FIFO_BYTES, Object, Outcome};
 
 impl Reference {
     /// `id`, which runs, calls.
@@ -24,7 +24,10 @@ impl Reference {
                     Outcome::Nothing
                 })
             }
-            Call::Lock { mutex } if self.mutexes[mutex].is_taken => None,
+            Call::Lock { mutex } if self.mutexes[mutex].is_taken => {
+                self.tasks[id].locks = true;
+                None
+            }
             Call::Lock { mutex } => Some(self.lock(id, mutex)),
             Call::Unlock => Some(self.unlock(id)),
             Call::TryReceive { queue } => {
@@ -64,10 +67,14 @@ impl Reference {
             }
             Call::CancelTimer { timer } => Some(Outcome::Truth(self.disarm(timer))),
             Call::Yield => {
-                self.ready.retain(|&other| other != id);
-                self.ready.push(id);
+                self.make_ready(id);
                 Some(Outcome::Nothing)
             }
+            Call::Suspend { task } => Some(self.suspend(id, task)),
+            Call::SetPriority { task, priority } => Some(self.set_priority(id, task, priority)),
+            Call::State { task } => Some(Outcome::State(self.state(task))),
+            Call::Kill { task } if task != id => Some(self.kill(id, task)),
+            Call::Kill { .. } | Call::Exit => return self.end_task(id),
             Call::Delay(_) => None,
             Call::DelayUntil(deadline) => {
                 let is_over = !is_ahead(deadline.wrapping_sub(clock as Ticks));
@@ -120,6 +127,7 @@ impl Reference {
     fn call_of_either(&mut self, call: Call) -> Outcome {
         match call {
             Call::Start { task } => Outcome::Truth(self.start(task)),
+            Call::Resume { task } => Outcome::Truth(self.resume(task)),
             Call::Post { semaphore } => self.post(semaphore),
             Call::TryWait { semaphore } => Outcome::Truth(self.take_signal(semaphore)),
             Call::SetFlags(flags) => self.set_flags(flags),
@@ -136,18 +144,8 @@ impl Reference {
         }
     }
 
-    /// Returns whether the task was new.
-    fn start(&mut self, id: TaskId) -> bool {
-        let is_new = self.tasks[id].activity == Activity::New;
-        if is_new {
-            self.tasks[id].activity = Activity::Own;
-            self.ready.push(id);
-        }
-        is_new
-    }
-
     pub(super) fn post(&mut self, semaphore: usize) -> Outcome {
-        match self.first_blocked(|call| call.awaited_semaphore() == Some(semaphore)) {
+        match self.first_in_line(Object::Semaphore(semaphore)) {
             Some(id) => self.wake(id, Activity::Returning(Outcome::Nothing)),
             None => self.semaphores[semaphore] = self.semaphores[semaphore].saturating_add(1),
         }
@@ -169,8 +167,7 @@ impl Reference {
 
     /// Wakes the first who waits for flags. Returns whether there was one.
     pub(super) fn wake_for_flags(&mut self) -> bool {
-        let waits = |call| matches!(call, Call::WaitAny(_) | Call::WaitAll(_));
-        let Some(id) = self.first_blocked(waits) else { return false };
+        let Some(id) = self.first_in_line(Object::Flags) else { return false };
         let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
         self.wake(id, Activity::Acting(call));
         true
@@ -184,6 +181,7 @@ impl Reference {
 
     fn lock(&mut self, id: TaskId, mutex: usize) -> Outcome {
         self.tasks[id].holds = Some(mutex);
+        self.tasks[id].locks = true;
         let mutex = &mut self.mutexes[mutex];
         mutex.is_taken = true;
         let value = mutex.value;
@@ -200,7 +198,7 @@ impl Reference {
     pub(super) fn hand_over(&mut self, id: TaskId) {
         let mutex = self.tasks[id].holds.expect("it holds one");
         self.mutexes[mutex].is_taken = false;
-        if let Some(next) = self.first_blocked(|call| call == Call::Lock { mutex }) {
+        if let Some(next) = self.first_in_line(Object::Mutex(mutex)) {
             let outcome = self.lock(next, mutex);
             self.wake(next, Activity::Returning(outcome));
         }
@@ -208,6 +206,7 @@ impl Reference {
 
     pub(super) fn leave_ceiling(&mut self, id: TaskId) -> Outcome {
         self.tasks[id].holds = None;
+        self.tasks[id].locks = false;
         Outcome::Nothing
     }
 

@@ -1,12 +1,13 @@
 //! What shows the state in the end: steps that empty every object and end every wait.
 
-use super::{Activity, Reference};
+use super::{Activity, Queue, Reference};
 use crate::call::{BUFFERS, Call, Handler, Step};
 
 impl Reference {
     /// The next such step, while no task runs.
     pub fn leftover(&self) -> Option<Step> {
-        let call = self.object_to_empty().or_else(|| self.call_to_end_a_wait());
+        let call =
+            self.object_to_empty().or_else(|| self.task_to_resume()).or_else(|| self.call_to_end_a_wait());
         call.map(|call| Step::Interrupt(Handler::Calls(vec![call]))).or_else(|| {
             let next = self.alarms.iter().map(|alarm| alarm.deadline - self.now).min();
             next.map(|ticks| Step::Silence(ticks as u16))
@@ -15,15 +16,20 @@ impl Reference {
 
     fn object_to_empty(&self) -> Option<Call> {
         let semaphore = self.semaphores.iter().position(|&signals| signals > 0);
-        let queue = self.queues.iter().position(|queue| !queue.messages.is_empty());
+        let queue = self.queues.iter().position(Queue::has_some);
         None.or(semaphore.map(|semaphore| Call::TryWait { semaphore }))
             .or(queue.map(|queue| Call::TryReceive { queue }))
             .or((self.flags != 0).then_some(Call::TakeFlags(0xff)))
             .or((!self.bytes.is_empty()).then_some(Call::Take))
     }
 
+    fn task_to_resume(&self) -> Option<Call> {
+        let task = self.tasks.iter().position(|task| task.is_suspended && !task.is_held)?;
+        Some(Call::Resume { task })
+    }
+
     fn call_to_end_a_wait(&self) -> Option<Call> {
-        self.blocked.iter().find_map(|&id| match self.tasks[id].activity {
+        self.tasks.iter().find_map(|task| match task.activity {
             Activity::Blocked(Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. }) => {
                 Some(Call::Post { semaphore })
             }

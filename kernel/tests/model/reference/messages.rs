@@ -3,7 +3,7 @@
 use std::mem;
 
 use super::{Activity, Queue, Reference, TaskId};
-use crate::call::{BUFFERS, Outcome};
+use crate::call::{BUFFERS, Object, Outcome};
 
 impl Reference {
     /// Returns whether there was one.
@@ -18,7 +18,7 @@ impl Reference {
     }
 
     fn first_receiver(&self, from: usize) -> Option<TaskId> {
-        self.first_blocked(|call| call.awaited_queue() == Some(from))
+        self.first_in_line(Object::Queue(from))
     }
 
     pub(super) fn is_full(&self, index: usize) -> bool {

@@ -1,15 +1,16 @@
 //! The kernel as `docs/kernel.md` describes it, written as plainly as can be: who runs, who waits, and what time does.
 
 mod calls;
+mod control;
 mod leftover;
 mod messages;
 mod struck;
 
 use std::collections::VecDeque;
 
-use kernel::{Priority, Ticks};
+use kernel::{Priority, Refused, Ticks};
 
-use crate::call::{Call, Outcome, Setup};
+use crate::call::{Call, Object, Outcome, Setup};
 
 pub type TaskId = usize;
 
@@ -32,7 +33,13 @@ enum Activity {
     Refused { queue: usize },
     /// In a call that leaves a ceiling when the task runs.
     Leaving,
-    /// It has not been started.
+    /// In a call that ends another task when this one runs.
+    Killing { task: TaskId },
+    /// In a call that does so if that task, which was found suspended, still is.
+    FoundSuspended { task: TaskId },
+    /// In a call that gives another task this priority when this one runs.
+    SettingPriority { task: TaskId, priority: Priority },
+    /// It has not been started, or has ended.
     New,
     /// It has left: it neither runs nor waits for anything here.
     Gone,
@@ -41,7 +48,14 @@ enum Activity {
 #[derive(Clone, PartialEq)]
 struct Task {
     priority: Priority,
+    /// Its priority where it starts.
+    first_priority: Priority,
     activity: Activity,
+    is_suspended: bool,
+    /// It is being killed, or its priority changed.
+    is_held: bool,
+    /// It has a mutex, or has found one taken and waits for it.
+    locks: bool,
     /// What the clock was when the call that it is in read it, if it has.
     clock: Option<u64>,
     /// The mutex that it holds, or whose ceiling it has not left yet.
@@ -104,8 +118,8 @@ pub struct Reference {
     tasks: Vec<Task>,
     /// The tasks that are ready, in the order in which they became so. One that is preempted keeps its place.
     ready: Vec<TaskId>,
-    /// The tasks that are blocked, in the order in which they came.
-    blocked: Vec<TaskId>,
+    /// Who waits for what; those for one and the same in the order in which they are served.
+    lines: Vec<(Object, TaskId)>,
     /// In the order in which they were set.
     alarms: Vec<Alarm>,
     /// The signals in store.
@@ -123,6 +137,10 @@ impl Reference {
     pub fn new(setup: &Setup) -> Self {
         let task = |(id, &priority)| Task {
             priority,
+            first_priority: priority,
+            is_suspended: false,
+            is_held: false,
+            locks: false,
             activity: if id < setup.started { Activity::Own } else { Activity::New },
             clock: None,
             holds: None,
@@ -137,7 +155,7 @@ impl Reference {
             now: 0,
             tasks: setup.priorities.iter().enumerate().map(task).collect(),
             ready: (0..setup.started).collect(),
-            blocked: Vec::new(),
+            lines: Vec::new(),
             alarms: Vec::new(),
             semaphores: setup.semaphores.clone(),
             mutexes: setup.ceilings.iter().map(mutex).collect(),
@@ -275,6 +293,19 @@ impl Reference {
                 self.count_refused(queue);
                 self.tasks[id].activity = Activity::Returning(Outcome::Full);
             }
+            Activity::SettingPriority { task, priority } => {
+                self.release(task, priority);
+                self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
+            }
+            Activity::FoundSuspended { task } => {
+                if !self.tasks[task].is_suspended || !self.begin_to_kill(id, task) {
+                    self.tasks[id].activity = Activity::Returning(Outcome::Refused(Refused::Busy));
+                }
+            }
+            Activity::Killing { task } => {
+                self.end_task(task);
+                self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
+            }
             Activity::Leaving => {
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
                 self.leave_ceiling(id);
@@ -286,26 +317,41 @@ impl Reference {
 
     /// Makes a blocked task ready.
     fn wake(&mut self, id: TaskId, activity: Activity) {
-        self.blocked.retain(|&other| other != id);
+        self.lines.retain(|&(_, other)| other != id);
         self.cancel_end(id);
-        self.ready.push(id);
         self.tasks[id].activity = activity;
+        self.make_ready(id);
+    }
+
+    /// Appends a task to those that are ready, if it may run.
+    fn make_ready(&mut self, id: TaskId) {
+        self.ready.retain(|&other| other != id);
+        if !self.tasks[id].is_suspended {
+            self.ready.push(id);
+        }
     }
 
     /// Blocks the running task in `call`.
     fn block(&mut self, id: TaskId, call: Call) {
         self.ready.retain(|&other| other != id);
-        self.blocked.push(id);
+        if let Some(object) = call.awaits() {
+            self.stand_in_line(id, object);
+        }
         self.tasks[id].activity = Activity::Blocked(call);
     }
 
-    /// The first task blocked in a call that `is_wanted`: the highest, and among equals the one that came first.
-    fn first_blocked(&self, is_wanted: impl Fn(Call) -> bool) -> Option<TaskId> {
-        let is_blocked_so = |&id: &TaskId| match self.tasks[id].activity {
-            Activity::Blocked(call) => is_wanted(call),
-            _ => false,
-        };
-        self.blocked.iter().copied().filter(is_blocked_so).min_by_key(|&id| self.tasks[id].priority)
+    /// A task is served before the first that is lower when it comes.
+    fn stand_in_line(&mut self, id: TaskId, object: Object) {
+        let priority = self.tasks[id].priority;
+        let is_behind =
+            |&(other, behind): &(Object, TaskId)| other == object && self.tasks[behind].priority > priority;
+        let place = self.lines.iter().position(is_behind).unwrap_or(self.lines.len());
+        self.lines.insert(place, (object, id));
+    }
+
+    /// The first task that waits for `object`.
+    fn first_in_line(&self, object: Object) -> Option<TaskId> {
+        self.lines.iter().find(|&&(other, _)| other == object).map(|&(_, id)| id)
     }
 
     /// The present tick, as the kernel tells it: modulo 65,536.

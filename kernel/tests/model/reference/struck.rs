@@ -28,8 +28,11 @@ impl Reference {
             ways.extend([before, begun, timed, acted]);
             ways
         } else {
-            acted.settle_first();
-            vec![before, acted]
+            let mut ways = vec![before];
+            while acted.running() == Some(id) && acted.settle_first() {
+                ways.push(acted.clone());
+            }
+            ways
         }
     }
 
@@ -71,6 +74,16 @@ impl Reference {
             Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } if way.queues[queue].has_some() => {
                 way.queues[queue].promised += 1;
                 way.tasks[id].activity = Activity::Receiving { queue };
+                vec![way]
+            }
+            // A task is suspended for good before it is killed.
+            Call::Kill { task } => way.halfway_killed(id, task),
+            Call::SetPriority { task, priority } if way.begin_to_set_priority(id, task, priority) => {
+                vec![way]
+            }
+            // That a mutex is taken is found before the task waits for it.
+            Call::Lock { mutex } if way.mutexes[mutex].is_taken => {
+                way.tasks[id].locks = true;
                 vec![way]
             }
             // A mutex is handed over before its ceiling is left.
