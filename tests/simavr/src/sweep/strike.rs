@@ -5,7 +5,7 @@ use std::sync::Arc;
 use simavr_harness::{Image, Mcu};
 
 use super::kernel::Kernel;
-use super::watch::{AUDITED, CLOSED, OPEN, Source, Watch, enable_interrupts};
+use super::watch::{AUDITED, CLOSED, OPEN, Source, WRONG, Watch, enable_interrupts};
 use crate::target::Target;
 
 /// What is raised at a boundary: one interrupt after the other, without an instruction between.
@@ -207,6 +207,7 @@ impl Sweep<'_> {
     fn run(mut self, mcu: &mut Mcu, mut watch: Watch) {
         let unstruck = mcu.explore(|mcu| finish(mcu, watch.clone()));
         self.expected = unstruck.unwrap_or_else(|wrong| panic!("without a strike: {wrong}")).marks;
+        assert!(self.expected.iter().all(|&mark| mark < WRONG), "without a strike: {:02x?}", self.expected);
         let mut number = 0;
         while watch.marked != Some(CLOSED) {
             if watch.is_boundary && (self.order != Order::PairAtSwitch || watch.is_before_switch(mcu)) {

@@ -16,6 +16,8 @@ pub enum Source {
 pub const OPEN: u8 = 0x40;
 pub const CLOSED: u8 = 0x60;
 pub const AUDITED: u8 = 0x61;
+/// From here on something is wrong.
+pub const WRONG: u8 = 0xd0;
 const ASK_EXTERNAL: u8 = 0x62;
 const ASK_TICK: u8 = 0x63;
 
