@@ -31,16 +31,16 @@ pub const WRONG: u8 = 0xd0;
 pub mod stack {
     use kernel::Stack;
 
-    pub static HIGH: Stack<160> = Stack::new();
+    pub static HIGH: Stack<128> = Stack::new();
     pub static ALARMED: Stack<112> = Stack::new();
     pub static NAPPING: Stack<128> = Stack::new();
-    pub static PEER: Stack<128> = Stack::new();
-    pub static RECEIVER: Stack<128> = Stack::new();
+    pub static PEER: Stack<112> = Stack::new();
+    pub static RECEIVER: Stack<112> = Stack::new();
     pub static RACER: Stack<112> = Stack::new();
     pub static MIDDLE: Stack<192> = Stack::new();
     pub static TWIN: Stack<176> = Stack::new();
     pub static LOW: Stack<176> = Stack::new();
-    pub static DIRECTOR: Stack<224> = Stack::new();
+    pub static DIRECTOR: Stack<208> = Stack::new();
     /// Started by paths, and killed.
     pub static GUEST: Stack<144> = Stack::new();
 }
