@@ -114,6 +114,7 @@ impl Lock {
     fn give(&self, task: &mut Task) {
         // Before the ceiling is left, or a task between the two could hold up the one that waits.
         task.mask(|masked| self.free.signal(masked));
+        arch::part_sections();
         if ready::restore(task) {
             arch::switch_from_call();
         }

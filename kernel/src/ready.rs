@@ -140,6 +140,7 @@ pub(crate) fn pull(task: &mut Task) {
         ready.arrived.get(masked) & ready.head.get(masked).next_ready(masked).above.get(masked)
     };
     let priority = highest(task.mask(among));
+    arch::part_sections();
     task.mask(|masked| {
         // If a higher one has arrived meanwhile, it is pulled before this one next.
         if let Some(first) = take_arrived(masked, among(masked), priority) {
