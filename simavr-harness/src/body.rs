@@ -40,9 +40,17 @@ struct JointWiring {
 
 // Data addresses: a look at a register is far cheaper than asking simavr for a pin's level.
 const TCCR1A: u16 = 0x4f;
+const TCCR1B: u16 = 0x4e;
+const TCNT1H: u16 = 0x4d;
+const TCNT1L: u16 = 0x4c;
 const ICR1: u16 = 0x46;
 const PORTC: u16 = 0x35;
 const PORTD: u16 = 0x32;
+
+/// Timer1's registers and port C. The body alone follows these, so that simavr need not: it would count each pulse of the
+/// motors, 20,000 a second, and tell each pin of its level.
+const FOLLOWED: [u16; 13] =
+    [PORTC, ICR1, 0x47, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
 
 const JOINTS: [JointWiring; 3] = [
     half_joint(Controller::Master, Axis::Front),
@@ -131,6 +139,7 @@ impl Body {
     pub(crate) fn attach(&mut self, mcus: &mut [Mcu; 2]) {
         for mcu in &mut *mcus {
             mcu.set_analog(|analog| analog.multiplexer = Some(MULTIPLEXER));
+            mcu.make_plain(&FOLLOWED);
         }
         self.show(mcus);
     }

@@ -6,7 +6,7 @@ use simulation::{Random, fnv_1a};
 use thiserror::Error;
 
 use crate::cpu::{Core, Cpu};
-use crate::device::{Attached, WrappedWrites};
+use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::Part;
@@ -425,6 +425,11 @@ impl Mcu {
         if let Some(adc) = &mut self.adc {
             adc.with(cpu, |adc| change(&mut adc.analog));
         }
+    }
+
+    /// Makes registers plain memory: nothing but who reads them follows what the program writes there.
+    pub(crate) fn make_plain(&mut self, registers: &[u16]) {
+        make_plain(self.cpu, registers);
     }
 
     /// Watches a pin from now on. Probes are numbered from 0.
