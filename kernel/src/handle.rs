@@ -24,7 +24,7 @@ pub enum Refused {
     /// No task runs on that stack.
     NotStarted,
     /// It has a mutex, or waits for one; or another task is just killing it or changing its priority. Only of
-    /// [`kill`](TaskHandle::kill): it waits for several semaphores or runs jobs.
+    /// [`kill`](TaskHandle::kill): it waits for several semaphores or runs jobs, or it was suspended and is resumed just then.
     Busy,
 }
 

@@ -19,6 +19,7 @@ use crate::word::{State, Word};
 ///
 /// Tasks are woken by priority, and in the order in which they came among equals. A signal that finds
 /// 255 in store is lost: a semaphore that counts more wants a queue.
+#[repr(transparent)]
 pub struct Semaphore {
     word: Word,
 }
