@@ -38,7 +38,10 @@ pub mod external;
 pub mod interrupts;
 #[cfg(target_arch = "avr")]
 mod mcu;
-#[cfg(target_arch = "avr")]
+#[cfg(all(target_arch = "avr", not(feature = "tickless")))]
+pub mod tick;
+#[cfg(all(target_arch = "avr", feature = "tickless"))]
+#[path = "tickless.rs"]
 pub mod tick;
 #[cfg(target_arch = "avr")]
 pub mod trap;

@@ -22,9 +22,11 @@ mod atmega328p;
 #[cfg(not(feature = "atmega128"))]
 mod later;
 
+#[cfg(all(feature = "atmega128", not(feature = "tickless")))]
+pub(crate) use atmega128::start_timer0;
 #[cfg(feature = "atmega128")]
 pub(crate) use atmega128::{
-    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer0, start_timer2,
+    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer2,
 };
 #[cfg(feature = "atmega328p")]
 use atmega328p as registers;

@@ -33,6 +33,8 @@ mod semaphore;
 mod step;
 mod target;
 mod task;
+#[cfg(feature = "tickless")]
+pub mod tickless;
 mod timeout;
 mod timer;
 mod walk;

@@ -1,6 +1,8 @@
 //! The ATmega128.
 
-use avr_device::atmega128a::{AC, CPU, EXINT, TC0, TC2};
+#[cfg(not(feature = "tickless"))]
+use avr_device::atmega128a::TC0;
+use avr_device::atmega128a::{AC, CPU, EXINT, TC2};
 
 /// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register in I/O
 /// Memory"). Without one it does nothing.
@@ -17,6 +19,7 @@ pub(crate) fn set_up() {
 }
 
 /// Interrupts each time that Timer0 has counted 64 clocks `top` + 1 times.
+#[cfg(not(feature = "tickless"))]
 pub(crate) fn start_timer0(top: u8) {
     // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; none uses an interrupt.
     let timer = unsafe { TC0::steal() };
@@ -67,7 +70,17 @@ pub(crate) fn start_external() {
     external.eimsk().modify(|r, w| w.int().set(r.int().bits() | INT4));
 }
 
+/// The tick's vector: TIMER1_COMPA.
+#[cfg(feature = "tickless")]
+#[macro_export]
+macro_rules! tick_interrupt {
+    () => {
+        $crate::kernel::tickless_interrupt!(__vector_12, $crate::tick::Timer1);
+    };
+}
+
 /// The tick's vector: TIMER0_COMP.
+#[cfg(not(feature = "tickless"))]
 #[macro_export]
 macro_rules! tick_interrupt {
     () => {

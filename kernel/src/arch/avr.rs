@@ -239,6 +239,10 @@ unsafe extern "C" fn kernel_switch() {
             "ret",                                // 4: to the task's `switch`
             // The idle task, with interrupts enabled.
             "idle:",
+            #[cfg(feature = "tickless")]
+            "cli",                                // 1
+            #[cfg(feature = "tickless")]
+            "call kernel_before_sleep",           // 4
             "sei",                                // 1: takes effect after the next instruction,
             "sleep",                              // 1: so that no interrupt comes between the two
             "rjmp idle",                          // 2
@@ -354,6 +358,16 @@ unsafe extern "C" fn kernel_switch() {
             "ldi r25, hi8(__stack - {idle})",     // 1
             "out 0x3e, r25",                      // 1: SPH
             "out 0x3d, r24",                      // 1: SPL
+            #[cfg(feature = "tickless")]
+            "push r30",                           // 2
+            #[cfg(feature = "tickless")]
+            "push r31",                           // 2
+            #[cfg(feature = "tickless")]
+            "call kernel_after_sleep",            // 4
+            #[cfg(feature = "tickless")]
+            "pop r31",                            // 2
+            #[cfg(feature = "tickless")]
+            "pop r30",                            // 2
             "icall",                              // 3: the handler
             "exit_interrupt:",
             "lds r26, {kernel}+{head}",           // 2: X = the task that should run
@@ -481,6 +495,19 @@ unsafe extern "C" fn kernel_switch() {
             "rjmp return_from_interrupt",         // 2
             "resume_other:",
             "rjmp resume_head",                   // 2
+            // The handler of a tick where idle is tickless.
+            #[cfg(feature = "tickless")]
+            ".global kernel_tickless",
+            #[cfg(feature = "tickless")]
+            "kernel_tickless:",
+            #[cfg(feature = "tickless")]
+            "call kernel_tick",                   // 4: r24 = whether a deadline is due
+            #[cfg(feature = "tickless")]
+            "tst r24",                            // 1
+            #[cfg(feature = "tickless")]
+            "brne kernel_expire",                 // 1, or 2
+            #[cfg(feature = "tickless")]
+            "ret",                                // 4
             // The handler of a tick at which timers are due: posts one at a time, and lets interrupts strike in between.
             // It runs on the idle task's stack, so that handlers find their own empty.
             ".global kernel_expire",
@@ -813,6 +840,41 @@ macro_rules! clock_interrupts {
         $crate::interrupt! {
             fn $one(interrupt) { $crate::charge_in_turn(interrupt) }
             fn $other(interrupt) { $crate::charge_in_turn(interrupt) }
+        }
+    };
+}
+
+/// Declares the vector that drives the kernel's tick where idle is tickless, for the feature `tickless`: that of the compare
+/// unit of a [`TickTimer`](crate::tickless::TickTimer). It takes the place of [`tick_interrupt!`](crate::tick_interrupt!).
+#[cfg(feature = "tickless")]
+#[macro_export]
+macro_rules! tickless_interrupt {
+    ($vector:ident, $timer:ty) => {
+        #[unsafe(no_mangle)]
+        extern "C" fn kernel_before_sleep() {
+            $crate::tickless::before_sleep::<$timer>();
+        }
+        #[unsafe(no_mangle)]
+        extern "C" fn kernel_after_sleep() {
+            $crate::tickless::after_sleep::<$timer>();
+        }
+        #[unsafe(no_mangle)]
+        extern "C" fn kernel_tick() -> bool {
+            $crate::tickless::tick::<$timer>()
+        }
+        #[unsafe(no_mangle)]
+        #[unsafe(link_section = ".lowtext.kernel")]
+        unsafe extern "C" fn $vector() -> ! {
+            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
+            unsafe { core::arch::asm!(
+                "push r31",               // 2
+                "push r30",               // 2
+                "ldi r30, lo8(gs(kernel_tickless))", // 1: Z = the handler, in words
+                "ldi r31, hi8(gs(kernel_tickless))", // 1
+                "rjmp {enter}",           // 2
+                enter = sym $crate::arch::kernel_enter_interrupt,
+                options(noreturn),
+            ) }
         }
     };
 }

@@ -1,0 +1,68 @@
+//! The kernel's tick where idle is tickless: Timer1, which has 16 bits.
+
+use avr_device::atmega128a::TC1;
+use kernel::tickless::TickTimer;
+
+use crate::description::{CLOCK_HZ, TICK_HZ};
+use crate::interrupts::Serves;
+
+/// With it a tick of 1 ms is a whole number of counts, and the timer runs for 262 of them.
+const PRESCALER: u32 = 64;
+
+/// TIMSK and TIFR: a match of unit A.
+const MATCH_A: u8 = 1 << 4;
+
+/// Timer1, behind the tick. The motors' pulses come from it as well: a program starts one of them.
+pub enum Timer1 {}
+
+fn timer() -> TC1 {
+    // SAFETY: the tick alone uses Timer1, with interrupts masked.
+    unsafe { TC1::steal() }
+}
+
+impl TickTimer for Timer1 {
+    const COUNTS: u16 = {
+        assert!(
+            CLOCK_HZ.is_multiple_of(PRESCALER * TICK_HZ),
+            "the tick is not a whole number of timer clocks"
+        );
+        let counts = CLOCK_HZ / PRESCALER / TICK_HZ;
+        assert!(counts <= 250, "the kernel's most ticks do not fit the timer");
+        counts as u16
+    };
+
+    #[inline(always)]
+    fn counter() -> u16 {
+        timer().tcnt1().read().bits()
+    }
+
+    #[inline(always)]
+    fn set_compare(at: u16) {
+        timer().ocr1a().write(|w| w.set(at));
+    }
+
+    #[inline(always)]
+    fn forget_match() {
+        // SAFETY: ones clear flags.
+        timer().tifr().write(|w| unsafe { w.bits(MATCH_A) });
+    }
+}
+
+/// The timer behind the kernel's tick.
+pub struct Tick(());
+
+impl Tick {
+    pub(crate) const fn new() -> Self {
+        Tick(())
+    }
+
+    /// Starts the tick. To be called before the kernel runs.
+    pub fn start(self, _: impl Serves<Tick>) {
+        Timer1::set_compare(Timer1::COUNTS);
+        // SAFETY: no value of these registers touches memory.
+        unsafe {
+            timer().timsk().modify(|r, w| w.bits(r.bits() | MATCH_A));
+            timer().tccr1b().write(|w| w.bits(0b011)); // CS11 and CS10: the MCU's clock by 64
+        }
+    }
+}

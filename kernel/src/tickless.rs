@@ -1,0 +1,108 @@
+//! Tickless idle: while all tasks wait, the tick's timer interrupts only when the first deadline is due.
+//!
+//! The timer runs freely, and a compare unit interrupts at each tick. Before the idle task sleeps it moves the compare on, over all
+//! ticks at which nothing is due. Whatever interrupt ends the sleep counts the ticks that have passed, before its handler runs. So
+//! tasks and handlers find the time as it would be with a tick each time, and nothing else in the kernel knows of this.
+
+use crate::masked::{Masked, MaskedCell};
+use crate::timer::{TICKS_LEFT, Ticks};
+
+/// A timer of 16 bits that runs freely, with a compare unit that interrupts. Called with interrupts masked.
+pub trait TickTimer {
+    /// Counts in a tick: 2 to 250.
+    const COUNTS: u16;
+
+    fn counter() -> u16;
+
+    /// Interrupts when the counter gets there next.
+    fn set_compare(at: u16);
+
+    /// Forgets a match that has not interrupted yet.
+    fn forget_match();
+}
+
+/// The most ticks to the next interrupt: together less than a turn of the timer.
+const MOST: Ticks = 250;
+
+/// Ticks from the last one that was counted to the next interrupt.
+static AHEAD: MaskedCell<Ticks> = MaskedCell::new(1);
+
+/// What the counter said at the last tick that was counted.
+static COUNTED: MaskedCell<u16> = MaskedCell::new(0);
+
+/// Moves the compare on, before the CPU sleeps.
+#[doc(hidden)]
+#[inline(always)]
+pub fn before_sleep<T: TickTimer>() {
+    // SAFETY: only the idle task calls this, with interrupts masked.
+    let masked = &unsafe { Masked::assume() };
+    let ahead = TICKS_LEFT.get(masked).min(MOST);
+    let counted = COUNTED.get(masked);
+    // Not where the tick is about to come, or pending.
+    let is_near = T::counter().wrapping_sub(counted) >= T::COUNTS - 1;
+    if ahead <= 1 || AHEAD.get(masked) != 1 || is_near {
+        return;
+    }
+    T::set_compare(counted.wrapping_add(ahead.wrapping_mul(T::COUNTS)));
+    AHEAD.set(masked, ahead);
+}
+
+/// Counts the ticks that have passed in the sleep, but for the one that interrupts: before the handler of any interrupt.
+#[doc(hidden)]
+#[inline(always)]
+pub fn after_sleep<T: TickTimer>() {
+    // SAFETY: only the entry of interrupts calls this, with interrupts masked.
+    let masked = &unsafe { Masked::assume() };
+    let ahead = AHEAD.get(masked);
+    if ahead == 1 {
+        return;
+    }
+    let counted = COUNTED.get(masked);
+    let mut passed = whole_ticks::<T>(T::counter().wrapping_sub(counted), ahead - 1);
+    let last = counted.wrapping_add(passed.wrapping_mul(T::COUNTS));
+    if passed != ahead - 1 {
+        T::set_compare(last.wrapping_add(T::COUNTS));
+        if T::counter().wrapping_sub(last) >= T::COUNTS {
+            // The next tick came just now: with an interrupt, or too early for one.
+            T::forget_match();
+            passed += 1;
+            T::set_compare(last.wrapping_add(2 * T::COUNTS));
+        }
+    }
+    count::<T>(masked, passed);
+}
+
+/// The interrupt of the timer. Returns whether a deadline is due.
+#[doc(hidden)]
+#[inline(always)]
+pub fn tick<T: TickTimer>() -> bool {
+    // SAFETY: only the vector calls this, with interrupts masked.
+    let masked = &unsafe { Masked::assume() };
+    count::<T>(masked, AHEAD.get(masked));
+    T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
+    TICKS_LEFT.get(masked) == 0
+}
+
+/// Counts ticks; the next comes by itself.
+#[inline(always)]
+fn count<T: TickTimer>(masked: &Masked, ticks: Ticks) {
+    TICKS_LEFT.set(masked, TICKS_LEFT.get(masked).wrapping_sub(ticks));
+    COUNTED.set(masked, COUNTED.get(masked).wrapping_add(ticks.wrapping_mul(T::COUNTS)));
+    AHEAD.set(masked, 1);
+}
+
+/// How many whole ticks lie in so many counts; `most` at most, which is below 256. The AVR has no division.
+#[inline(always)]
+fn whole_ticks<T: TickTimer>(mut counts: u16, most: Ticks) -> Ticks {
+    let mut ticks = 0;
+    let mut bit: Ticks = 128;
+    while bit != 0 {
+        let length = bit.wrapping_mul(T::COUNTS);
+        if ticks + bit <= most && counts >= length {
+            counts -= length;
+            ticks += bit;
+        }
+        bit >>= 1;
+    }
+    ticks
+}

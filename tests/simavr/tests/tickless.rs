@@ -1,0 +1,87 @@
+//! Tickless idle: the same times with fewer interrupts.
+
+use simavr_harness::{Mcu, Pin, State};
+use superbot_tests_simavr::marks::values;
+use superbot_tests_simavr::{MILLISECOND, mcu};
+
+/// The most cycles that a mark may come later or earlier than a tick each time would have it: a twentieth of a tick, as a tick
+/// itself takes longer.
+const APART: u64 = MILLISECOND / 20;
+
+const SECOND: u64 = 1000 * MILLISECOND;
+
+/// INT4 of the ATmega128.
+const BUTTON: Pin = Pin { port: 'E', bit: 4 };
+
+#[test]
+fn timers_end_on_the_same_ticks() {
+    let [plain, tickless] = ["timer", "tickless/timer"].map(|name| {
+        let mut mcu = mcu(name);
+        assert_eq!(mcu.run_to_end(SECOND), State::Done, "{name}");
+        mcu
+    });
+    assert_eq!(values(tickless.markers()), values(plain.markers()));
+    for (one, other) in tickless.markers().iter().zip(plain.markers()) {
+        let apart = one.cycle.abs_diff(other.cycle);
+        assert!(apart < APART, "mark {:02x}: {apart} cycles apart", one.value);
+    }
+}
+
+#[test]
+fn a_minute_without_work() {
+    let [plain, tickless] = ["idle", "tickless/idle"].map(|name| {
+        let mut mcu = mcu(name);
+        let interrupts = interrupts_in_a_minute(&mut mcu);
+        println!("{name}: {interrupts} interrupts, {} cycles awake", mcu.awake_cycles());
+        interrupts
+    });
+    assert_eq!(plain, 60_000);
+    assert_eq!(tickless, 60 * 4, "each second 250 ticks at a time");
+}
+
+#[test]
+fn whoever_ends_a_sleep_finds_the_time_as_it_is() {
+    for name in ["idle", "tickless/idle"] {
+        let mut mcu = mcu(name);
+        mcu.drive_pin(BUTTON, false);
+        // The task that marks the seconds runs soon after a tick.
+        let begun = mcu.run_to_marker(1, 2 * SECOND).expect("the first second").cycle;
+        for press in 1..=1000 {
+            mcu.run_until(begun + press * (8 * MILLISECOND + 1009));
+            let pressed = mcu.cycle();
+            let within = (pressed - begun) % MILLISECOND;
+            mcu.take_markers();
+            mcu.drive_pin(BUTTON, true);
+            mcu.run_until(pressed + 1000);
+            let told =
+                mcu.markers().iter().map(|mark| mark.value).find(|&value| value >= 0x80).expect("a mark");
+            mcu.drive_pin(BUTTON, false);
+            // The first mark came some time after its tick, and from the press until the task asks for the time some time passes.
+            let tick = 1000 + (pressed - begun) / MILLISECOND;
+            let is_near = within > MILLISECOND - 2 * APART;
+            let expected = [tick, tick + u64::from(is_near)].map(|tick| 0x80 | (tick & 0x7f) as u8);
+            assert!(expected.contains(&told), "{name}, {within} cycles behind a tick: {told:02x}");
+            let due = mcu.run_to_marker(0x7f, 4 * MILLISECOND).expect("the end of the delay").cycle;
+            let behind = (due - begun) % MILLISECOND;
+            assert!(!(APART..MILLISECOND - APART).contains(&behind), "{name}: {behind} cycles behind a tick");
+        }
+    }
+}
+
+/// Runs the image `idle`, which marks each second, and holds each mark to the tick that it is due at.
+fn interrupts_in_a_minute(mcu: &mut Mcu) -> u32 {
+    mcu.drive_pin(BUTTON, false);
+    let begun = mcu.run_to_marker(0, SECOND).expect("the first mark").cycle;
+    let mut interrupts = 0;
+    while mcu.markers().last().is_some_and(|mark| mark.value < 60) {
+        interrupts += u32::from(mcu.step().is_some());
+        assert!(mcu.is_alive());
+    }
+    let first = mcu.markers()[1].cycle;
+    assert!(first.abs_diff(begun + SECOND) < MILLISECOND);
+    for (second, mark) in (0..).zip(&mcu.markers()[1..]) {
+        let apart = mark.cycle.abs_diff(first + second * SECOND);
+        assert!(apart < 100, "after {second} s {apart} cycles off");
+    }
+    interrupts
+}
