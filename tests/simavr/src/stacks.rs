@@ -41,10 +41,11 @@ impl Stack {
     }
 }
 
-/// The stacks of an image. Its tasks are found by what their control blocks hold before the first one runs.
+/// The stacks of an image. Its tasks are found by what their control blocks hold before the first one runs; those that others start
+/// later are left out.
 ///
 /// # Panics
-/// When a bound cannot be computed, or a stack cannot be found.
+/// When a bound cannot be computed.
 pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<Stack> {
     let program = stack_bound::Image::load(image).expect("the image can be read");
     let annotations = notes.map_or_else(Annotations::default, |notes| {
@@ -70,13 +71,13 @@ pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<St
             };
             ("kernel", end..part.ram_end + 1)
         } else {
-            task_stack(&mcu, &image, &bound).unwrap_or_else(|| panic!("no static is the stack of {bound}"))
+            task_stack(&mcu, &image, &bound)?
         };
         assert_eq!(addresses.len(), bound.size.into(), "{name}");
         let name = format!("{:#}", rustc_demangle::demangle(name));
-        Stack { name: name.rsplit("::").next().unwrap_or_default().to_owned(), bound, addresses }
+        Some(Stack { name: name.rsplit("::").next().unwrap_or_default().to_owned(), bound, addresses })
     };
-    bounds.into_iter().map(find).collect()
+    bounds.into_iter().filter_map(find).collect()
 }
 
 /// The static on which a task has been laid to start.

@@ -18,16 +18,26 @@ static SECOND: Semaphore = Semaphore::new(0);
 static DONE: Semaphore = Semaphore::new(0);
 static TIMER: Timer = Timer::new();
 
-static ONE: Job = Job::new(&FIRST, |job| {
+static ONE: Job = Job::new(&FIRST, one);
+static OTHER: Job = Job::new(&SECOND, other);
+/// Before the task that interrupts wake by the same semaphore.
+static RUN: Job = Job::new(&RACE, run);
+/// The task that runs it can't be killed.
+static LAST: Job = Job::new(&DONE, kill);
+
+fn one(job: &mut JobContext) {
     mark(0x11);
     SECOND.post(job);
     mark(0x12);
-});
-static OTHER: Job = Job::new(&SECOND, |_| mark(0x13));
-/// Before the task that interrupts wake by the same semaphore.
-static RUN: Job = Job::new(&RACE, |job| raced(job));
-/// The task that runs it can't be killed.
-static LAST: Job = Job::new(&DONE, kill);
+}
+
+fn other(_: &mut JobContext) {
+    mark(0x13);
+}
+
+fn run(job: &mut JobContext) {
+    raced(job);
+}
 
 fn kill(job: &mut JobContext) {
     mark(if stack::GUEST.task().kill(job) == Err(Refused::Busy) { 0x14 } else { WRONG });
