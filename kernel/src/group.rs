@@ -17,7 +17,7 @@ use crate::task::{ControlBlock, Flag};
 /// Those that stand in for a task.
 pub(crate) struct Group {
     /// The last of those that were woken; its link is the first.
-    last: MaskedCell<Option<&'static ControlBlock>>,
+    last: ready::Last,
     task: &'static ControlBlock,
 }
 
@@ -38,7 +38,7 @@ impl Group {
         let is_free = stand_in.stack_pointer.get(masked) == 0;
         if is_free {
             stand_in.stack_pointer.set(masked, ptr::from_ref(self).expose_provenance());
-            stand_in.set_priority(masked, self.task.priority(masked));
+            stand_in.change_priority(masked, self.task.priority(masked));
             stand_in.set_flag(masked, Flag::StandsIn);
             stand_in.suspend(masked);
         }
@@ -81,12 +81,7 @@ impl Group {
 
     fn take(&self, masked: &Masked) -> Option<&'static ControlBlock> {
         let last = self.last.get(masked)?;
-        let first = last.next_ready(masked);
-        if first.is(last) {
-            self.last.set(masked, None);
-        } else {
-            last.link.set(masked, first.link.get(masked));
-        }
+        let (first, _) = ready::take_first(masked, &self.last, last);
         Some(first)
     }
 }

@@ -33,7 +33,7 @@ pub(crate) struct Ready {
 }
 
 /// The last task of a queue, if there is one.
-type Last = MaskedCell<Option<&'static ControlBlock>>;
+pub(crate) type Last = MaskedCell<Option<&'static ControlBlock>>;
 
 impl Ready {
     pub(crate) const fn new(idle: &'static ControlBlock) -> Self {
@@ -351,14 +351,28 @@ fn take_arrived(masked: &Masked, among: u8, priority: usize) -> Option<&'static 
     if among & among.wrapping_neg() != bit {
         return None;
     }
-    let first = last.next_ready(masked);
-    if first.is(last) {
-        cell.set(masked, None);
+    let (first, is_only) = take_first(masked, cell, last);
+    if is_only {
         ready.arrived.set(masked, ready.arrived.get(masked) & !bit);
+    }
+    Some(first)
+}
+
+/// Takes the first task from the queue whose last is `last`, as `cell` holds. Returns it, and whether it was the only one.
+#[inline(always)]
+pub(crate) fn take_first(
+    masked: &Masked,
+    cell: &Last,
+    last: &'static ControlBlock,
+) -> (&'static ControlBlock, bool) {
+    let first = last.next_ready(masked);
+    let is_only = first.is(last);
+    if is_only {
+        cell.set(masked, None);
     } else {
         last.link.set(masked, first.link.get(masked));
     }
-    Some(first)
+    (first, is_only)
 }
 
 /// The index of the highest priority in the set `among`; 7 in an empty set.

@@ -148,13 +148,6 @@ impl ControlBlock {
         (self.priority.get(masked) & PRIORITY) as usize
     }
 
-    /// Gives the task its priority.
-    #[inline(always)]
-    pub(crate) fn set_priority(&self, masked: &Masked, priority: Priority) {
-        self.above.set(masked, priority.above());
-        self.priority.set(masked, priority as u8);
-    }
-
     pub(crate) fn priority(&self, masked: &Masked) -> Priority {
         Priority::ALL.get(self.index(masked)).copied().unwrap_or(Priority::P7)
     }

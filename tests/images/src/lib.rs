@@ -8,6 +8,8 @@ pub mod bench;
 #[cfg(feature = "atmega128")]
 pub mod flood;
 pub mod sweep;
+#[cfg(feature = "atmega128")]
+pub mod traffic;
 
 use board::debug::{self, mark};
 

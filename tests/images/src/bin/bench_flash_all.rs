@@ -53,7 +53,7 @@ extern "C" fn main() -> ! {
     })
 }
 
-fn body(task: &mut Task, mut storage: Storage, mut stepper: Stepper) -> Never {
+fn body(task: &mut Task, storage: Storage, mut stepper: Stepper) -> Never {
     let Objects { semaphore, timer, queue, fifo, pipe } = black_box(&OBJECTS);
     let mut period = Period::new(task, 10);
     loop {

@@ -6,14 +6,15 @@ use board::interrupts::Serves;
 use board::superbot::Half;
 use board::tick::Tick;
 use board::twi::Twi;
-use kernel::{Boot, Context, MaskedCell, Never, Priority, Stack, Task};
+use kernel::{Boot, MaskedCell, Never, Priority, Stack, Task};
 use tasks::bridge::task::{self as bridge, Bridge};
 use tasks::dock::DockSet;
 use tasks::mailbox::Mailbox;
-use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
+use tasks::message::{Address, TaskCode};
 use tasks::post_office::PostOffice;
-use tasks::router::{Mcu, Residence, Residents, Router, Source, TaskSet};
+use tasks::router::{Mcu, Residence, Residents, Router, TaskSet};
 use tests_images::start;
+use tests_images::traffic::{self, Counts};
 
 /// The one task that can be addressed is on the slave.
 const RESIDENCE: Residence = Residence {
@@ -73,26 +74,9 @@ where
 
 fn send(task: &mut Task) -> Never {
     let to = Address::here(TaskCode::HORMONE);
-    let mut number = 0u8;
-    loop {
-        if let Ok(message) = Message::new(to, to, &[number; MAX_PAYLOAD]) {
-            match MASTER_OFFICE.deliver(task, message, Source::Task) {
-                Ok(()) => number = number.wrapping_add(1),
-                Err(_) => task.delay(1), // the bridge has all it can hold
-            }
-        }
-    }
+    traffic::send(task, &MASTER_OFFICE, to, to, 1)
 }
 
 fn count(task: &mut Task) -> Never {
-    let mut number = 0u8;
-    loop {
-        COUNTED.wait(task);
-        while let Some(message) = COUNTED.take(task) {
-            let is_in_turn = message.payload() == [number; MAX_PAYLOAD];
-            number = message.payload().first().map_or(0, |number| number.wrapping_add(1));
-            let counted = if is_in_turn { &IN_TURN } else { &OUT_OF_TURN };
-            task.mask(|masked| counted.set(masked, counted.get(masked).wrapping_add(1)));
-        }
-    }
+    traffic::count(task, &COUNTED, Counts { in_turn: &IN_TURN, out_of_turn: &OUT_OF_TURN })
 }

@@ -6,15 +6,16 @@ use board::interrupts::Serves;
 use board::superbot::MASTER;
 use board::tick::Tick;
 use board::usart::Usart0;
-use kernel::{Boot, Context, MaskedCell, Never, Priority, Stack, Task};
+use kernel::{Boot, MaskedCell, Never, Priority, Stack, Task};
 use tasks::dock::DockSet;
 use tasks::link::port::Port;
 use tasks::link::{receive, send};
 use tasks::mailbox::Mailbox;
-use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
+use tasks::message::{Address, TaskCode};
 use tasks::post_office::PostOffice;
-use tasks::router::{Mcu, Residence, Residents, Router, Source, TaskSet};
+use tasks::router::{Mcu, Residence, Residents, Router, TaskSet};
 use tests_images::start;
+use tests_images::traffic::{self, Counts};
 
 /// One dock, and one task that can be addressed.
 const RESIDENTS: Residents =
@@ -61,27 +62,9 @@ where
 
 fn fill(task: &mut Task) -> Never {
     let to = Address::beyond(MASTER.usart0, TaskCode::HORMONE);
-    let from = Address::here(TaskCode::HORMONE);
-    let mut number = 0u8;
-    loop {
-        if let Ok(message) = Message::new(to, from, &[number; MAX_PAYLOAD]) {
-            match OFFICE.deliver(task, message, Source::Task) {
-                Ok(()) => number = number.wrapping_add(1),
-                Err(_) => task.delay(5), // the link has all it can hold
-            }
-        }
-    }
+    traffic::send(task, &OFFICE, to, Address::here(TaskCode::HORMONE), 5)
 }
 
 fn count(task: &mut Task) -> Never {
-    let mut number = 0u8;
-    loop {
-        COUNTED.wait(task);
-        while let Some(message) = COUNTED.take(task) {
-            let is_in_turn = message.payload() == [number; MAX_PAYLOAD];
-            number = message.payload().first().map_or(0, |number| number.wrapping_add(1));
-            let counted = if is_in_turn { &IN_TURN } else { &OUT_OF_TURN };
-            task.mask(|masked| counted.set(masked, counted.get(masked).wrapping_add(1)));
-        }
-    }
+    traffic::count(task, &COUNTED, Counts { in_turn: &IN_TURN, out_of_turn: &OUT_OF_TURN })
 }
