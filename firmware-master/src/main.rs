@@ -15,7 +15,7 @@ use board::peripherals::{MasterSide, Peripherals};
 use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
 use hormone::gait::GaitName;
 use hormone::status::Status;
-use hormone::task::{AdaptiveCommunication, ac_receive, ac_send, hormone as hormone_task};
+use hormone::task as behaviours;
 use kernel::{Boot, Mutex, Priority, Stack};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
@@ -46,14 +46,11 @@ static MOTORS: Motors<2> = Motors::new();
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP);
 
 static DEVICES: Mailbox = Mailbox::new(6);
-static AC_RECEIVE: Mailbox = Mailbox::new(4);
-static HORMONE: Mailbox = Mailbox::new(4);
-#[unsafe(no_mangle)]
-static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::new();
+static BEHAVIOURS: Mailbox = Mailbox::new(8);
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
-    tasks: &[(TaskCode::AC_RECEIVE, &AC_RECEIVE), (TaskCode::HORMONE, &HORMONE)],
+    tasks: &[(TaskCode::AC_RECEIVE, &BEHAVIOURS), (TaskCode::HORMONE, &BEHAVIOURS)],
     devices: &DEVICES,
     links: &[
         (MASTER.usart0, LINK_USART0.mailbox()),
@@ -76,9 +73,7 @@ mod stack {
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<303> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
-    pub static HORMONE: Stack<340> = Stack::new();
-    pub static AC_RECEIVE: Stack<148> = Stack::new();
-    pub static AC_SEND: Stack<126> = Stack::new();
+    pub static BEHAVIOURS: Stack<392> = Stack::new();
 }
 
 #[unsafe(no_mangle)]
@@ -142,18 +137,10 @@ fn start(boot: &mut Boot) -> Option<()> {
         .ok()?;
 
     let api = Api::new(&OFFICE, mark);
-    stack::HORMONE
+    stack::BEHAVIOURS
         .start(boot, Priority::P4, move |task| {
-            hormone_task::run(task, &HORMONE, GaitName::Centipede, seed0, &MODULE_STATUS, api)
+            behaviours::run(task, &BEHAVIOURS, GaitName::Centipede, seed0, &MODULE_STATUS, api)
         })
-        .ok()?;
-    stack::AC_RECEIVE
-        .start(boot, Priority::P5, move |task| {
-            ac_receive::run(task, &AC_RECEIVE, &ADAPTIVE_COMMUNICATION, api)
-        })
-        .ok()?;
-    stack::AC_SEND
-        .start(boot, Priority::P6, move |task| ac_send::run(task, &ADAPTIVE_COMMUNICATION, api))
         .ok()
 }
 

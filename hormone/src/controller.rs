@@ -253,7 +253,7 @@ impl Controller {
         self.gait().leader == Leader::Elected && self.acting == ModuleType::Spine
     }
 
-    /// Counts a message to HORMONE that could not be read.
+    /// Counts a message to a behaviour that could not be read.
     pub fn malformed(&mut self) {
         self.status.malformed = self.status.malformed.wrapping_add(1);
     }

@@ -39,7 +39,7 @@ pub struct Status {
     pub hormones_sent: u16,
     /// How often the neighbours changed.
     pub topology_changes: u16,
-    /// Messages to HORMONE that could not be read, and were ignored.
+    /// Messages to a behaviour that could not be read, and were ignored.
     pub malformed: u16,
     /// Hormone messages that found no room in a link's queue, and are lost.
     pub hormones_unsent: u16,

@@ -1,72 +1,84 @@
-//! The three behaviour tasks (paper, Figure 5): thin loops around the pure parts of this crate.
+//! The three behaviours (paper, Figure 5) as tasks that run to completion on one stack: thin shells around the pure parts
+//! of this crate.
 //!
-//! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every module.
+//! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every module. Each is
+//! called with a message to it and when its time has come, does what there is to do, and says when that will be next.
 
 pub mod ac_receive;
 pub mod ac_send;
 pub mod hormone;
 pub mod joints;
 
-use kernel::{Mutex, Priority, Semaphore, Task, Timer};
-use tasks::dock::Dock;
+use kernel::{Mutex, Never, Task, Ticks, now};
+use tasks::api::Api;
+use tasks::mailbox::Mailbox;
+use tasks::message::TaskCode;
 
+use crate::gait::GaitName;
 use crate::schedule::Schedule;
+use crate::status::Status;
+use crate::time::until;
 use crate::topology::Topology;
 
-/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed. Readers of RAM find at its start,
-/// in two bytes, how many messages to AC_RECV were no probes.
-#[repr(C)]
+/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed.
 pub struct AdaptiveCommunication {
-    state: Mutex<State>,
-    /// Wakes AC_SEND.
-    wake: Semaphore,
-    timer: Timer,
-}
-
-#[repr(C)]
-struct State {
-    malformed: u16,
     topology: Topology,
     schedule: Schedule,
-}
-
-impl Default for AdaptiveCommunication {
-    fn default() -> Self {
-        Self::new()
-    }
+    /// When AC_RECV looks for silent neighbours.
+    look_at: Ticks,
+    /// Whether HORMONE does not know the topology yet.
+    is_news: bool,
 }
 
 impl AdaptiveCommunication {
-    /// A module that has heard nothing.
-    pub const fn new() -> Self {
+    /// A module that has heard nothing, at `now`.
+    #[inline(never)] // else a copy of it would stay on the stack
+    pub fn new(now: Ticks) -> Self {
         AdaptiveCommunication {
-            state: Mutex::new(
-                Priority::P5,
-                State { malformed: 0, topology: Topology::new(), schedule: Schedule::new(0) },
-            ),
-            wake: Semaphore::new(0),
-            timer: Timer::new(),
+            topology: Topology::new(),
+            schedule: Schedule::new(now),
+            look_at: now,
+            is_news: false,
         }
     }
+}
 
-    fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut State) -> R) -> R {
-        self.state.with(task, work)
-    }
-
-    /// Has `dock` probed at once.
-    fn hurry(&self, task: &mut Task, dock: Dock) {
-        self.with(task, |state| state.schedule.hurry(dock));
-        self.wake.post(task);
-    }
-
-    /// Has docks with a lossy link probed quickly, and no others.
-    fn quicken(&self, task: &mut Task, time: u16) {
-        let is_more = self.with(task, |state| {
-            let lossy = state.topology.lossy(time);
-            state.schedule.set_quick(lossy, time)
-        });
-        if is_more {
-            self.wake.post(task);
+/// Runs the behaviours on `mailbox`, which takes the messages to all of them, walking by `gait` until told otherwise; see
+/// [`Controller::new`](crate::controller::Controller::new) for `seed`. `status` shows HORMONE's view of the module to
+/// whoever reads RAM.
+pub fn run(
+    task: &mut Task,
+    mailbox: &'static Mailbox,
+    gait: GaitName,
+    seed: u16,
+    status: &'static Mutex<Status>,
+    api: Api,
+) -> Never {
+    let start = now(task);
+    let mut hormone = hormone::Behaviour::new(gait, seed, start);
+    let mut shared = AdaptiveCommunication::new(start);
+    let mut alarm = start;
+    loop {
+        while let Some(message) = mailbox.take(task) {
+            if message.to().task() == TaskCode::HORMONE {
+                hormone.receive(task, message, api);
+            } else if ac_receive::receive(task, &message, &mut shared).is_none() {
+                hormone.malformed();
+            }
         }
+        let due = [
+            hormone.act(task, status, api),
+            ac_receive::look(task, &mut shared, api),
+            ac_send::probe(task, &mut shared, api),
+        ];
+        let time = now(task);
+        let wait = due.into_iter().map(|due| until(due, time)).min().unwrap_or(0);
+        let next = time.wrapping_add(wait);
+        // To set an alarm that is set takes longer than to see that.
+        if next != alarm {
+            alarm = next;
+            mailbox.wake_in(task, wait);
+        }
+        mailbox.wait(task);
     }
 }

@@ -1,64 +1,53 @@
 //! AC_RECV: keeps the topology out of the probes that come in, and tells HORMONE of each change.
 
-use kernel::{Never, Task, Ticks, now};
+use kernel::{Task, Ticks, now};
 use tasks::api::Api;
-use tasks::mailbox::Mailbox;
-use tasks::message::{Address, Buffered, Message, TaskCode};
+use tasks::message::{Address, Message, TaskCode};
 
 use super::AdaptiveCommunication;
 use crate::probe::Probe;
+use crate::time::reached;
 use crate::topology::to_bytes;
 
 /// How often silent neighbours are looked for, in ticks of 1 ms; see [`Topology::expire`](crate::topology::Topology::expire).
 pub const LOOK: Ticks = 20;
 
-/// Runs AC_RECV on `mailbox`.
-pub fn run(
-    task: &mut Task,
-    mailbox: &'static Mailbox,
-    shared: &'static AdaptiveCommunication,
-    api: Api,
-) -> Never {
-    let mut is_news = false;
-    let mut next_look = now(task);
-    loop {
-        while let Some(message) = mailbox.take(task) {
-            is_news |= hear(task, &message, shared);
-        }
-        let time = now(task);
-        if crate::time::reached(next_look, time) {
-            next_look = time.wrapping_add(LOOK);
-            is_news |= shared.with(task, |state| state.topology.expire(time));
-            shared.quicken(task, time);
-            mailbox.wake_in(task, LOOK);
-        }
-        if is_news {
-            // What finds no room now is told at the next look.
-            is_news = !tell(task, shared, api);
-        }
-        mailbox.wait(task);
+/// Takes in a message from a neighbour. `None` if it is no probe.
+#[inline(never)]
+pub fn receive(task: &mut Task, message: &Message, shared: &mut AdaptiveCommunication) -> Option<()> {
+    let dock = message.from().dock()?;
+    let probe = Probe::from_payload(message.payload())?;
+    let heard = shared.topology.heard(dock, probe, now(task));
+    if heard.answer {
+        shared.schedule.hurry(dock);
     }
+    if heard.changed {
+        shared.is_news = true;
+        shared.look_at = now(task);
+    }
+    Some(())
 }
 
-/// Takes in a probe. Returns whether it changed the topology.
-fn hear(task: &mut Task, message: &Buffered, shared: &'static AdaptiveCommunication) -> bool {
-    let probe = message.from().dock().zip(Probe::from_payload(message.payload()));
-    let Some((dock, probe)) = probe else {
-        shared.with(task, |state| state.malformed = state.malformed.wrapping_add(1));
-        return false;
-    };
+/// Looks for silent neighbours if it is time, and tells HORMONE what is new. Returns when it will be time again.
+#[inline(never)]
+pub fn look(task: &mut Task, shared: &mut AdaptiveCommunication, api: Api) -> Ticks {
     let time = now(task);
-    let heard = shared.with(task, |state| state.topology.heard(dock, probe, time));
-    if heard.answer {
-        shared.hurry(task, dock);
+    if reached(shared.look_at, time) {
+        shared.look_at = time.wrapping_add(LOOK);
+        shared.is_news |= shared.topology.expire(time);
+        shared.schedule.set_quick(shared.topology.lossy(time), time);
+        if shared.is_news {
+            // What finds no room now is told at the next look.
+            shared.is_news = !tell(task, shared, api);
+        }
     }
-    heard.changed
+    shared.look_at
 }
 
 /// Sends the topology to HORMONE. Returns whether that is done.
-fn tell(task: &mut Task, shared: &'static AdaptiveCommunication, api: Api) -> bool {
-    let neighbours = shared.with(task, |state| state.topology.neighbours());
+fn tell(task: &mut Task, shared: &AdaptiveCommunication, api: Api) -> bool {
     let to = Address::here(TaskCode::HORMONE);
     let from = Address::here(TaskCode::AC_RECEIVE);
-    Message::new(to, from, &to_bytes(&neighbours)).is_ok_and(|message| api.send(task, message).is_ok())
+    Message::new(to, from, &to_bytes(&shared.topology.neighbours()))
+        .is_ok_and(|message| api.send(task, message).is_ok())
 }

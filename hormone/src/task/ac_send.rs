@@ -1,25 +1,17 @@
 //! AC_SEND: probes the six docks, again and again.
 
-use kernel::{Never, Task, now};
+use kernel::{Task, Ticks, now};
 use tasks::api::Api;
 use tasks::message::{Address, Message, TaskCode};
 
 use super::AdaptiveCommunication;
 
-/// Runs AC_SEND.
-pub fn run(task: &mut Task, shared: &'static AdaptiveCommunication, api: Api) -> Never {
-    loop {
-        let time = now(task);
-        let probe = shared.with(task, |state| {
-            let dock = state.schedule.due(time)?;
-            Some((dock, state.topology.probe(dock, time)))
-        });
-        let Some((dock, probe)) = probe else {
-            let wait = shared.with(task, |state| state.schedule.next_due(time));
-            shared.timer.start(task, wait, &shared.wake);
-            shared.wake.wait(task);
-            continue;
-        };
+/// Probes the docks whose time has come. Returns when the next one's will.
+#[inline(never)]
+pub fn probe(task: &mut Task, shared: &mut AdaptiveCommunication, api: Api) -> Ticks {
+    let time = now(task);
+    while let Some(dock) = shared.schedule.due(time) {
+        let probe = shared.topology.probe(dock, time);
         let to = Address::beyond(dock, TaskCode::AC_RECEIVE);
         let from = Address::here(TaskCode::AC_RECEIVE);
         if let Ok(message) = Message::datagram(to, from, &[probe.to_byte()]) {
@@ -27,4 +19,5 @@ pub fn run(task: &mut Task, shared: &'static AdaptiveCommunication, api: Api) ->
             let _ = api.send(task, message);
         }
     }
+    time.wrapping_add(shared.schedule.next_due(time))
 }

@@ -1,61 +1,86 @@
 //! HORMONE: acts on topology, timer and hormones, and propagates hormones.
 
-use kernel::{Mutex, Never, Task, now};
+use kernel::{LONGEST, Mutex, Task, Ticks, now};
 use tasks::api::Api;
 use tasks::dock::Dock;
-use tasks::mailbox::Mailbox;
-use tasks::message::{Address, Message, TaskCode};
+use tasks::message::{Address, Buffered, Message, TaskCode};
 use tasks::request::Report;
 
 use super::joints::Joints;
+use crate::action::Posture;
 use crate::controller::{Controller, NOTHING, Outgoing, Response};
 use crate::event::Event;
 use crate::gait::GaitName;
 use crate::hormone::Hormone;
 use crate::status::Status;
+use crate::time::reached;
 use crate::topology;
 
-/// Runs HORMONE on `mailbox`, walking by `gait` until told otherwise; see [`Controller::new`] for `seed`. `status` shows its
-/// view of the module to whoever reads RAM.
-pub fn run(
-    task: &mut Task,
-    mailbox: &'static Mailbox,
-    gait: GaitName,
-    seed: u16,
-    status: &'static Mutex<Status>,
-    api: Api,
-) -> Never {
-    let mut controller = Controller::new(gait.gait(), seed, now(task));
-    let mut joints = Joints::new();
-    loop {
-        while let Some(message) = mailbox.take(task) {
-            let response = match message.from().dock() {
-                Some(dock) => receive(task, &mut controller, dock, message.payload()),
-                None if message.from().task() == TaskCode::AC_RECEIVE => {
-                    learn(task, &mut controller, message.payload())
-                }
-                None => hear(task, &mut controller, message.payload()),
-            };
-            // Its buffer is needed for what goes out.
-            drop(message);
-            match response {
-                Some(response) => follow(task, &mut controller, response, api),
-                None => controller.malformed(),
+/// The state of HORMONE, and of the joints that it moves.
+pub struct Behaviour {
+    controller: Controller,
+    joints: Joints,
+    /// When it has something to do.
+    due: Ticks,
+}
+
+impl Behaviour {
+    /// A module at power-up; see [`Controller::new`].
+    #[inline(never)] // else a copy of it would stay on the stack
+    pub fn new(gait: GaitName, seed: u16, now: Ticks) -> Self {
+        Behaviour { controller: Controller::new(gait.gait(), seed, now), joints: Joints::new(), due: now }
+    }
+
+    /// Does what a message asks for.
+    #[inline(never)]
+    pub fn receive(&mut self, task: &mut Task, message: Buffered, api: Api) {
+        let controller = &mut self.controller;
+        let response = match message.from().dock() {
+            Some(dock) => receive(task, controller, dock, message.payload()),
+            None if message.from().task() == TaskCode::AC_RECEIVE => {
+                learn(task, controller, message.payload())
+            }
+            None => hear(task, controller, message.payload()),
+        };
+        // Its buffer is needed for what goes out.
+        drop(message);
+        match response {
+            Some(response) => follow(task, controller, response, api),
+            None => controller.malformed(),
+        }
+        self.due = now(task);
+    }
+
+    /// Counts a message to another behaviour that could not be read.
+    pub fn malformed(&mut self) {
+        self.controller.malformed();
+    }
+
+    /// Does what it is time for, after a message too. Returns when there will be more to do.
+    pub fn act(&mut self, task: &mut Task, status: &'static Mutex<Status>, api: Api) -> Ticks {
+        if reached(self.due, now(task)) {
+            self.beat(task, api);
+            status.with(task, |status| *status = *self.controller.status());
+            if let Some(posture) = self.posture(now(task)) {
+                self.joints.turn(task, api, posture);
             }
         }
-        while let Some(response) = controller.timer(now(task)) {
-            follow(task, &mut controller, response, api);
+        self.due
+    }
+
+    #[inline(never)] // as the next one: what they need of the stack is needed one after the other
+    fn beat(&mut self, task: &mut Task, api: Api) {
+        while let Some(response) = self.controller.timer(now(task)) {
+            follow(task, &mut self.controller, response, api);
         }
-        status.with(task, |status| *status = *controller.status());
-        let time = now(task);
-        if let Some(posture) = controller.posture(time) {
-            joints.turn(task, api, posture);
-        }
-        let due = [controller.next_due(time), controller.until_posture(time)];
-        if let Some(wait) = due.into_iter().flatten().min() {
-            mailbox.wake_in(task, wait);
-        }
-        mailbox.wait(task);
+    }
+
+    /// Where the joints are to be. Sets when there will be more to do.
+    #[inline(never)]
+    fn posture(&mut self, now: Ticks) -> Option<Posture> {
+        let due = [self.controller.next_due(now), self.controller.until_posture(now)];
+        self.due = now.wrapping_add(due.into_iter().flatten().min().unwrap_or(LONGEST));
+        self.controller.posture(now)
     }
 }
 

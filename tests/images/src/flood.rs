@@ -9,7 +9,8 @@ use hormone::gait::GaitName;
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
 use hormone::task::{AdaptiveCommunication, ac_receive, ac_send};
-use kernel::{Boot, Never, Priority, Stack, Task, Ticks};
+use hormone::time::until;
+use kernel::{Boot, Never, Priority, Stack, Task, Ticks, now};
 use tasks::api::Api;
 use tasks::dock::Dock;
 use tasks::link::port::Port;
@@ -24,13 +25,10 @@ pub static NOWHERE: Mailbox = Mailbox::new(1);
 pub static AC_RECEIVE: Mailbox = Mailbox::new(4);
 pub static SINK: Mailbox = Mailbox::new(4);
 
-static ADAPTIVE_COMMUNICATION: AdaptiveCommunication = AdaptiveCommunication::new();
-
 static RECEIVE: Stack<300> = Stack::new();
 static SEND: Stack<300> = Stack::new();
 static FLOOD: Stack<300> = Stack::new();
-static AC_RECEIVE_STACK: Stack<250> = Stack::new();
-static AC_SEND_STACK: Stack<250> = Stack::new();
+static PROBE: Stack<300> = Stack::new();
 
 /// The whole of such an image: `dock` is the neighbour's dock at USART0. One that `$probes` is taken for a neighbour.
 #[macro_export]
@@ -89,14 +87,7 @@ pub fn begin(
     SEND.start(boot, Priority::P2, move |task| send::run(task, port, transmitter, seed)).ok()?;
     let api = Api::new(office, |_| {});
     if probes {
-        AC_RECEIVE_STACK
-            .start(boot, Priority::P4, move |task| {
-                ac_receive::run(task, &AC_RECEIVE, &ADAPTIVE_COMMUNICATION, api)
-            })
-            .ok()?;
-        AC_SEND_STACK
-            .start(boot, Priority::P5, move |task| ac_send::run(task, &ADAPTIVE_COMMUNICATION, api))
-            .ok()?;
+        PROBE.start(boot, Priority::P4, move |task| probe(task, api)).ok()?;
     }
     FLOOD.start(boot, Priority::P6, move |task| flood(task, dock, api)).ok()
 }
@@ -106,6 +97,20 @@ const PACE: Ticks = 9;
 
 /// So many messages to a hormone, which has a spine go straight.
 const HORMONE: u8 = 64;
+
+/// AC_SEND and AC_RECV.
+fn probe(task: &mut Task, api: Api) -> Never {
+    let mut shared = AdaptiveCommunication::new(now(task));
+    loop {
+        while let Some(message) = AC_RECEIVE.take(task) {
+            let _ = ac_receive::receive(task, &message, &mut shared);
+        }
+        let due = [ac_receive::look(task, &mut shared, api), ac_send::probe(task, &mut shared, api)];
+        let time = now(task);
+        AC_RECEIVE.wake_in(task, due.map(|due| until(due, time)).into_iter().min().unwrap_or(0));
+        AC_RECEIVE.wait(task);
+    }
+}
 
 fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
     let to = Address::beyond(dock, TaskCode::HORMONE);
