@@ -74,8 +74,8 @@ pub fn run(
         let time = now(task);
         let wait = due.into_iter().map(|due| until(due, time)).min().unwrap_or(0);
         let next = time.wrapping_add(wait);
-        // To set an alarm that is set takes longer than to see that.
-        if next != alarm {
+        // To set an alarm that is set takes longer than to see that. One that is due now may have gone off.
+        if wait == 0 || next != alarm {
             alarm = next;
             mailbox.wake_in(task, wait);
         }
