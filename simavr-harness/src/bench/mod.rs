@@ -1,4 +1,5 @@
-//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`.
+//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`. Those of a module are in
+//! [`module`].
 //!
 //! Cycles are those of the ATmega128, the response to an interrupt included, the marks around a stretch
 //! not. Where a figure is measured more than once, the worst counts.

@@ -22,19 +22,39 @@ pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
 #[serde(transparent)]
 struct Report(ModuleFigures);
 
+/// What a figure has to reach.
+#[derive(Clone, Copy)]
+enum Aim {
+    AtMost(f64),
+    AtLeast(f64),
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        use Aim::{AtLeast, AtMost};
         let figures = &self.0;
-        for (name, value, limit) in [
-            ("pid_jitter_us_max", figures.pid_jitter_us_max, 20.0),
-            ("pid_missed", figures.pid_missed as f64, 0.0),
-            ("step_overshoot_percent", figures.step_overshoot_percent, 5.0),
-            ("step_error_deg", figures.step_error_deg, 0.3),
-            ("cpu_idle", figures.cpu_idle, 0.08),
-            ("cpu_saturated", figures.cpu_saturated, 0.6),
+        for (name, value, aim) in [
+            ("pid_jitter_us_max", figures.pid_jitter_us_max, AtMost(20.0)),
+            ("pid_missed", figures.pid_missed as f64, AtMost(0.0)),
+            ("step_overshoot_percent", figures.step_overshoot_percent, AtMost(5.0)),
+            ("step_error_deg", figures.step_error_deg, AtMost(0.3)),
+            ("soft_uart_errors", figures.soft_uart_errors as f64, AtMost(0.0)),
+            ("link_efficiency_0", figures.link_efficiency_0, AtLeast(0.9)),
+            ("link_efficiency_1e4", figures.link_efficiency_1e4, AtLeast(0.9)),
+            ("link_efficiency_1e3", figures.link_efficiency_1e3, AtLeast(0.9)),
+            ("link_violations", figures.link_violations as f64, AtMost(0.0)),
+            ("bridge_efficiency", figures.bridge_efficiency, AtLeast(0.8)),
+            ("cpu_idle", figures.cpu_idle, AtMost(0.08)),
+            ("cpu_saturated", figures.cpu_saturated, AtMost(0.6)),
+            ("babble_pid_missed", figures.babble_pid_missed as f64, AtMost(0.0)),
+            ("babble_recovery_ms", figures.babble_recovery_ms, AtMost(300.0)),
         ] {
-            let verdict = if value <= limit { "reached" } else { "MISSED" };
-            writeln!(f, "{name:25}{value:>8.3}  <= {limit:<5} {verdict}")?;
+            let (sign, limit, is_reached) = match aim {
+                AtMost(limit) => ("<=", limit, value <= limit),
+                AtLeast(limit) => (">=", limit, value >= limit),
+            };
+            let verdict = if is_reached { "reached" } else { "MISSED" };
+            writeln!(f, "{name:25}{value:>8.3}  {sign} {limit:<5} {verdict}")?;
         }
         Ok(())
     }

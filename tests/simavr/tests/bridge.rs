@@ -2,13 +2,10 @@
 
 use std::mem::offset_of;
 
-use simavr_harness::{CLOCK_HZ, Controller, Engine, Images, Reset, RobotBuilder};
-use superbot_tests_simavr::{MILLISECOND, image};
+use simavr_harness::bench::module::bridge_efficiency;
+use simavr_harness::{Controller, Engine, Images, Reset, RobotBuilder};
+use superbot_tests_simavr::{MILLISECOND, image, test_images};
 use tasks::bridge::protocol::BridgeCounters;
-
-/// Cycles that a message of 16 bytes takes on the wire at 400 kHz: START, address, 20 bytes with an acknowledgement each,
-/// STOP.
-const WIRE: u64 = (1 + 21 * 9 + 1) * CLOCK_HZ as u64 / 400_000;
 
 /// A master that sends messages to its slave as fast as the bridge takes them.
 fn pair() -> Engine {
@@ -25,14 +22,7 @@ fn symbol(engine: &Engine, controller: Controller, name: &str) -> u16 {
 
 #[test]
 fn messages_take_four_fifths_of_what_the_wire_can_carry() {
-    let mut engine = pair();
-    engine.run_until(100 * MILLISECOND);
-    let before = symbol(&engine, Controller::Slave, "IN_TURN");
-    engine.run_until(1_100 * MILLISECOND);
-    let messages = symbol(&engine, Controller::Slave, "IN_TURN") - before;
-    let efficiency = f64::from(messages) * WIRE as f64 / f64::from(CLOCK_HZ);
-    println!("{messages} messages a second, {efficiency:.3} of the wire's limit");
-    assert_eq!(symbol(&engine, Controller::Slave, "OUT_OF_TURN"), 0);
+    let efficiency = bridge_efficiency(&test_images()).unwrap_or_else(|error| panic!("{error}"));
     assert!(efficiency >= 0.8, "{efficiency}");
 }
 

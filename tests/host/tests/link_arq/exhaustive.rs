@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use super::line::{End, Event, Link, Violation};
+use simulation::arq::{End, Event, Link, Violation};
 use tasks::dock::Dock;
 
 /// How many messages each end sends.

@@ -2,5 +2,4 @@
 //! that are reset: every message arrives exactly once and in order, or its sender is told.
 
 mod exhaustive;
-mod line;
 mod random;

@@ -8,7 +8,7 @@ mod load;
 
 use board::superbot::{MASTER, SLAVE};
 
-board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi);
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {

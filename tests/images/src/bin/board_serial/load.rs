@@ -1,20 +1,24 @@
-//! All serial lines of an MCU and the bus to the other one, as busy as they can be.
+//! All serial lines of an MCU and the bus to the other one, as busy as they can be, while its joints are never at rest.
 //!
 //! Each line sends frames of bytes that count up, and checks those that come: the other end is another module with this
 //! image. The USARTs send without a pause. The UART in software, which hears nothing while it sends, sends when it has
 //! heard a frame. The bus carries the longest packets both ways. `FOR_*` count what came.
 
 use board::Board;
+use board::adc::Adc;
 use board::interrupts::Serves;
+use board::joints::Joints;
 use board::serial::{Receiver, Transmitter};
 use board::soft_uart::SoftUart;
-use board::superbot::Half;
+use board::superbot::{Half, JOINT};
 use board::tick::Tick;
 use board::twi::Twi;
 use board::usart::{Usart0, Usart1};
 use kernel::{Boot, Context, MaskedCell, Never, Priority, Semaphore, Stack, Task, Ticks};
 use tasks::device::{Bus, Receive, Transfer, Transmit};
 use tasks::link::backoff::Backoff;
+use tasks::motor::joint::Joint;
+use tasks::motor::task::{self as motor, Motors, Order};
 use tests_images::start;
 
 /// Bytes of a frame, with its zero: the longest that a link sends.
@@ -49,18 +53,30 @@ static RECEIVE: [Stack<180>; 3] = [const { Stack::new() }; 3];
 static SEND: [Stack<180>; 3] = [const { Stack::new() }; 3];
 static BUS: Stack<220> = Stack::new();
 static SIGNAL: Semaphore = Semaphore::new(0);
+static MOTORS: Motors<1> = Motors::new();
+static CONTROL: Stack<220> = Stack::new();
+static DRIVER: Stack<120> = Stack::new();
+/// Posted when a joint has changed its state: of no interest here.
+static NEWS: Semaphore = Semaphore::new(0);
 /// Posted for each frame that the UART in software has heard.
 static HEARD: Semaphore = Semaphore::new(0);
 
 /// Starts everything; `interrupts` proves that the vectors are there.
 pub fn begin<I>(boot: &mut Boot, interrupts: I, own: &Half, other: &Half)
 where
-    I: Serves<Tick> + Serves<Twi> + Serves<Usart0> + Serves<Usart1> + Serves<SoftUart> + Copy,
+    I: Serves<Tick> + Serves<Twi> + Serves<Usart0> + Serves<Usart1> + Serves<SoftUart> + Serves<Adc> + Copy,
 {
     let Some(board) = Board::take(boot) else { return };
     board.tick.start(interrupts);
     let bus = board.twi.start(interrupts, &mut boot.interrupt(), own.address, other.address, &SIGNAL);
     start(BUS.start(boot, Priority::P3, |task| exchange(task, bus)));
+    let (rhythm, _) = board.adc.start(interrupts, &mut boot.interrupt(), &NEWS);
+    let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
+    start(
+        CONTROL
+            .start(boot, Priority::P0, |task| motor::run(task, &MOTORS, [Joint::new(JOINT)], motors, &NEWS)),
+    );
+    start(DRIVER.start(boot, Priority::P4, keep_turning));
     let [receive0, receive1, receive2] = &RECEIVE;
     let [send0, send1, send2] = &SEND;
     let (transmitter, receiver) = board.soft_uart.start(interrupts, &mut boot.interrupt());
@@ -83,6 +99,17 @@ where
     let (transmitter, receiver) = board.usart1.start(interrupts);
     start(receive1.start(boot, Priority::P1, |task| check(task, receiver, &FOR_USART1, |_| {})));
     start(send1.start(boot, Priority::P2, |task| send(task, transmitter, |_| {})));
+}
+
+/// Turns the joint to and fro, in steps that it does not end.
+fn keep_turning(task: &mut Task) -> Never {
+    const STEP: Ticks = 100;
+    let mut angle = 300;
+    loop {
+        MOTORS.order(task, 0, Order::Turn { angle, speed: u8::MAX });
+        angle = -angle;
+        task.delay(STEP);
+    }
 }
 
 /// The byte that follows: never a zero, which would end a frame.

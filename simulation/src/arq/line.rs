@@ -18,11 +18,15 @@ pub type Number = u16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     Nothing,
+    /// A message was taken.
     Received,
+    /// The sender has learnt that its message was taken,
     Delivered,
+    /// or that it has to be given up.
     GaveUp,
 }
 
+/// What no line may bring about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Violation {
     /// A message came back to its sender as if from the neighbour.
@@ -35,7 +39,7 @@ pub enum Violation {
     Forged,
 }
 
-/// One end. `line` is what travels towards it.
+/// One end.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct End {
     pub dock: Dock,
@@ -44,7 +48,9 @@ pub struct End {
     retry_limit: u8,
     endpoint: Endpoint,
     outstanding: Option<(Number, Vec<u8>)>,
+    /// Of the next message to be sent.
     pub next: Number,
+    /// Frames under way to this end.
     pub line: VecDeque<Vec<u8>>,
     /// Bytes that came without a delimiter yet.
     pending: Vec<u8>,
@@ -60,6 +66,7 @@ pub struct End {
 }
 
 impl End {
+    /// An end at power-up. `seed` decides its epochs; a message is given up after `retry_limit` repetitions.
     pub fn new(dock: Dock, seed: u16, retry_limit: u8) -> End {
         End {
             dock,
@@ -77,6 +84,7 @@ impl End {
         }
     }
 
+    /// Whether a message is under way.
     pub fn is_busy(&self) -> bool {
         self.outstanding.is_some()
     }
@@ -91,6 +99,7 @@ pub struct Link {
 }
 
 impl Link {
+    /// A line that is empty.
     pub fn new(ends: [End; 2], capacity: usize) -> Link {
         Link { ends, capacity }
     }

@@ -1,0 +1,146 @@
+//! Garbage at full baud on all six docks of a module, and how soon the module is back in the robot when it ends.
+
+use std::collections::BTreeMap;
+
+use hormone::event::Event;
+use simulation::{Change, Deed, Face, Links, Random, Robot, WiringError};
+use tasks::dock::Dock;
+
+use super::control::{Control, TURN};
+use super::{BYTE, MEASURED, MILLISECOND, ModuleImages, SECOND};
+use crate::bench::{BenchError, unmeasurable};
+use crate::engine::Engine;
+use crate::repair::usart::Character;
+use crate::robot::RobotBuilder;
+
+/// What comes of babble.
+pub struct Babble {
+    /// Periods of the joints' control that did not begin meanwhile.
+    pub missed: u64,
+    /// Cycles until the module was back in the robot.
+    pub recovery: u64,
+}
+
+/// How many of the bytes are zeros, run by run: each ends what may be a frame, and wakes the dock's task. Chance alone makes
+/// it one in 256.
+const ZEROS: [f64; 6] = [0.0, 1.0 / 256.0, 1.0 / 16.0, 0.25, 0.5, 1.0];
+
+/// How long the babble lasts, in turns of the joints' load.
+const TURNS: u64 = 25;
+
+/// Babbles at the spine of a chain of three, several times; the worst counts.
+pub fn measure(images: &ModuleImages) -> Result<Babble, BenchError> {
+    let mut worst = Babble { missed: 0, recovery: 0 };
+    for (seed, zeros) in (1..).zip(ZEROS) {
+        let Babble { missed, recovery } = run(images, seed, zeros)?;
+        worst = Babble { missed: worst.missed.max(missed), recovery: worst.recovery.max(recovery) };
+    }
+    Ok(worst)
+}
+
+/// One run: it ends at its own time between two beats of the head.
+fn run(images: &ModuleImages, seed: u64, zeros: f64) -> Result<Babble, BenchError> {
+    let neighbours = [Face { module: 1, dock: Dock::Back }, Face { module: 2, dock: Dock::Front }];
+    let robot = RobotBuilder::new(images.firmware()?, 3)
+        .attach(Face { module: MEASURED, dock: Dock::Front }, neighbours[0])
+        .attach(Face { module: MEASURED, dock: Dock::Back }, neighbours[1])
+        .seed(seed);
+    let mut engine = Engine::new(robot.build()?, 1);
+    engine.run_until(2 * SECOND + seed * SECOND / 2 / ZEROS.len() as u64);
+    drown(&mut engine, neighbours, 1.0)?;
+    let mut random = Random::new(seed);
+    babble(&mut engine, &mut random, zeros);
+    let mut control = Control::watch(&mut engine);
+    for _ in 0..TURNS {
+        babble(&mut engine, &mut random, zeros);
+        control.turn(&mut engine);
+    }
+    drown(&mut engine, neighbours, 0.0)?;
+    let missed = control.rhythm()?.missed;
+    Ok(Babble { missed, recovery: recovery(&mut engine)? })
+}
+
+/// Lets nothing through of what the neighbours say to the module, or all.
+fn drown(engine: &mut Engine, neighbours: [Face; 2], probability: f64) -> Result<(), BenchError> {
+    for face in neighbours {
+        let change = Change::Loss { links: Links::From(face), probability };
+        engine.change(&change).map_err(|error: WiringError| unmeasurable("robot", error.to_string()))?;
+    }
+    Ok(())
+}
+
+/// Has a turn's garbage come in at all docks, at the full rate.
+fn babble(engine: &mut Engine, random: &mut Random, zeros: f64) {
+    let now = engine.cycle();
+    let Some(module) = engine.robot_mut().module_mut(MEASURED) else { return };
+    for (phase, dock) in (1..).zip(Dock::ALL) {
+        let mut start = now + phase * BYTE / 7;
+        while start + BYTE <= now + TURN {
+            let value = if random.chance(zeros) { 0 } else { 1 + random.below(255) as u8 };
+            module.receive(dock, Character { value, start, end: start + BYTE });
+            start += BYTE;
+        }
+    }
+}
+
+/// For how long a robot is watched, in cycles.
+const WATCHED: u64 = 2 * SECOND;
+
+/// How long a hormone may be under way to a neighbour, in cycles.
+const UNDER_WAY: u64 = 100 * MILLISECOND;
+
+/// Cycles from now on until each module's view of its neighbours equals the wiring, and hormones get through, for good.
+pub fn recovery(engine: &mut Engine) -> Result<u64, BenchError> {
+    let start = engine.cycle();
+    engine.take_deeds();
+    let mut hormones = Hormones { under_way: BTreeMap::new(), last_lost: start, arrived: 0 };
+    let mut last_wrong = start;
+    while engine.cycle() < start + WATCHED {
+        engine.run_until(engine.cycle() + MILLISECOND);
+        if !(0..engine.robot().modules()).all(|module| engine.is_right(module)) {
+            last_wrong = engine.cycle();
+        }
+        for deed in engine.take_deeds() {
+            hormones.take(engine, deed);
+        }
+    }
+    hormones.give_up(engine.cycle());
+    if hormones.arrived == 0 || last_wrong == engine.cycle() {
+        return Err(unmeasurable("firmware-master", "the module does not come back into the robot"));
+    }
+    Ok(last_wrong.max(hormones.last_lost) - start)
+}
+
+/// Follows hormones, by the docks that they leave by.
+struct Hormones {
+    /// When they left.
+    under_way: BTreeMap<(usize, u8), u64>,
+    /// When the last one left that did not arrive.
+    last_lost: u64,
+    arrived: u64,
+}
+
+impl Hormones {
+    fn take(&mut self, engine: &Engine, deed: Deed) {
+        let key = |face: Face| (face.module, face.dock.index());
+        match deed.event {
+            Event::HormoneSent(dock, _) => {
+                let left = self.under_way.insert((deed.module, dock.index()), deed.cycle);
+                self.last_lost = self.last_lost.max(left.unwrap_or(0));
+            }
+            Event::HormoneReceived(dock, _) => {
+                let from = engine.robot().neighbour(Face { module: deed.module, dock });
+                if from.and_then(|from| self.under_way.remove(&key(from))).is_some() {
+                    self.arrived += 1;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What is still under way, and has been so for long, does not arrive.
+    fn give_up(&mut self, now: u64) {
+        let lost = self.under_way.values().copied().filter(|left| left + UNDER_WAY < now).max();
+        self.last_lost = self.last_lost.max(lost.unwrap_or(0));
+    }
+}

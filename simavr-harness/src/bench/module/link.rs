@@ -1,0 +1,81 @@
+//! How much a link carries: two MCUs with the robot's own tasks, and a wire with wrong bits between them.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use simulation::Random;
+use tasks::link::cobs::MAX_WIRE;
+
+use super::{BYTE, MILLISECOND, SECOND};
+use crate::bench::{BenchError, unmeasurable};
+use crate::image::Image;
+use crate::mcu::Mcu;
+use crate::part::Part;
+use crate::repair::usart::Character;
+
+const BITS: u64 = 10;
+
+/// Bytes on the wire of a message of 16 bytes, and of its ACK.
+const FRAME: u64 = MAX_WIRE as u64;
+const ACK: u64 = 6;
+
+/// The link's throughput in a minute, when each bit is wrong with the probability `bit_errors`, over that of stop-and-wait
+/// with no time between a frame and its ACK, in which a lost frame or ACK costs no more than they take. The test images
+/// `bench_link_*` lie in `directory`.
+///
+/// # Errors
+/// An image is not there, or no link.
+pub fn link_efficiency(directory: &Path, bit_errors: f64) -> Result<f64, BenchError> {
+    let cycles = 60 * SECOND;
+    let arrives = |bytes: u64| (1.0 - bit_errors).powi((bytes * BITS) as i32);
+    let bound = arrives(FRAME) * arrives(ACK) * (cycles / BYTE) as f64 / (FRAME + ACK) as f64;
+    Ok(f64::from(messages(directory, bit_errors, cycles)?) / bound)
+}
+
+/// Messages that a link carries in so many cycles.
+fn messages(directory: &Path, bit_errors: f64, cycles: u64) -> Result<u16, BenchError> {
+    let mcu = |name: &str, seed| {
+        let image = Arc::new(Image::load(directory.join(name).with_extension("elf"))?);
+        Ok::<_, BenchError>(Mcu::new(Part::ATMEGA128, image, seed)?)
+    };
+    let mut ends = [mcu("bench_link_a", 1)?, mcu("bench_link_b", 2)?];
+    let mut random = Random::new(1);
+    let warm_up = 200 * MILLISECOND;
+    let mut before = 0;
+    for window in 1..(warm_up + cycles) / BYTE {
+        for end in &mut ends {
+            end.run_until(window * BYTE);
+        }
+        for (from, to) in [(0, 1), (1, 0)] {
+            for character in ends[from].take_sent(0) {
+                if let Some(character) = carry(character, bit_errors, &mut random) {
+                    ends[to].receive(0, character);
+                }
+            }
+        }
+        if window == warm_up / BYTE {
+            before = in_turn(&ends[1])?;
+        }
+    }
+    Ok(in_turn(&ends[1])?.wrapping_sub(before))
+}
+
+/// What arrives of a character when each bit is wrong with this probability. Without its start bit, or its stop bit,
+/// it is none.
+fn carry(character: Character, bit_errors: f64, random: &mut Random) -> Option<Character> {
+    let [start, stop] = [(); 2].map(|()| random.chance(bit_errors));
+    let wrong = (0..8).fold(0, |wrong, bit| wrong | u8::from(random.chance(bit_errors)) << bit);
+    (!start && !stop).then_some(Character { value: character.value ^ wrong, ..character })
+}
+
+/// Messages that have come in turn to the MCU of a test image that counts them; the count wraps.
+pub fn in_turn(mcu: &Mcu) -> Result<u16, BenchError> {
+    word(mcu, "IN_TURN")
+}
+
+/// The word at the start of a variable.
+pub fn word(mcu: &Mcu, name: &str) -> Result<u16, BenchError> {
+    let bytes = mcu.read_symbol(name).ok();
+    let word = bytes.and_then(|bytes| Some(u16::from_le_bytes(*bytes.first_chunk()?)));
+    word.ok_or_else(|| unmeasurable("test image", format!("it has no {name}")))
+}

@@ -1,0 +1,167 @@
+//! The module's figures: what its joints do, what its lines carry, whether all is done in time while everything else is busy,
+//! and how soon the module is itself again after a fault.
+
+mod babble;
+mod bridge;
+mod control;
+mod link;
+mod saturated;
+mod soft_uart;
+mod step;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+
+use serde::Serialize;
+use simulation::arq;
+
+use super::{BenchError, unmeasurable};
+use crate::engine::Engine;
+use crate::image::Image;
+use crate::mcu::CLOCK_HZ;
+use crate::module::{Controller, Images, Module};
+use crate::robot::RobotError;
+
+pub use bridge::bridge_efficiency;
+pub use link::link_efficiency;
+pub use soft_uart::{SerialLoad, serial_load};
+
+/// The figures of a module. Of two MCUs, and of several joints, the worse counts.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ModuleFigures {
+    /// How much later a period of the joints' control begins than another, at most, in us, while the module is saturated. A
+    /// period begins where it matters when it does: the last drives take effect, and the joints are measured for the next.
+    pub pid_jitter_us_max: f64,
+    /// Periods in which it did not begin, then.
+    pub pid_missed: u64,
+    /// How far a joint swings beyond its target on a step of 30 degrees, in percent of that.
+    pub step_overshoot_percent: f64,
+    /// How far it is from the target in the end, in degrees.
+    pub step_error_deg: f64,
+    /// The fraction of time in which the CPU is awake: in the middle of a chain whose joints are at rest,
+    pub cpu_idle: f64,
+    /// and saturated.
+    pub cpu_saturated: f64,
+    /// Bytes that a UART in software got wrong, lost or sent wrongly, of a million and of those of the saturated module.
+    pub soft_uart_errors: u64,
+    /// What a link carries over the bound of stop-and-wait: on a good line,
+    pub link_efficiency_0: f64,
+    /// with one wrong bit in 10,000,
+    pub link_efficiency_1e4: f64,
+    /// and with one in 1,000.
+    pub link_efficiency_1e3: f64,
+    /// Of a million messages over links that lose 30 % of the frames each way, those that were lost without notice, came twice
+    /// or out of turn. Without an MCU: the ARQ alone.
+    pub link_violations: usize,
+    /// What the bridge carries over what its wires can.
+    pub bridge_efficiency: f64,
+    /// Periods of the joints' control that did not begin while garbage came in at all docks,
+    pub babble_pid_missed: u64,
+    /// and how long after that the module was back in the robot at most, in ms.
+    pub babble_recovery_ms: f64,
+}
+
+const SECOND: u64 = CLOCK_HZ as u64;
+const MILLISECOND: u64 = SECOND / 1000;
+
+/// Cycles of a byte at 38400 baud, as the divisor makes them.
+const BYTE: u64 = 4160;
+
+/// The module that is measured: its neighbours follow.
+const MEASURED: usize = 0;
+
+/// Bytes that the UARTs in software have to carry.
+const SOFT_UART_BYTES: u64 = 1_000_000;
+
+/// Measures the figures on the robot's images in `directory` and the test images in `tests/` below, saturated for
+/// `seconds`.
+///
+/// # Errors
+/// An image is not there, or does not do what is to be measured.
+pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchError> {
+    let images = &ModuleImages { directory: directory.to_owned() };
+    let tests = &directory.join("tests");
+    thread::scope(|scope| {
+        let saturated = scope.spawn(move || saturated::measure(images, seconds));
+        let serial = scope.spawn(move || serial_load(tests, SOFT_UART_BYTES));
+        let links =
+            [0.0, 1e-4, 1e-3].map(|bit_errors| scope.spawn(move || link_efficiency(tests, bit_errors)));
+        let babble = scope.spawn(move || babble::measure(images));
+        let arq = scope.spawn(|| arq::million_at_loss(0.3));
+        let step = step::measure(images)?;
+        let bridge_efficiency = bridge_efficiency(tests)?;
+        let [link_efficiency_0, link_efficiency_1e4, link_efficiency_1e3] = links.map(join);
+        let (saturated, serial, babble) = (join(saturated)?, join(serial)?, join(babble)?);
+        Ok(ModuleFigures {
+            pid_jitter_us_max: saturated.jitter as f64 * 1e6 / f64::from(CLOCK_HZ),
+            pid_missed: saturated.missed,
+            step_overshoot_percent: step.overshoot_percent,
+            step_error_deg: step.error,
+            cpu_idle: step.cpu,
+            cpu_saturated: saturated.cpu,
+            soft_uart_errors: serial.soft_uart_errors + saturated.framing_errors,
+            link_efficiency_0: link_efficiency_0?,
+            link_efficiency_1e4: link_efficiency_1e4?,
+            link_efficiency_1e3: link_efficiency_1e3?,
+            link_violations: join(arq).violations.len(),
+            bridge_efficiency,
+            babble_pid_missed: babble.missed,
+            babble_recovery_ms: milliseconds(babble.recovery),
+        })
+    })
+}
+
+/// What a thread returns; its panic goes on here.
+fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+fn milliseconds(cycles: u64) -> f64 {
+    cycles as f64 / MILLISECOND as f64
+}
+
+/// The directory with the images.
+struct ModuleImages {
+    directory: PathBuf,
+}
+
+impl ModuleImages {
+    fn firmware(&self) -> Result<Images, BenchError> {
+        images(&self.directory, "firmware-master", "firmware-slave")
+    }
+
+    /// A neighbour: the test images of its master and slave.
+    fn neighbour(&self, master: &str, slave: &str) -> Result<Images, BenchError> {
+        images(&self.directory.join("tests"), master, slave)
+    }
+}
+
+/// The images of a module's MCUs.
+fn images(directory: &Path, master: &str, slave: &str) -> Result<Images, BenchError> {
+    let load = |name| Image::load(directory.join(name).with_extension("elf")).map(Arc::new);
+    Ok(Images { master: load(master)?, slave: load(slave)? })
+}
+
+fn module(engine: &Engine) -> Result<&Module, BenchError> {
+    engine.robot().module(MEASURED).ok_or_else(|| unmeasurable("robot", "it has no module"))
+}
+
+/// Cycles that each MCU of the module was awake.
+fn awake(engine: &Engine) -> Result<[u64; 2], BenchError> {
+    let module = module(engine)?;
+    Ok(Controller::ALL.map(|mcu| module.mcu(mcu).awake_cycles()))
+}
+
+/// The share of `cycles` in which the busier MCU was awake, since it was so for `before`.
+fn load(engine: &Engine, before: [u64; 2], cycles: u64) -> Result<f64, BenchError> {
+    let now = awake(engine)?;
+    let longest = now.into_iter().zip(before).map(|(now, before)| now - before).max();
+    Ok(longest.unwrap_or(0) as f64 / cycles as f64)
+}
+
+impl From<RobotError> for BenchError {
+    fn from(error: RobotError) -> Self {
+        unmeasurable("robot", error.to_string())
+    }
+}

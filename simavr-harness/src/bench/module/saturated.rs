@@ -1,0 +1,58 @@
+//! A module whose neighbours at all docks send as fast as they can, while something pulls at its joints.
+
+use simulation::Face;
+use tasks::dock::Dock;
+
+use super::control::{Control, TURN};
+use super::{MEASURED, ModuleImages, SECOND, awake, load, module};
+use crate::bench::BenchError;
+use crate::engine::Engine;
+use crate::module::Controller;
+use crate::robot::RobotBuilder;
+
+/// What comes of a flood.
+pub struct Saturated {
+    /// Of the joints' control, in cycles.
+    pub jitter: u64,
+    /// Its periods that did not begin.
+    pub missed: u64,
+    pub cpu: f64,
+    /// Bytes that the UARTs in software sent without a stop bit.
+    pub framing_errors: u64,
+}
+
+/// Floods the module for so many seconds.
+pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchError> {
+    // Those in front and behind are neighbours to the module, which so is a spine. The others do not probe.
+    let mut robot = RobotBuilder::new(images.firmware()?, 7)
+        .program(1, images.neighbour("flood_side", "flood_back")?)
+        .program(2, images.neighbour("flood_front", "flood_side")?)
+        .attach(Face { module: MEASURED, dock: Dock::Front }, Face { module: 1, dock: Dock::Back })
+        .attach(Face { module: MEASURED, dock: Dock::Back }, Face { module: 2, dock: Dock::Front })
+        .seed(1);
+    for (number, dock) in (3..).zip([Dock::Left, Dock::Right, Dock::Up, Dock::Down]) {
+        robot = robot
+            .program(number, images.neighbour("flood_side", "flood_side")?)
+            .attach(Face { module: MEASURED, dock }, Face { module: number, dock: Dock::Back });
+    }
+    let mut engine = Engine::new(robot.build()?, 1);
+    engine.run_until(SECOND);
+    let mut control = Control::watch(&mut engine);
+    let before = awake(&engine)?;
+    let turns = seconds * SECOND / TURN;
+    for _ in 0..turns {
+        control.turn(&mut engine);
+    }
+    let rhythm = control.rhythm()?;
+    let module = module(&engine)?;
+    let framing_errors = Controller::ALL
+        .into_iter()
+        .filter_map(|mcu| Some(module.mcu(mcu).serial_pin_counts(0)?.framing_errors))
+        .sum();
+    Ok(Saturated {
+        jitter: rhythm.jitter,
+        missed: rhythm.missed,
+        cpu: load(&engine, before, turns * TURN)?,
+        framing_errors,
+    })
+}
