@@ -207,8 +207,10 @@ impl Cpu {
         unsafe {
             (*self.control()).deadline = deadline;
             let left = deadline.saturating_sub((*avr).cycle).max(1);
+            // simavr's own count is from before a sleep, or an interrupt's response.
+            let to_timer = self.next_timer().map_or(left, |when| when.saturating_sub((*avr).cycle));
             (*avr).run_cycle_limit = left;
-            (*avr).run_cycle_count = (*avr).run_cycle_count.clamp(1, left);
+            (*avr).run_cycle_count = to_timer.clamp(1, left);
             (*avr).pc = avr_run_one(avr);
         }
     }

@@ -13,14 +13,14 @@ pub struct Edge {
 }
 
 /// The probe.
-#[derive(Default)]
 pub(crate) struct Probe {
     edges: Vec<Edge>,
     level: bool,
 }
 
 pub(crate) fn attach(cpu: Cpu, pin: Pin) -> Attached<Probe> {
-    let probe = Attached::new(cpu, Probe::default(), &[], &[]);
+    let level = cpu.pins(pin.port) & 1 << pin.bit != 0;
+    let probe = Attached::new(cpu, Probe { edges: Vec::new(), level }, &[], &[]);
     probe.watch_pin(cpu, pin.port, pin.bit);
     probe
 }

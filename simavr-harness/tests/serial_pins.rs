@@ -70,3 +70,25 @@ fn the_line_is_idle_and_works_after_a_reset_in_mid_character() {
         assert_eq!(values, [value + 1], "reset {reset_at} cycles after the start");
     }
 }
+
+/// INT7 of the ATmega128.
+const INT7: u8 = 8;
+
+/// The core was asleep up to there: how long it may run on is no longer what it was.
+#[test]
+fn edges_come_in_time_into_a_handler_that_the_outside_began() {
+    let mut mcu = with_pins(&[]);
+    mcu.add_probe(PINS.receive);
+    mcu.take_edges(0);
+    let start = mcu.cycle() + 1000;
+    mcu.receive(PORT, Character { value: 0, start, end: start + FRAME });
+    mcu.run_until(start - 300);
+    mcu.raise_interrupt(INT7);
+    mcu.run_until(start + FRAME);
+    let edges: Vec<u64> = mcu.take_edges(0).iter().map(|edge| edge.cycle).collect();
+    let [falls, rises] = edges[..] else { panic!("{edges:?}") };
+    // No instruction of the handler takes more than 4 cycles.
+    assert!((start..start + 4).contains(&falls), "{} late", falls - start);
+    let stop = start + 9 * FRAME / 10;
+    assert!((stop..stop + 4).contains(&rises), "{} late", rises - stop);
+}
