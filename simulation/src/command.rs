@@ -2,17 +2,17 @@
 
 use tasks::dock::Dock;
 use tasks::link::cobs::WireBuffer;
-use tasks::link::frame::{Frame, Label};
+use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
-use tasks::message::{Address, TaskCode};
+use tasks::message::TaskCode;
 
 /// The bytes on the wire of a message to HORMONE that comes in at a dock. `number` tells it from the one before.
 pub fn command(at: Dock, number: u8, payload: &[u8]) -> Vec<u8> {
     // A dock takes what bears its own number and epoch for its own light.
     let dock = if at == Dock::Front { Dock::Back } else { Dock::Front };
-    let label = Label { signature: Signature { dock, epoch: number }, sequence: false, fresh: true };
+    let label = Label { signature: Signature { dock, epoch: number }, turn: Turn::First };
     let mut wire = WireBuffer::new();
-    let frame = Frame::Data { label, to: Address::here(TaskCode::HORMONE), payload };
+    let frame = Frame::Data { label, to: TaskCode::HORMONE, payload };
     // A payload too long for a frame is no message: nothing is sent.
     frame.encode(&mut wire).map_or_else(|_| Vec::new(), |()| wire.bytes().to_vec())
 }

@@ -283,9 +283,9 @@ fn hormones_are_followed_over_their_wires() {
     let hops = &observer.hops;
     assert_eq!((hops.sent, hops.delivered, hops.lost(), hops.out_of_turn), (3, 2, 0, 0));
     assert_eq!(hops.latency(), Some((65_000.0, 70_000)));
-    // A frame of 9 characters, 2343.75 us, and one transfer of 65 bits on the bus, 162.5 us.
+    // A frame of 7 characters, 1822.9 us, and one transfer of 65 bits on the bus, 162.5 us.
     let over_wire = hops.latency_over_wire().unwrap();
-    assert!((over_wire - 65_000.0 / 40_100.0).abs() < 1e-6, "{over_wire}");
+    assert!((over_wire - 65_000.0 / 31_766.0).abs() < 1e-6, "{over_wire}");
 
     // The next one overtakes the one to the tail, which is lost; the leg's comes twice.
     script.deeds.push(sent(1, Back, A, 200_000));

@@ -6,8 +6,8 @@ use crate::motor::Axis;
 /// The most payload bytes that a message carries.
 pub const MAX_PAYLOAD: usize = 16;
 
-/// The name of a task within a module, the same in every module: 0x00..=0x0F are behaviours,
-/// 0x10..=0x1F are system tasks.
+/// The name of a task within a module, the same in every module: 0x00..=0x06 are behaviours, all that a frame
+/// can name; 0x10..=0x1F are system tasks; what lies between is nobody's.
 ///
 /// A code need not belong to a task that exists: what names no task is found out by the router.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -15,6 +15,9 @@ pub const MAX_PAYLOAD: usize = 16;
 pub struct TaskCode(u8);
 
 impl TaskCode {
+    /// How many behaviours there can be.
+    pub const BEHAVIOURS: u8 = 7;
+
     /// AC_RECV: receives probes (paper, Figure 5).
     pub const AC_RECEIVE: TaskCode = TaskCode(0x00);
     /// HORMONE (paper, Figure 5).
@@ -53,7 +56,17 @@ impl TaskCode {
 
     /// Whether this is a behaviour: a neighbour may address no other task (paper, section 5).
     pub const fn is_behaviour(self) -> bool {
-        self.0 < 0x10
+        self.0 < Self::BEHAVIOURS
+    }
+
+    /// The code if this is a behaviour, 0..=6.
+    pub const fn behaviour(self) -> Option<u8> {
+        if self.is_behaviour() { Some(self.0) } else { None }
+    }
+
+    /// The behaviour with this code; `None` above 6.
+    pub const fn of_behaviour(code: u8) -> Option<TaskCode> {
+        if code < Self::BEHAVIOURS { Some(TaskCode(code)) } else { None }
     }
 }
 
@@ -174,15 +187,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn task_codes_have_five_bits_and_the_lower_half_are_behaviours() {
+    fn task_codes_have_five_bits_and_the_first_seven_are_behaviours() {
         for code in 0..=255u8 {
             match TaskCode::new(code) {
                 Some(task) => {
                     assert!(code < 32);
                     assert_eq!(task.code(), code);
-                    assert_eq!(task.is_behaviour(), code < 16);
+                    assert_eq!(task.behaviour(), Some(code).filter(|code| *code < 7));
+                    assert_eq!(TaskCode::of_behaviour(code), Some(task).filter(|task| task.is_behaviour()));
                 }
-                None => assert!(code >= 32),
+                None => assert!(code >= 32 && TaskCode::of_behaviour(code).is_none()),
             }
         }
     }

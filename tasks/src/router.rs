@@ -98,8 +98,8 @@ impl Router {
         }
     }
 
-    /// Decides by the address alone. A neighbour reaches behaviours of this module and nothing else
-    /// (paper, section 5); what came over the bridge does not go back over it.
+    /// Decides by the address alone. A neighbour reaches behaviours of this module and nothing else, and this module those of
+    /// a neighbour (paper, section 5); what came over the bridge does not go back over it.
     pub fn route(&self, message: &Message, source: Source) -> Route {
         let task = message.to().task();
         let dock = message.to().dock();
@@ -108,6 +108,7 @@ impl Router {
         }
         let (route, is_here, is_there) = match dock {
             None => (Route::Task(task), self.here.tasks.contains(task), self.other.tasks.contains(task)),
+            Some(_) if !task.is_behaviour() => return Route::Ignored,
             Some(dock) => {
                 (Route::Link(dock), self.here.docks.contains(dock), self.other.docks.contains(dock))
             }

@@ -7,9 +7,9 @@ use libfuzzer_sys::fuzz_target;
 use tasks::dock::{Dock, DockSet};
 use tasks::link::cobs::WireBuffer;
 use tasks::link::endpoint::{Arrival, Endpoint};
-use tasks::link::frame::{Frame, Label};
+use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
-use tasks::message::{Address, MAX_PAYLOAD, Message};
+use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
 use tasks::router::{Mcu, Residence, Residents, Route, Router, Source, TaskSet};
 
 /// Every task there can be is on both MCUs, and every dock.
@@ -20,10 +20,11 @@ fn frame<'i>(input: &mut &'i [u8]) -> Option<Frame<'i>> {
     let [control, epoch, to, rest @ ..] = *input else { return None };
     let dock = Dock::from_index(control & 7)?;
     let signature = Signature { dock, epoch: *epoch };
-    let label = Label { signature, sequence: control & 8 != 0, fresh: control & 16 != 0 };
+    let label =
+        Label { signature, turn: [Turn::Even, Turn::Odd, Turn::First][usize::from(control >> 3) % 3] };
     let (payload, rest) = rest.split_at(rest.len().min(usize::from(control >> 5) * 3).min(MAX_PAYLOAD));
     *input = rest;
-    let to = Address::from_byte(*to)?;
+    let to = TaskCode::of_behaviour(*to % TaskCode::BEHAVIOURS)?;
     Some(match epoch & 3 {
         0 => Frame::Ack(label),
         1 => Frame::Datagram { signature, to, payload },
@@ -32,13 +33,12 @@ fn frame<'i>(input: &mut &'i [u8]) -> Option<Frame<'i>> {
 }
 
 /// Both MCUs' routers must keep a neighbour's message from docks and system tasks.
-fn check(at: Dock, to: Address, payload: &[u8]) {
-    let from = Address::beyond(at, to.task());
-    let message = Message::new(to, from, payload).expect("a frame holds no more than a message");
+fn check(at: Dock, to: TaskCode, payload: &[u8]) {
+    let message = Message::new(Address::here(to), Address::beyond(at, to), payload)
+        .expect("a frame holds no more than a message");
     for mcu in [Mcu::Master, Mcu::Slave] {
         match Router::new(mcu, Residence { master: ALL, slave: ALL }).route(&message, Source::Dock(at)) {
-            Route::Task(task) => assert!(task.is_behaviour() && to.dock().is_none(), "{to:?}"),
-            Route::Refused => assert!(!to.task().is_behaviour() || to.dock().is_some(), "{to:?}"),
+            Route::Task(task) => assert!(task == to && task.is_behaviour(), "{to:?}"),
             route => panic!("{to:?} goes to {route:?}"),
         }
     }

@@ -32,6 +32,7 @@ fuzz_target!(|input: [u8; 13]| {
     };
     let expected = match source {
         Source::Dock(_) if to.dock().is_some() || !to.task().is_behaviour() => Route::Refused,
+        _ if to.dock().is_some() && !to.task().is_behaviour() => Route::Ignored,
         _ if is_here => home,
         Source::Task | Source::Dock(_) if is_there => Route::Bridge,
         _ => Route::Ignored,

@@ -7,9 +7,9 @@ use tasks::link::arq::Timeout;
 use tasks::link::cobs::{MAX_WIRE, WireBuffer};
 use tasks::link::endpoint::{Arrival, Endpoint};
 use tasks::link::frame::{Frame, Label};
-use tasks::message::{Address, TaskCode};
+use tasks::message::TaskCode;
 
-const TO: Address = Address::here(TaskCode::HORMONE);
+const TO: TaskCode = TaskCode::HORMONE;
 
 /// The number of a message, counted up by its sender through resets.
 pub type Number = u16;

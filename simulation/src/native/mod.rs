@@ -13,7 +13,7 @@ mod time;
 use std::hash::{Hash, Hasher};
 
 use tasks::dock::{Dock, DockSet};
-use tasks::link::frame::Label;
+use tasks::link::frame::{Label, Turn};
 use tasks::link::signature::Signature;
 use tasks::message::{Address, Message, TaskCode};
 
@@ -183,7 +183,7 @@ impl Native {
         self.commands = self.commands.wrapping_add(1);
         let dock = if at.dock == Dock::Front { Dock::Back } else { Dock::Front };
         let signature = Signature { dock, epoch: self.commands };
-        let label = Label { signature, sequence: false, fresh: true };
+        let label = Label { signature, turn: Turn::First };
         let address = Address::here(TaskCode::HORMONE);
         if let Ok(message) = Message::new(address, address, payload) {
             let span = self.now..self.now + time::frame(payload.len());

@@ -51,7 +51,7 @@ impl Wire {
     }
 
     fn frame(&self) -> Frame<'_> {
-        let to = |message: &Message| Address::here(message.to().task());
+        let to = |message: &Message| message.to().task();
         match self {
             Wire::Ack(label) => Frame::Ack(*label),
             Wire::Data(label, message) => {
@@ -259,11 +259,13 @@ impl Port {
         count(&mut self.counters.frames_received);
         let from = |task: TaskCode| Address::beyond(self.dock, task);
         match self.endpoint.on_frame(wire.frame()) {
-            Arrival::Message { label, to, payload } => match Message::new(to, from(to.task()), payload) {
-                Ok(message) => Taken::Message(label, message),
-                Err(_) => Taken::Nothing,
-            },
-            Arrival::Datagram { to, payload } => match Message::new(to, from(to.task()), payload) {
+            Arrival::Message { label, to, payload } => {
+                match Message::new(Address::here(to), from(to), payload) {
+                    Ok(message) => Taken::Message(label, message),
+                    Err(_) => Taken::Nothing,
+                }
+            }
+            Arrival::Datagram { to, payload } => match Message::new(Address::here(to), from(to), payload) {
                 Ok(message) => Taken::Datagram(message),
                 Err(_) => Taken::Nothing,
             },

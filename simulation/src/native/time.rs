@@ -8,10 +8,9 @@ pub const TICK: u64 = MILLISECOND;
 /// A character on the wire: ten bits of 416 cycles, as the USARTs are set up.
 pub const CHARACTER: u64 = 4160;
 
-/// Bytes of a frame on the wire beside its payload: control, epoch, address, CRC-16, and two of COBS. An ACK has no
-/// address.
-const OVERHEAD: u64 = 7;
-const ACK_BYTES: u64 = OVERHEAD - 1;
+/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the one that is
+/// not the CRC's. One frame in 40 takes one byte more.
+const OVERHEAD: u64 = 5;
 
 /// What a module does reaches no other one sooner: that hears it at the end of a frame's first character.
 pub const LOOKAHEAD: u64 = SEND + CHARACTER;
@@ -23,7 +22,7 @@ pub fn frame(payload: usize) -> u64 {
 
 /// An ACK.
 pub const fn ack() -> u64 {
-    ACK_BYTES * CHARACTER
+    OVERHEAD * CHARACTER
 }
 
 /// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8 beside the
@@ -39,23 +38,23 @@ pub fn transfer(payload: usize) -> u64 {
 pub const START: u64 = micros(3000);
 
 /// From the end of a frame until what it brings is in the mailbox that it is for, and an ACK goes out.
-pub const RECEIVE: u64 = micros(205);
+pub const RECEIVE: u64 = micros(165);
 
 /// From the end of an ACK until its message counts as delivered.
-pub const RECEIVE_ACK: u64 = micros(130);
+pub const RECEIVE_ACK: u64 = micros(115);
 
 /// From the end of a frame that was sent until the sending task looks at the clock.
 pub const SENT: u64 = micros(60);
 
 /// From a mailbox's message to the first bit on the wire.
-pub const SEND: u64 = micros(130);
+pub const SEND: u64 = micros(105);
 
 /// Of a transfer between the MCUs, beside the bus: before it, and after.
-pub const CROSS_BEFORE: u64 = micros(140);
-pub const CROSS_AFTER: u64 = micros(140);
+pub const CROSS_BEFORE: u64 = micros(130);
+pub const CROSS_AFTER: u64 = micros(130);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
-pub const WAKE: u64 = micros(175);
+pub const WAKE: u64 = micros(150);
 
 /// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
 pub const ACT: u64 = micros(185);

@@ -10,7 +10,7 @@
 //!   "duplicate", and duplicates are acknowledged like what is new.
 //! - *After a give-up or a reset the next message looks like a duplicate.* A receiver takes any
 //!   [`Label`] but the last one for a new message. Giving up begins a new epoch; a reset begins with
-//!   the fresh bit set; a receiver that was reset remembers no label.
+//!   [`Turn::First`]; a receiver that was reset remembers no label.
 //! - *A CRC that lets errors through.* See [`super::crc`].
 //! - *An ACK forged by noise or by one's own reflection.* An ACK has a CRC and repeats the label of
 //!   the frame it acknowledges, the sender's dock included, so that one's own ACK, come back, bears
@@ -27,7 +27,7 @@
 //!   none arrived. Both end when the receiver is made anew, which it should be when its neighbour
 //!   falls silent.
 
-use super::frame::Label;
+use super::frame::{Label, Turn};
 use super::signature::{Signature, Signer};
 
 /// What a time-out leads to.
@@ -46,8 +46,7 @@ pub enum Timeout {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Sender {
     signer: Signer,
-    sequence: bool,
-    fresh: bool,
+    turn: Turn,
     /// Repetitions left for the outstanding message.
     retries_left: Option<u8>,
     retry_limit: u8,
@@ -56,7 +55,7 @@ pub struct Sender {
 impl Sender {
     /// A message is repeated up to `retry_limit` times before it is given up.
     pub const fn new(signer: Signer, retry_limit: u8) -> Sender {
-        Sender { signer, sequence: false, fresh: true, retries_left: None, retry_limit }
+        Sender { signer, turn: Turn::First, retries_left: None, retry_limit }
     }
 
     /// Takes up a new message: send it with this label. A message still outstanding is abandoned,
@@ -80,8 +79,7 @@ impl Sender {
         let delivered = self.is_busy() && label == self.label();
         if delivered {
             self.retries_left = None;
-            self.sequence = !self.sequence;
-            self.fresh = false;
+            self.turn = self.turn.next();
         }
         delivered
     }
@@ -119,8 +117,7 @@ impl Sender {
     }
 
     fn label(&self) -> Label {
-        let Sender { signer, sequence, fresh, .. } = *self;
-        Label { signature: signer.signature(), sequence, fresh }
+        Label { signature: self.signer.signature(), turn: self.turn }
     }
 }
 
@@ -260,12 +257,8 @@ mod tests {
         let label = sender.start();
         for dock in Dock::ALL {
             for epoch in 0..=255 {
-                for bits in 0..4 {
-                    let ack = Label {
-                        signature: Signature { dock, epoch },
-                        sequence: bits & 1 != 0,
-                        fresh: bits & 2 != 0,
-                    };
+                for turn in [Turn::Even, Turn::Odd, Turn::First] {
+                    let ack = Label { signature: Signature { dock, epoch }, turn };
                     assert_eq!(sender.clone().on_ack(ack), ack == label);
                 }
             }

@@ -1,16 +1,18 @@
 //! Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999): a frame without a zero byte, so
 //! that a zero delimits it and a receiver finds the next frame after any noise.
 //!
-//! Each zero is replaced by the distance to the next one, and one more distance leads. Frames here
-//! are far shorter than COBS's longest run of 254, so the cost is always that one byte and the
-//! delimiter.
+//! Each zero is replaced by the distance to the next one, and one more distance leads. The last
+//! distance leads to the delimiter. In the reduced form (COBS/R, McQueen, 2010) the frame's last byte
+//! takes the place of that distance if it is no smaller: a distance that leads beyond the delimiter
+//! can't be one. Almost always it is, so the cost is one byte and the delimiter, one byte more else:
+//! frames here are far shorter than COBS's longest run of 254.
 //!
 //! ```text
-//!   frame      11 22 00 33          wire   03 11 22 02 33 00
+//!   frame      11 22 00 33          wire   03 11 22 33 00
+//!   frame      11 22 00 01          wire   03 11 22 02 01 00
 //! ```
 
 use super::frame::MAX_FRAME;
-use crate::message::TooLong;
 
 /// The most bytes that a frame takes on the wire, delimiter included.
 pub const MAX_WIRE: usize = 1 + MAX_FRAME + 1;
@@ -23,13 +25,11 @@ const DELIMITER: u8 = 0;
 pub struct WireBuffer {
     bytes: [u8; MAX_WIRE],
     length: u8,
-    /// Where the distance of the run being written will stand.
-    run_start: u8,
 }
 
 impl WireBuffer {
     pub const fn new() -> WireBuffer {
-        WireBuffer { bytes: [0; MAX_WIRE], length: 0, run_start: 0 }
+        WireBuffer { bytes: [0; MAX_WIRE], length: 0 }
     }
 
     /// What to transmit, delimiter included; empty before the first frame.
@@ -37,43 +37,36 @@ impl WireBuffer {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
 
-    /// Starts a frame in place of the one before.
-    pub(super) fn begin(&mut self) {
-        self.run_start = 0;
-        self.length = 1;
+    /// Where a frame is written before it is [stuffed](Self::stuff).
+    pub(super) fn frame(&mut self) -> &mut [u8; MAX_FRAME] {
+        let [_, frame @ .., _] = &mut self.bytes;
+        frame
     }
 
-    /// Appends one byte of the frame; an error beyond [`MAX_FRAME`] of them.
-    pub(super) fn push(&mut self, byte: u8) -> Result<(), TooLong> {
-        // The last place is the delimiter's.
-        if usize::from(self.length) >= MAX_WIRE - 1 {
-            return Err(TooLong);
+    /// Brings the frame of `length` bytes that was written into its form on the wire, backwards from the end.
+    pub(super) fn stuff(&mut self, length: usize) {
+        let [leading, rest @ ..] = &mut self.bytes;
+        let Some((frame, [end, ..])) = rest.split_at_mut_checked(length) else { return };
+        // Stands for the last distance, which is met first. Of a zero, or no byte, that is the greater one.
+        let mut last = frame.last().copied().unwrap_or(0);
+        *end = DELIMITER;
+        let mut distance = 1;
+        let mut is_reduced = false;
+        for byte in frame.iter_mut().rev() {
+            if *byte != 0 {
+                distance += 1;
+                continue;
+            }
+            is_reduced |= last >= distance;
+            *byte = distance.max(last);
+            (distance, last) = (1, 0);
         }
-        if byte == 0 {
-            self.close_run();
-            self.run_start = self.length;
-        } else {
-            self.put(self.length, byte);
+        is_reduced |= last >= distance;
+        *leading = distance.max(last);
+        if is_reduced && let Some(byte) = frame.last_mut() {
+            *byte = DELIMITER;
         }
-        self.length += 1;
-        Ok(())
-    }
-
-    /// Ends the frame with the delimiter.
-    pub(super) fn finish(&mut self) {
-        self.close_run();
-        self.put(self.length, DELIMITER);
-        self.length += 1;
-    }
-
-    fn close_run(&mut self) {
-        self.put(self.run_start, self.length.wrapping_sub(self.run_start));
-    }
-
-    fn put(&mut self, place: u8, byte: u8) {
-        if let Some(slot) = self.bytes.get_mut(usize::from(place)) {
-            *slot = byte;
-        }
+        self.length = length as u8 + if is_reduced { 1 } else { 2 };
     }
 }
 
@@ -88,26 +81,41 @@ impl Default for WireBuffer {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct NotCobs;
 
-/// Undoes COBS in place: `wire` is what came up to a delimiter and that delimiter.
+/// Undoes COBS in place: `wire` is what came up to a delimiter and that delimiter. `each` sees every byte of the frame in
+/// turn.
 ///
-/// Every distance but the leading one stands where the frame has a zero, so the frame is all between
-/// the ends once those are put back.
-pub fn decode(wire: &mut [u8]) -> Result<&[u8], NotCobs> {
-    let [leading, frame @ .., DELIMITER] = wire else {
-        return Err(NotCobs);
-    };
-    let mut distance = *leading;
+/// Every distance but the leading one stands where the frame has a zero, so the frame is all behind
+/// that one once those are put back; in the reduced form its last byte stands in the delimiter's place.
+pub fn decode(wire: &mut [u8], mut each: impl FnMut(u8)) -> Result<&[u8], NotCobs> {
+    let [leading, rest @ ..] = wire else { return Err(NotCobs) };
+    let Some((end @ &mut DELIMITER, frame)) = rest.split_last_mut() else { return Err(NotCobs) };
+    let mut last_distance = *leading;
+    let mut distance = last_distance;
     for byte in frame.iter_mut() {
         if distance == 0 || *byte == DELIMITER {
             return Err(NotCobs);
         }
         distance -= 1;
         if distance == 0 {
-            distance = core::mem::replace(byte, 0);
+            last_distance = core::mem::replace(byte, 0);
+            distance = last_distance;
+        }
+        each(*byte);
+    }
+    match distance {
+        0 => Err(NotCobs),
+        1 => {
+            // A frame has one form only.
+            let is_plain = frame.last().is_none_or(|last| *last < last_distance);
+            let length = frame.len();
+            if is_plain { rest.get(..length).ok_or(NotCobs) } else { Err(NotCobs) }
+        }
+        _ => {
+            *end = last_distance;
+            each(last_distance);
+            Ok(rest)
         }
     }
-    // The last distance leads to the delimiter.
-    if distance == 1 { Ok(frame) } else { Err(NotCobs) }
 }
 
 #[cfg(test)]
@@ -116,14 +124,18 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    fn encode(frame: &[u8]) -> Result<Vec<u8>, TooLong> {
+    fn encode(frame: &[u8]) -> Vec<u8> {
         let mut wire = WireBuffer::new();
-        wire.begin();
-        for byte in frame {
-            wire.push(*byte)?;
-        }
-        wire.finish();
-        Ok(wire.bytes().to_vec())
+        wire.frame()[..frame.len()].copy_from_slice(frame);
+        wire.stuff(frame.len());
+        wire.bytes().to_vec()
+    }
+
+    /// The frame, and what was seen of it byte by byte.
+    fn decode_seen(wire: &[u8]) -> Result<(Vec<u8>, Vec<u8>), NotCobs> {
+        let (mut wire, mut seen) = (wire.to_vec(), Vec::new());
+        let frame = decode(&mut wire, |byte| seen.push(byte))?.to_vec();
+        Ok((frame, seen))
     }
 
     #[test]
@@ -132,34 +144,40 @@ mod tests {
             (&[][..], &[1, 0][..]),
             (&[0], &[1, 1, 0]),
             (&[0, 0], &[1, 1, 1, 0]),
-            (&[0x11, 0x22, 0, 0x33], &[3, 0x11, 0x22, 2, 0x33, 0]),
+            (&[0x11, 0x22, 0, 0x33], &[3, 0x11, 0x22, 0x33, 0]),
+            (&[0x11, 0x22, 0, 1], &[3, 0x11, 0x22, 2, 1, 0]),
+            (&[0x11, 0x22, 0, 2], &[3, 0x11, 0x22, 2, 0]),
             (&[0x11, 0, 0, 0], &[2, 0x11, 1, 1, 1, 0]),
+            (&[0x11, 0x22, 0x33], &[0x33, 0x11, 0x22, 0]),
+            (&[0x11, 0x22, 3], &[4, 0x11, 0x22, 3, 0]),
+            (&[0x11, 0x22, 4], &[4, 0x11, 0x22, 0]),
+            (&[1], &[2, 1, 0]),
+            (&[2], &[2, 0]),
         ] {
-            assert_eq!(encode(frame).unwrap(), wire);
-            assert_eq!(decode(&mut wire.to_vec()), Ok(frame));
+            assert_eq!(encode(frame), wire);
+            assert_eq!(decode_seen(wire), Ok((frame.to_vec(), frame.to_vec())));
         }
     }
 
     #[test]
-    fn every_pattern_of_zeros_returns_unchanged_for_two_bytes_more() {
+    fn every_pattern_of_zeros_returns_unchanged_for_two_bytes_more_at_most() {
         for length in 0..=MAX_FRAME {
             for zeros in (0..1u32 << length).step_by(if length > 12 { 37 } else { 1 }) {
-                let frame: Vec<u8> = (0..length)
-                    .map(|place| if zeros >> place & 1 == 1 { 0 } else { place as u8 + 1 })
-                    .collect();
-                let mut wire = encode(&frame).unwrap();
-                assert_eq!(wire.len(), length + 2);
-                assert_eq!(wire.iter().position(|byte| *byte == 0), Some(wire.len() - 1));
-                assert_eq!(decode(&mut wire), Ok(&frame[..]));
+                for last in [0, 1, length as u8, length as u8 + 1, 0xFF] {
+                    let mut frame: Vec<u8> = (0..length)
+                        .map(|place| if zeros >> place & 1 == 1 { 0 } else { place as u8 + 1 })
+                        .collect();
+                    if let Some(byte) = frame.last_mut() {
+                        *byte = last;
+                    }
+                    let wire = encode(&frame);
+                    let is_reduced = length > 0 && usize::from(last) > length;
+                    assert!(wire.len() == length + 1 || !is_reduced && wire.len() == length + 2);
+                    assert_eq!(wire.iter().position(|byte| *byte == 0), Some(wire.len() - 1));
+                    assert_eq!(decode_seen(&wire), Ok((frame.clone(), frame)));
+                }
             }
         }
-    }
-
-    #[test]
-    fn too_long_a_frame_is_refused() {
-        assert!(encode(&[7; MAX_FRAME]).is_ok());
-        assert_eq!(encode(&[7; MAX_FRAME + 1]), Err(TooLong));
-        assert_eq!(encode(&[0; MAX_FRAME + 1]), Err(TooLong));
     }
 
     #[test]
@@ -169,16 +187,15 @@ mod tests {
             &[0],
             &[1],
             &[0, 0],
-            &[2, 0],
             &[1, 1],
             &[0, 1, 0],
-            &[3, 9, 0],
+            &[2, 9, 0],
+            &[3, 9, 3, 0],
             &[2, 0, 1, 0],
             &[3, 0, 9, 0],
-            &[1, 3, 9, 0],
-            &[0xFF, 9, 9, 0],
+            &[1, 2, 9, 0],
         ] {
-            assert_eq!(decode(&mut wire.to_vec()), Err(NotCobs), "{wire:?}");
+            assert_eq!(decode_seen(wire), Err(NotCobs), "{wire:?}");
         }
     }
 
@@ -189,13 +206,17 @@ mod tests {
         for length in 0..=6 {
             for number in 0..7_u32.pow(length) {
                 let wire: Vec<u8> = (0..length).map(|place| (number / 7_u32.pow(place) % 7) as u8).collect();
-                if let Ok(frame) = decode(&mut wire.clone()) {
-                    assert_eq!(encode(frame).unwrap(), wire);
+                if let Ok((frame, _)) = decode_seen(&wire) {
+                    assert_eq!(encode(&frame), wire);
                     accepted += 1;
                 }
             }
         }
-        // Frames of 0..=4 bytes out of 0..=6.
-        assert_eq!(accepted, (0..=4).map(|length| 7_u32.pow(length)).sum::<u32>());
+        // Frames of up to 4 bytes out of 0..=6, and those of 5 bytes that are reduced.
+        let all = |length| (0..7_u32.pow(length)).map(move |number| (number, length));
+        let frames = (0..=5).flat_map(all).map(|(number, length)| {
+            (0..length).map(|place| (number / 7_u32.pow(place) % 7) as u8).collect::<Vec<u8>>()
+        });
+        assert_eq!(accepted, frames.filter(|frame| encode(frame).len() <= 6).count());
     }
 }

@@ -6,27 +6,37 @@
 /// The inversion matters. Without it a frame whose CRC ends in a zero byte stays valid when that byte
 /// is cut off, and one wrong bit on the wire does just that: COBS writes such an end as 01 00.
 #[derive(Clone, Copy)]
-pub struct Crc16(u16);
+pub struct Crc16 {
+    high: u8,
+    low: u8,
+}
 
 impl Crc16 {
     pub const fn new() -> Crc16 {
-        Crc16(0xFFFF)
+        Crc16 { high: 0xFF, low: 0xFF }
     }
 
     /// Takes in one byte.
     ///
     /// The polynomial is x^16 + x^12 + x^5 + 1. Dividing a byte at a time, what leaves at the top
     /// meets the bits it flips itself four places on, which is the one shift by 4; the remainder
-    /// then enters at x^12, x^5 and 1.
+    /// then enters at x^12, x^5 and 1. Each byte is shifted by itself: the AVR shifts no other way.
     pub const fn update(&mut self, byte: u8) {
-        let mut quotient = (self.0 >> 8) as u8 ^ byte;
+        let mut quotient = self.high ^ byte;
         quotient ^= quotient >> 4;
-        let quotient = quotient as u16;
-        self.0 = self.0 << 8 ^ quotient << 12 ^ quotient << 5 ^ quotient;
+        self.high = self.low ^ quotient << 4 ^ quotient >> 3;
+        self.low = quotient << 5 ^ quotient;
     }
 
-    pub const fn value(self) -> u16 {
-        !self.0
+    /// The CRC of the bytes taken in, most significant byte first.
+    pub const fn bytes(self) -> [u8; 2] {
+        [!self.high, !self.low]
+    }
+
+    /// Whether the last two bytes taken in are the CRC of those before.
+    pub const fn is_confirmed(self) -> bool {
+        // Such a CRC leaves the remainder of its inversion alone.
+        self.high == 0x1D && self.low == 0x0F
     }
 }
 
@@ -45,7 +55,7 @@ mod tests {
         for byte in bytes {
             crc.update(*byte);
         }
-        crc.value()
+        u16::from_be_bytes(crc.bytes())
     }
 
     /// The definition, bit by bit.
@@ -76,6 +86,22 @@ mod tests {
         for first in 0..=255 {
             for second in 0..=255 {
                 assert_eq!(crc(&[first, second]), long_division(&[first, second]));
+            }
+        }
+    }
+
+    #[test]
+    fn a_crc_confirms_what_it_follows() {
+        for first in 0..=255 {
+            for second in 0..=255 {
+                let mut crc = Crc16::new();
+                [first, second].into_iter().for_each(|byte| crc.update(byte));
+                let [high, low] = crc.bytes();
+                for (last, is_right) in [(low, true), (low ^ 1, false), (low ^ 0x80, false)] {
+                    let mut whole = crc;
+                    [high, last].into_iter().for_each(|byte| whole.update(byte));
+                    assert_eq!(whole.is_confirmed(), is_right);
+                }
             }
         }
     }

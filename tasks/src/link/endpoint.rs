@@ -4,7 +4,7 @@ use super::arq::{Receiver, Sender};
 use super::frame::{Frame, Label};
 use super::signature::{Signature, Signer};
 use crate::dock::Dock;
-use crate::message::Address;
+use crate::message::TaskCode;
 
 /// What a frame that came in means, and what is to be done.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -13,11 +13,11 @@ use crate::message::Address;
 pub enum Arrival<'a> {
     /// A new message. Once it is taken, [`Endpoint::accept`] it and acknowledge it. If there is no
     /// room for it, do nothing: the neighbour repeats it.
-    Message { label: Label, to: Address, payload: &'a [u8] },
+    Message { label: Label, to: TaskCode, payload: &'a [u8] },
     /// A message taken before, whose ACK was lost: acknowledge it again.
     Duplicate(Label),
     /// A message that is not acknowledged.
-    Datagram { to: Address, payload: &'a [u8] },
+    Datagram { to: TaskCode, payload: &'a [u8] },
     /// The outstanding message has arrived: the next one may start.
     Delivered,
     /// An ACK for nothing that is outstanding: it came late, or twice.
@@ -92,9 +92,8 @@ impl Endpoint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::TaskCode;
 
-    const TO: Address = Address::here(TaskCode::HORMONE);
+    const TO: TaskCode = TaskCode::HORMONE;
     const PAYLOAD: &[u8] = &[1, 2];
 
     fn data(endpoint: &mut Endpoint) -> Frame<'static> {

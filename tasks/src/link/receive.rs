@@ -7,7 +7,7 @@ use super::endpoint::Arrival;
 use super::frame::Frame;
 use super::port::Port;
 use crate::device::Receive;
-use crate::message::{Address, Message};
+use crate::message::{Address, Message, TaskCode};
 use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
 
@@ -81,12 +81,12 @@ fn deliver(
     task: &mut Task,
     port: &'static Port,
     office: &'static PostOffice,
-    to: Address,
+    to: TaskCode,
     payload: &[u8],
 ) -> bool {
-    let from = Address::beyond(port.dock(), to.task());
+    let from = Address::beyond(port.dock(), to);
     // A frame holds no more than a message.
-    let Ok(message) = Message::new(to, from, payload) else { return true };
+    let Ok(message) = Message::new(Address::here(to), from, payload) else { return true };
     let Err(undelivered) = office.deliver(task, message, Source::Dock(port.dock())) else { return true };
     port.count(task, |counters| match undelivered {
         Undelivered::Ignored => &mut counters.ignored,

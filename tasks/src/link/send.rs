@@ -9,7 +9,7 @@ use super::cobs::WireBuffer;
 use super::frame::{Frame, Label};
 use super::port::Port;
 use crate::device::Transmit;
-use crate::message::{Address, Buffered, Message};
+use crate::message::{Buffered, Message};
 
 /// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that heard the
 /// message was not sending, so the ACK is the next that it sends; once something comes in, its end is waited for.
@@ -108,7 +108,7 @@ impl<Line: Transmit> Sender<Line> {
 
     fn send_datagram(&mut self, task: &mut Task, datagram: &Message) {
         let signature = self.port.with(task, |state| state.endpoint.sign_datagram());
-        let (to, payload) = (beyond(datagram), datagram.payload());
+        let (to, payload) = (datagram.to().task(), datagram.payload());
         self.transmit(task, Frame::Datagram { signature, to, payload });
     }
 
@@ -138,7 +138,7 @@ impl<Line: Transmit> Sender<Line> {
 
     /// Sends a message under ARQ.
     fn send(&mut self, task: &mut Task, message: Buffered, label: Label, patience: Ticks) -> Outstanding {
-        let (to, payload) = (beyond(&message), message.payload());
+        let (to, payload) = (message.to().task(), message.payload());
         self.transmit(task, Frame::Data { label, to, payload });
         let deadline = now(task).wrapping_add(patience);
         Outstanding { message, label, deadline }
@@ -151,17 +151,12 @@ impl<Line: Transmit> Sender<Line> {
         };
         let is_there = message.is_some() && message == self.in_wire;
         self.in_wire = message;
-        // A message holds no more than a frame, so this never fails; if it did, nothing would go out.
+        // The router lets nothing come here that no frame can say. If it did, nothing would go out.
         if is_there || frame.encode(&mut self.wire).is_ok() {
             self.line.transmit(task, self.wire.bytes());
             self.port.count(task, |counters| &mut counters.frames_sent);
         }
     }
-}
-
-/// The address as the neighbour understands it: a task of its own.
-fn beyond(message: &Message) -> Address {
-    Address::here(message.to().task())
 }
 
 /// How many ticks are left until `time`; `None` if none is.

@@ -3,9 +3,9 @@
 use proptest::prelude::*;
 use tasks::dock::Dock;
 use tasks::link::cobs::{MAX_WIRE, WireBuffer};
-use tasks::link::frame::{Frame, Label};
+use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
-use tasks::message::{Address, MAX_PAYLOAD, TaskCode};
+use tasks::message::{MAX_PAYLOAD, TaskCode};
 
 fn encode(frame: Frame) -> Vec<u8> {
     let mut wire = WireBuffer::new();
@@ -13,8 +13,10 @@ fn encode(frame: Frame) -> Vec<u8> {
     wire.bytes().to_vec()
 }
 
-fn label(signature: Signature, bits: u8) -> Label {
-    Label { signature, sequence: bits & 1 != 0, fresh: bits & 2 != 0 }
+const TURNS: [Turn; 3] = [Turn::Even, Turn::Odd, Turn::First];
+
+fn label(signature: Signature, number: usize) -> Label {
+    Label { signature, turn: TURNS[number % TURNS.len()] }
 }
 
 /// Payloads of this length, one for each kind of content that framing could mistake.
@@ -34,11 +36,11 @@ fn payloads(length: usize) -> impl Iterator<Item = Vec<u8>> {
 
 /// Calls `check` with a data frame and a datagram of every length and content.
 fn every_length_and_content(mut check: impl FnMut(Frame)) {
-    let to = Address::here(TaskCode::HORMONE);
+    let to = TaskCode::HORMONE;
     for length in 0..=MAX_PAYLOAD {
         for (dock, payload) in Dock::ALL.into_iter().cycle().zip(payloads(length)) {
             let signature = Signature { dock, epoch: length as u8 };
-            check(Frame::Data { label: label(signature, length as u8), to, payload: &payload });
+            check(Frame::Data { label: label(signature, length), to, payload: &payload });
             check(Frame::Datagram { signature, to, payload: &payload });
         }
     }
@@ -51,13 +53,13 @@ fn frames_in(wire: &[u8]) -> usize {
 }
 
 #[test]
-fn every_length_and_content_returns_unchanged_for_seven_bytes_more() {
+fn every_length_and_content_returns_unchanged_for_five_or_six_bytes_more() {
     every_length_and_content(|frame| {
         let mut wire = encode(frame);
         let (Frame::Data { payload, .. } | Frame::Datagram { payload, .. }) = frame else {
             unreachable!("only these have a payload");
         };
-        assert_eq!(wire.len(), payload.len() + 7);
+        assert!((5..=6).contains(&(wire.len() - payload.len())));
         assert!(wire.len() <= MAX_WIRE);
         assert_eq!(wire.iter().position(|byte| *byte == 0), Some(wire.len() - 1));
         assert_eq!(Frame::decode(&mut wire), Ok(frame));
@@ -65,12 +67,12 @@ fn every_length_and_content_returns_unchanged_for_seven_bytes_more() {
 }
 
 #[test]
-fn every_ack_returns_unchanged_in_six_bytes() {
+fn every_ack_returns_unchanged_in_five_or_six_bytes() {
     for epoch in 0..=255 {
-        for (dock, bits) in Dock::ALL.into_iter().flat_map(|dock| (0..4).map(move |bits| (dock, bits))) {
-            let ack = Frame::Ack(label(Signature { dock, epoch }, bits));
+        for (dock, turn) in Dock::ALL.into_iter().flat_map(|dock| TURNS.map(|turn| (dock, turn))) {
+            let ack = Frame::Ack(Label { signature: Signature { dock, epoch }, turn });
             let mut wire = encode(ack);
-            assert_eq!(wire.len(), 6);
+            assert!((5..=6).contains(&wire.len()));
             assert_eq!(Frame::decode(&mut wire), Ok(ack));
         }
     }
@@ -80,9 +82,9 @@ fn every_ack_returns_unchanged_in_six_bytes() {
 fn every_single_wrong_bit_on_the_wire_is_found() {
     every_length_and_content(|frame| every_wrong_bit_is_found(&encode(frame)));
     for epoch in 0..=255 {
-        for bits in 0..4 {
+        for turn in TURNS {
             let signature = Signature { dock: Dock::Back, epoch };
-            every_wrong_bit_is_found(&encode(Frame::Ack(label(signature, bits))));
+            every_wrong_bit_is_found(&encode(Frame::Ack(Label { signature, turn })));
         }
     }
 }
@@ -113,11 +115,11 @@ fn no_byte_can_be_lost_or_inserted() {
     });
 }
 
-/// Fault (c): where the CRC ends in a zero byte, one wrong bit in the COBS distance before the
-/// delimiter cuts that byte off and leaves a shorter frame, which must not pass.
+/// Fault (c): where a frame ends in 01 00 on the wire, as one does whose CRC ends in a zero byte, one wrong bit makes
+/// that two delimiters and leaves a shorter frame, which must not pass.
 #[test]
-fn fault_c_a_zero_at_the_end_cannot_be_cut_off() {
-    let to = Address::here(TaskCode::HORMONE);
+fn fault_c_a_byte_at_the_end_cannot_be_cut_off() {
+    let to = TaskCode::HORMONE;
     let mut cut = 0;
     for data in 0..=u16::MAX {
         let payload = data.to_be_bytes();
@@ -128,7 +130,7 @@ fn fault_c_a_zero_at_the_end_cannot_be_cut_off() {
             assert_eq!(frames_in(&[before, &[0x00]].concat()), 0, "{wire:02X?}");
         }
     }
-    assert_eq!(cut, 512, "one CRC in 256 ends in 0, as many in 1");
+    assert!(cut > 512, "one CRC in 256 ends in 0, as many in 1, and of others the first byte is 1: {cut}");
 }
 
 proptest! {
@@ -139,14 +141,14 @@ proptest! {
         kind in 0..3,
         dock in 0..6_u8,
         epoch in any::<u8>(),
-        bits in 0..4_u8,
-        to in any::<u8>().prop_filter_map("no address", Address::from_byte),
+        turn in 0..3_usize,
+        to in (0..TaskCode::BEHAVIOURS).prop_filter_map("no behaviour", TaskCode::of_behaviour),
         payload in prop::collection::vec(any::<u8>(), 0..=MAX_PAYLOAD),
     ) {
         let signature = Signature { dock: Dock::from_index(dock).unwrap(), epoch };
         let frame = match kind {
-            0 => Frame::Data { label: label(signature, bits), to, payload: &payload },
-            1 => Frame::Ack(label(signature, bits)),
+            0 => Frame::Data { label: label(signature, turn), to, payload: &payload },
+            1 => Frame::Ack(label(signature, turn)),
             _ => Frame::Datagram { signature, to, payload: &payload },
         };
         let mut wire = encode(frame);

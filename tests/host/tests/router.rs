@@ -12,8 +12,8 @@ const fn task(code: u8) -> TaskCode {
 }
 
 // Every place that a task can have: behaviours and system tasks, on the master, on the slave, on both.
-const MASTER_TASKS: [TaskCode; 5] = [task(0x00), task(0x01), task(0x0F), task(0x10), task(0x11)];
-const SLAVE_TASKS: [TaskCode; 4] = [task(0x02), task(0x08), task(0x10), task(0x1F)];
+const MASTER_TASKS: [TaskCode; 5] = [task(0x00), task(0x01), task(0x06), task(0x10), task(0x11)];
+const SLAVE_TASKS: [TaskCode; 4] = [task(0x02), task(0x05), task(0x10), task(0x1F)];
 // Right belongs to neither.
 const MASTER_DOCKS: [Dock; 2] = [Dock::Front, Dock::Left];
 const SLAVE_DOCKS: [Dock; 3] = [Dock::Back, Dock::Up, Dock::Down];
@@ -57,9 +57,11 @@ fn every_combination_goes_by_the_rules() {
             };
             for source in sources() {
                 let from_neighbour = matches!(source, Source::Dock(_));
-                let forbidden = to.dock().is_some() || to.task().code() >= 0x10;
+                let is_beyond = to.dock().is_some();
+                let is_behaviour = to.task().code() < 7;
                 let expected = match (here, there, source) {
-                    _ if from_neighbour && forbidden => Route::Refused,
+                    _ if from_neighbour && (is_beyond || !is_behaviour) => Route::Refused,
+                    _ if is_beyond && !is_behaviour => Route::Ignored,
                     (true, _, _) => delivered,
                     (false, true, Source::Task | Source::Dock(_)) => Route::Bridge,
                     (false, true, Source::Bridge) | (false, false, _) => Route::Ignored,
@@ -92,7 +94,7 @@ fn from_a_dock_only_behaviours_are_reached() {
             }
         }
     }
-    assert_eq!(reached, [0x00, 0x00, 0x01, 0x01, 0x02, 0x02, 0x08, 0x08, 0x0F, 0x0F]);
+    assert_eq!(reached, [0, 0, 1, 1, 2, 2, 5, 5, 6, 6]);
 }
 
 /// The way of the paper's Figure 6: in at the Back dock of the slave, HORMONE on the master, out at

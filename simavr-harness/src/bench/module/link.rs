@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use simulation::Random;
-use tasks::link::cobs::MAX_WIRE;
 
 use super::{BYTE, MILLISECOND, SECOND};
 use crate::bench::{BenchError, unmeasurable};
@@ -13,11 +12,7 @@ use crate::mcu::Mcu;
 use crate::part::Part;
 use crate::repair::usart::Character;
 
-const BITS: u64 = 10;
-
-/// Bytes on the wire of a message of 16 bytes, and of its ACK.
-const FRAME: u64 = MAX_WIRE as u64;
-const ACK: u64 = 6;
+const BITS: f64 = 10.0;
 
 /// The link's throughput in a minute, when each bit is wrong with the probability `bit_errors`, over that of stop-and-wait
 /// with no time between a frame and its ACK, in which a lost frame or ACK costs no more than they take. The test images
@@ -27,13 +22,22 @@ const ACK: u64 = 6;
 /// An image is not there, or no link.
 pub fn link_efficiency(directory: &Path, bit_errors: f64) -> Result<f64, BenchError> {
     let cycles = 60 * SECOND;
-    let arrives = |bytes: u64| (1.0 - bit_errors).powi((bytes * BITS) as i32);
-    let bound = arrives(FRAME) * arrives(ACK) * (cycles / BYTE) as f64 / (FRAME + ACK) as f64;
-    Ok(f64::from(messages(directory, bit_errors, cycles)?) / bound)
+    let Carried { messages, frame, ack } = carried(directory, bit_errors, cycles)?;
+    let arrives = |bytes: f64| (1.0 - bit_errors).powf(bytes * BITS);
+    let bound = arrives(frame) * arrives(ack) * (cycles / BYTE) as f64 / (frame + ack);
+    Ok(f64::from(messages) / bound)
 }
 
-/// Messages that a link carries in so many cycles.
-fn messages(directory: &Path, bit_errors: f64, cycles: u64) -> Result<u16, BenchError> {
+/// What a link carries.
+struct Carried {
+    messages: u16,
+    /// Bytes on the wire of a message of 16 bytes, and of an ACK, on average: some take one more than others.
+    frame: f64,
+    ack: f64,
+}
+
+/// What a link carries in so many cycles.
+fn carried(directory: &Path, bit_errors: f64, cycles: u64) -> Result<Carried, BenchError> {
     let mcu = |name: &str, seed| {
         let image = Arc::new(Image::load(directory.join(name).with_extension("elf"))?);
         Ok::<_, BenchError>(Mcu::new(Part::ATMEGA128, image, seed)?)
@@ -42,12 +46,16 @@ fn messages(directory: &Path, bit_errors: f64, cycles: u64) -> Result<u16, Bench
     let mut random = Random::new(1);
     let warm_up = 200 * MILLISECOND;
     let mut before = 0;
+    // Of each end, the bytes that it sent, and the frames.
+    let mut sent = [(0, 0); 2];
     for window in 1..(warm_up + cycles) / BYTE {
         for end in &mut ends {
             end.run_until(window * BYTE);
         }
         for (from, to) in [(0, 1), (1, 0)] {
             for character in ends[from].take_sent(0) {
+                sent[from].0 += 1;
+                sent[from].1 += u32::from(character.value == 0);
                 if let Some(character) = carry(character, bit_errors, &mut random) {
                     ends[to].receive(0, character);
                 }
@@ -57,7 +65,8 @@ fn messages(directory: &Path, bit_errors: f64, cycles: u64) -> Result<u16, Bench
             before = in_turn(&ends[1])?;
         }
     }
-    Ok(in_turn(&ends[1])?.wrapping_sub(before))
+    let [frame, ack] = sent.map(|(bytes, frames)| f64::from(bytes) / f64::from(frames));
+    Ok(Carried { messages: in_turn(&ends[1])?.wrapping_sub(before), frame, ack })
 }
 
 /// What arrives of a character when each bit is wrong with this probability. Without its start bit, or its stop bit,
