@@ -14,9 +14,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use simavr_ffi as ffi;
 
 use crate::device::LEVEL;
+use crate::interpreter;
+use crate::interpreter::instruction::Instruction;
 use crate::mcu::Reset;
 
+mod registers;
 mod snapshot;
+
+pub(crate) use registers::{Access, CoreState};
 
 // Missing from simavr-ffi's bindings.
 unsafe extern "C" {
@@ -199,8 +204,9 @@ impl Cpu {
     // --- Running --------------------------------------------------------------------------------
 
     /// Executes instructions until `deadline`, the next cycle timer, an interrupt to be served, a
-    /// sleep or a device's call for attention, whichever comes first; at least one instruction.
-    pub fn run(self, deadline: u64) {
+    /// sleep or a device's call for attention, whichever comes first; at least one instruction. `program` is what is in
+    /// flash, as far as it is decoded.
+    pub fn run(self, deadline: u64, program: &[Instruction]) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive, and no reference into it exists across the call:
         // callbacks use handles of their own.
@@ -211,7 +217,10 @@ impl Cpu {
             let to_timer = self.next_timer().map_or(left, |when| when.saturating_sub((*avr).cycle));
             (*avr).run_cycle_limit = left;
             (*avr).run_cycle_count = to_timer.clamp(1, left);
-            (*avr).pc = avr_run_one(avr);
+        }
+        if self.must_pause() || !interpreter::run(self, program) {
+            // SAFETY: as above.
+            unsafe { (*avr).pc = avr_run_one(avr) }
         }
     }
 

@@ -8,10 +8,13 @@ use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolSection, elf};
 use thiserror::Error;
 
+use crate::interpreter::instruction::{self, Instruction};
+
 /// An AVR program read from an ELF file.
 #[derive(Clone, Debug)]
 pub struct Image {
     flash: Vec<u8>,
+    program: Vec<Instruction>,
     symbols: BTreeMap<String, Symbol>,
 }
 
@@ -92,12 +95,24 @@ impl Image {
             return Err(ImageError::Empty);
         }
         let symbols = file.symbols().filter_map(named_symbol).collect();
-        Ok(Self { flash, symbols })
+        Ok(Self { program: instruction::decode(&flash), flash, symbols })
+    }
+
+    /// A program without symbols; not `decoded`, it is left to simavr's interpreter.
+    #[cfg(test)]
+    pub(crate) fn of_flash(flash: Vec<u8>, decoded: bool) -> Self {
+        let program = if decoded { instruction::decode(&flash) } else { Vec::new() };
+        Self { program, flash, symbols: BTreeMap::new() }
     }
 
     /// What goes into flash, from address 0.
     pub fn flash(&self) -> &[u8] {
         &self.flash
+    }
+
+    /// The same, decoded.
+    pub(crate) fn program(&self) -> &[Instruction] {
+        &self.program
     }
 
     /// The symbol of this name.

@@ -21,6 +21,7 @@ mod cpu;
 mod device;
 mod engine;
 mod image;
+mod interpreter;
 mod link;
 pub mod lockstep;
 mod marker;

@@ -353,7 +353,7 @@ impl Mcu {
     fn turn(&mut self, limit: u64) -> Option<Accepted> {
         let start = self.cycle();
         if self.cpu.core() == Core::Running {
-            self.cpu.run(limit);
+            self.cpu.run(limit, self.image.program());
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;
         }
