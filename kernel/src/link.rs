@@ -18,11 +18,14 @@ pub(crate) const END: usize = 0x8000;
 #[cfg(not(target_arch = "avr"))]
 const END: usize = 1;
 
+/// [`Link::DELAYED`]. Its high byte is that of no other link: no SRAM reaches so far.
+pub(crate) const DELAYED: usize = END | 0x7f00;
+
 impl Link {
     /// Of a task that has not started, or has ended.
     pub(crate) const NONE: Link = Link(ptr::null());
     /// Of a task that waits for nothing but a timer.
-    pub(crate) const DELAYED: Link = Link(ptr::without_provenance(END));
+    pub(crate) const DELAYED: Link = Link(ptr::without_provenance(DELAYED));
     /// Of a task that would be ready, were it not suspended.
     pub(crate) const PARKED: Link = Link(ptr::without_provenance(END | 2));
     /// Of a task for which others wait: see [`group`](crate::group).

@@ -30,9 +30,9 @@ pub static TICKS_LEFT: MaskedCell<Ticks> = MaskedCell::new(LONGEST);
 /// The state of all timers.
 pub(crate) struct Timers {
     /// The tick at which the first timer is due, or `LONGEST` from the last one when none is armed.
-    next: MaskedCell<Ticks>,
+    pub(crate) next: MaskedCell<Ticks>,
     /// The armed timers, by deadline, in the order of arming among equals.
-    first: MaskedCell<Option<&'static Timer>>,
+    pub(crate) first: MaskedCell<Option<&'static Timer>>,
 }
 
 impl Timers {
@@ -92,10 +92,10 @@ pub fn now(context: &mut impl Context) -> Ticks {
 /// static WAKE: Semaphore = Semaphore::new(0);
 /// ```
 pub struct Timer {
-    link: MaskedCell<Option<&'static Timer>>,
-    deadline: MaskedCell<Ticks>,
+    pub(crate) link: MaskedCell<Option<&'static Timer>>,
+    pub(crate) deadline: MaskedCell<Ticks>,
     /// What to wake; nothing while not armed.
-    target: MaskedCell<Target>,
+    pub(crate) target: MaskedCell<Target>,
 }
 
 impl Default for Timer {

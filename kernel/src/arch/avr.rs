@@ -21,6 +21,8 @@
 //! to the kernel's stack, so that handlers cost no task any stack, and calls the handler. Only if that made
 //! a higher task ready are the other 16 registers saved, and that task's context is taken up instead. Handlers do not nest.
 //!
+//! A tick that ends a delay has entry, wake-up and switch in one piece.
+//!
 //! Those 16 registers are saved and loaded through a pointer, with SP on the idle task's stack and interrupts enabled: one
 //! that strikes there lays nothing onto a task's stack. It finds that the head is not the running task, as it did before, but
 //! sees by SP that it has struck the kernel, and leaves the switch to that.
@@ -46,6 +48,7 @@ use crate::masked::Masked;
 use crate::paint::paint;
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Never};
+use crate::timer::Timer;
 use crate::{IDLE, KERNEL, Kernel};
 
 /// Bytes of a return address. An MCU has `eijmp` if it needs 3.
@@ -69,7 +72,12 @@ const STACK_POINTER: usize = core::mem::offset_of!(ControlBlock, stack_pointer);
 const ARRIVED: usize = core::mem::offset_of!(Kernel, ready.arrived);
 const WALK: usize = core::mem::offset_of!(Kernel, walk);
 const LINK: usize = core::mem::offset_of!(ControlBlock, link);
+const FIRST_TIMER: usize = core::mem::offset_of!(Kernel, timers.first);
+const NEXT_DEADLINE: usize = core::mem::offset_of!(Kernel, timers.next);
+const DEADLINE: usize = core::mem::offset_of!(Timer, deadline);
+const TARGET: usize = core::mem::offset_of!(Timer, target);
 const _: () = assert!(core::mem::offset_of!(ControlBlock, above) == 0);
+const _: () = assert!(core::mem::offset_of!(Timer, link) == 0);
 
 /// `cli`: 1 cycle.
 #[inline(always)]
@@ -323,21 +331,12 @@ unsafe extern "C" fn kernel_switch() {
             "out 0x3b, r25",                      // 1: RAMPZ
             #[cfg(target_feature = "elpm")]
             "rjmp leave_interrupt",               // 2
-            // Enters the tick's interrupt where a timer is due: what `kernel_enter_interrupt` pushes up to SREG
-            // is on the stack, but SREG, which is in r0.
-            ".global kernel_enter_tick",
-            "kernel_enter_tick:",
-            "push r0",                            // 2
-            "ldi r30, lo8(gs(kernel_expire))",    // 1: Z = the handler, in words
-            "ldi r31, hi8(gs(kernel_expire))",    // 1
-            "rjmp entered",                       // 2
             // Enters an interrupt: r31 and r30 are on the stack, Z is the handler's address in words.
             ".global kernel_enter_interrupt",
             "kernel_enter_interrupt:",
             "push r0",                            // 2
             "in r0, 0x3f",                        // 1: SREG; I is clear in it, `reti` sets it
             "push r0",                            // 2
-            "entered:",
             "push r1",                            // 2
             "clr r1",                             // 1: compiled code counts on r1 = 0
             "push r18",                           // 2: what a call may change, and Y
@@ -384,6 +383,7 @@ unsafe extern "C" fn kernel_switch() {
             "save:",
             "ldi r24, lo8(__stack)",              // 1: SPH is that of the kernel's stack already
             "out 0x3d, r24",                      // 1: SPL
+            "save_half:",
             "sei",                                // 1
             "st Y, r2",                           // 2: at the free byte, and on down
             "st -Y, r3",                         // 2
@@ -508,23 +508,110 @@ unsafe extern "C" fn kernel_switch() {
             "brne kernel_expire",                 // 1, or 2
             #[cfg(feature = "tickless")]
             "ret",                                // 4
-            // The handler of a tick at which timers are due: posts one at a time, and lets interrupts strike in between.
-            // It runs on the idle task's stack, so that handlers find their own empty.
-            ".global kernel_expire",
-            "kernel_expire:",
-            "ldi r24, lo8(__stack - 1)",          // 1: not where `save` and the idle task are struck
-            "cpi r29, hi8(__stack)",              // 1: where the tick struck these,
-            "brne 2f",                            // 1, or 2
-            "cpi r28, lo8(__stack - {idle})",     // 1
+            // A tick struck in the page of the kernel's stack, and a timer is due.
+            "expire_in_kernel:",
+            "out 0x3e, r25",                      // 1: SPH
+            "ldi r24, lo8(__stack - 1)",          // 1
+            "cpi r28, lo8(__stack - {idle})",     // 1: `save`, or the idle task?
             "brlo 2f",                            // 1, or 2
             "mov r24, r28",                       // 1: below their context
             "2:",
-            "out 0x3d, r24",                      // 1: SPL; SPH is right
-            "3:",
-            "call {expire}",                      // 4: r24 = whether more are due
-            "sei",                                // 1
-            "tst r24",                            // 1: here
+            "rjmp expire_at",                     // 2
+            // Enters the tick's interrupt where a timer is due: r31, r30 and r0 are on the stack, SREG is in r0.
+            ".global kernel_enter_tick",
+            "kernel_enter_tick:",
+            "push r0",                            // 2
+            "push r1",                            // 2
+            "clr r1",                             // 1
+            "push r18",                           // 2
+            "push r19",                           // 2
+            "push r20",                           // 2
+            "push r21",                           // 2
+            "push r22",                           // 2
+            "push r23",                           // 2
+            "push r24",                           // 2
+            "push r25",                           // 2
+            "push r26",                           // 2
+            "push r27",                           // 2
+            "push r28",                           // 2
+            "push r29",                           // 2
+            "in r28, 0x3d",                       // 1: Y = SP of the interrupted task
+            "in r29, 0x3e",                       // 1
+            // A timer is due. It runs on the idle task's stack, so that handlers find their own empty. First the commonest
+            // case, of a task whose delay is over and that outranks the one to run.
+            ".global kernel_expire",
+            "kernel_expire:",
+            "ldi r24, lo8(__stack)",              // 1
+            "ldi r25, hi8(__stack)",              // 1
+            "cpi r29, hi8(__stack)",              // 1
+            "breq expire_in_kernel",              // 1
+            "out 0x3e, r25",                      // 1: SPH
+            "out 0x3d, r24",                      // 1: SPL
+            "lds r30, {kernel}+{timer}",          // 2: Z = the first timer
+            "lds r31, {kernel}+{timer}+1",        // 2
+            "tst r31",                            // 1
+            "breq to_expire",                     // 1: there is none
+            "ld r18, Z",                          // 2: r19:r18 = the next one
+            "ldd r19, Z+1",                       // 2
+            "ldd r24, Z+{target}",                // 2: what it wakes
+            "ldd r25, Z+{target}+1",              // 2
+            "sbrs r25, 7",                        // 2: skips the next for a task
+            "to_expire:",
+            "rjmp expire",                        // 2
+            "andi r25, 0x7f",                     // 1
+            "movw r30, r24",                      // 1: Z = the task
+            "ldd r24, Z+{link}+1",                // 2
+            "cpi r24, {delayed}",                 // 1
+            "brne to_expire",                     // 1: its delay has not begun
+            "lds r26, {kernel}+{head}",           // 2: X = the head
+            "lds r27, {kernel}+{head}+1",         // 2
+            "ld r24, X",                          // 2: the priorities above that
+            "ld r25, Z",                          // 2: and above the task
+            "cp r25, r24",                        // 1
+            "brsh to_expire",                     // 1
+            "std Z+{link}, r26",                  // 2: the task goes before the head
+            "std Z+{link}+1, r27",                // 2
+            "sts {kernel}+{head}, r30",           // 2
+            "sts {kernel}+{head}+1, r31",         // 2
+            "sts {kernel}+{timer}, r18",          // 2: and the timer from its list
+            "sts {kernel}+{timer}+1, r19",        // 2
+            "sts {kernel}+{walk}, r1",            // 2: ends a walk
+            "sei",                                // 1: no task runs meanwhile, and interrupts leave timers alone
+            "tst r19",                            // 1
             "cli",                                // 1: leaves the Z flag alone
+            "breq expire",                        // 1: the last timer
+            "movw r30, r18",                      // 1: Z = the next timer
+            "ldd r24, Z+{deadline}",              // 2
+            "ldd r25, Z+{deadline}+1",            // 2
+            "lds r18, {kernel}+{next}",           // 2: the deadline that has come
+            "lds r19, {kernel}+{next}+1",         // 2
+            "sts {kernel}+{next}, r24",           // 2
+            "sts {kernel}+{next}+1, r25",         // 2
+            "sub r24, r18",                       // 1: ticks from that to the next
+            "sbc r25, r19",                       // 1
+            "lds r18, {left}",                    // 2: 0, or less if ticks have come meanwhile
+            "lds r19, {left}+1",                  // 2
+            "add r24, r18",                       // 1
+            "adc r25, r19",                       // 1
+            "sts {left}, r24",                    // 2
+            "sts {left}+1, r25",                  // 2
+            "cp r1, r24",                         // 1
+            "cpc r1, r25",                        // 1
+            "brge expire",                        // 1: it is due, too
+            "lds r30, {kernel}+{running}",        // 2: Z = the running task
+            "lds r31, {kernel}+{running}+1",      // 2
+            "rjmp save_half",                     // 2
+            // Whatever else: posts one timer's signal at a time, and lets interrupts strike in between.
+            "expire:",
+            "ldi r24, lo8(__stack - 1)",          // 1: not where `save` is struck
+            "expire_at:",
+            "out 0x3d, r24",                      // 1: SPL
+            "3:",
+            "sei",                                // 1
+            "nop",                                // 1: here
+            "cli",                                // 1
+            "call {expire}",                      // 4: r24 = whether more are due
+            "tst r24",                            // 1
             "brne 3b",                            // 1, or 2
             "rjmp exit_interrupt",                // 2
             // Blocks the running task at the semaphore r25:r24, and returns it in these; in the commonest case: where there are
@@ -578,6 +665,12 @@ unsafe extern "C" fn kernel_switch() {
             #[cfg(feature = "cpu-time")]
             charge = sym crate::cpu_time::charge_before_switch,
             expire = sym crate::timer::expire,
+            left = sym crate::TICKS_LEFT,
+            timer = const FIRST_TIMER,
+            next = const NEXT_DEADLINE,
+            deadline = const DEADLINE,
+            target = const TARGET,
+            delayed = const (crate::link::DELAYED >> 8),
             block = sym block_slowly,
             link = const LINK,
             arrived = const ARRIVED,

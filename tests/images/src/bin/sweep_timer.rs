@@ -85,10 +85,29 @@ fn director(task: &mut Task) {
         mark(1);
         NOTHING
     });
+    // As path 4, with a timer that is due later.
+    path(task, 7, |task| {
+        FIRST.start(task, FAR, &DONE);
+        GO_MIDDLE.post(task);
+        mark(ASK_TICK);
+        DONE.wait(task);
+        mark(if FIRST.cancel(task) { 1 } else { 2 });
+        NOTHING
+    });
+    // As path 4, with one that is due at the same tick.
+    path(task, 8, |task| {
+        GO_MIDDLE.post(task);
+        FIRST.start(task, 1, &DONE);
+        mark(ASK_TICK);
+        DONE.wait(task);
+        DONE.wait(task);
+        mark(1);
+        NOTHING
+    });
 }
 
 fn middle(task: &mut Task, path: u8) {
-    if path == 4 {
+    if matches!(path, 4 | 7 | 8) {
         task.delay(1);
     }
     DONE.post(task);

@@ -59,6 +59,8 @@ pub const PROGRAMS: &[Program] = &[
             "a delay that ends in a busy task",
             "a period",
             "three tasks woken at one tick",
+            "a delay, another timer pending",
+            "a delay, another timer due",
         ],
         struck_twice: &[3],
     },
