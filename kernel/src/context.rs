@@ -42,6 +42,12 @@ mod sealed {
         fn task(&mut self, _: Private) -> Option<&mut Task> {
             None
         }
+
+        /// Whether interrupts were enabled before [`mask`](super::Context::mask), and may be in the midst of it.
+        #[inline(always)]
+        fn may_be_struck(&self, _: Private) -> bool {
+            true
+        }
     }
 }
 pub(crate) use sealed::Private;
@@ -123,8 +129,19 @@ impl sealed::Sealed for JobContext<'_> {
     }
 }
 
-impl sealed::Sealed for Interrupt {}
-impl sealed::Sealed for Boot {}
+impl sealed::Sealed for Interrupt {
+    #[inline(always)]
+    fn may_be_struck(&self, _: Private) -> bool {
+        false
+    }
+}
+
+impl sealed::Sealed for Boot {
+    #[inline(always)]
+    fn may_be_struck(&self, _: Private) -> bool {
+        false
+    }
+}
 
 impl Context for Task {
     #[inline(always)]

@@ -14,11 +14,26 @@ use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Flag};
 
+/// What stands in for a task where that waits for one of several semaphores.
+#[repr(C)]
+pub(crate) struct StandIn {
+    /// First, so that its address is this one's.
+    pub(crate) control: ControlBlock,
+    pub(crate) semaphore: &'static Semaphore,
+}
+
+impl StandIn {
+    pub(crate) const fn new(semaphore: &'static Semaphore) -> StandIn {
+        StandIn { control: ControlBlock::new(), semaphore }
+    }
+}
+
 /// Those that stand in for a task.
+#[repr(C)]
 pub(crate) struct Group {
     /// The last of those that were woken; its link is the first.
-    last: ready::Last,
-    task: &'static ControlBlock,
+    pub(crate) last: ready::Last,
+    pub(crate) task: &'static ControlBlock,
 }
 
 impl Group {
@@ -28,6 +43,7 @@ impl Group {
     }
 
     /// The group of `stand_in`.
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn of(masked: &Masked, stand_in: &ControlBlock) -> &'static Group {
         // SAFETY: `claim` stored it from a static.
         unsafe { &*ptr::with_exposed_provenance(stand_in.stack_pointer.get(masked)) }
@@ -46,7 +62,7 @@ impl Group {
     }
 
     /// `stand_in` has been woken. Returns the task it stands in for, if that waits.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn arrive(
         &self,
         masked: &Masked,
@@ -90,31 +106,31 @@ impl Task {
     /// Takes a signal of one of `semaphores`, and blocks until there is one; of several the first. Returns its index.
     ///
     /// A wait for one thing with a time-out has [`Semaphore::wait_timeout`]; this one ends in time if a
-    /// [`Timer`](crate::Timer) posts one of the semaphores. 6 bytes of stack a semaphore, and 5. Linear in the number of
+    /// [`Timer`](crate::Timer) posts one of the semaphores. 8 bytes of stack a semaphore, and 5. Linear in the number of
     /// tasks that wait for them, in steps.
     pub fn wait_any<const N: usize>(&mut self, semaphores: [&Semaphore; N]) -> usize {
         if let Some(index) = semaphores.iter().position(|semaphore| semaphore.try_wait(self)) {
             return index;
         }
         let group = Group::new(self);
-        let stand_ins = [const { ControlBlock::new() }; N];
+        // SAFETY: these borrows end with the wait below, as the two of `group` and `stand_ins` do.
+        let stand_ins = semaphores.map(|semaphore| StandIn::new(unsafe { &*ptr::from_ref(semaphore) }));
         // SAFETY: below all that wait are expelled, or have been woken, before this returns; and a task for which others wait
         // is not killed.
-        let (group, stand_ins): (&'static Group, &'static [ControlBlock; N]) =
+        let (group, stand_ins): (&'static Group, &'static [StandIn; N]) =
             unsafe { (&*ptr::from_ref(&group), &*ptr::from_ref(&stand_ins)) };
         self.mask(|masked| group.task.set_flag(masked, Flag::Represented));
-        let all = || stand_ins.iter().zip(semaphores).enumerate();
-        let came = all().position(|(_, (stand_in, semaphore))| {
-            self.mask(|masked| group.claim(masked, stand_in));
-            !semaphore.enlist(self, stand_in)
+        let came = stand_ins.iter().position(|StandIn { control, semaphore }| {
+            self.mask(|masked| group.claim(masked, control));
+            !semaphore.enlist(self, control)
         });
         let sent = came.unwrap_or(N);
         let came = came.unwrap_or_else(|| {
             let woken = group.receive(self);
-            stand_ins.iter().position(|stand_in| stand_in.is(woken)).unwrap_or(0)
+            stand_ins.iter().position(|stand_in| stand_in.control.is(woken)).unwrap_or(0)
         });
-        for (index, (stand_in, semaphore)) in all().take(sent) {
-            if index != came && !list::expel(self, semaphore, stand_in, |_| {}) {
+        for (index, StandIn { control, semaphore }) in stand_ins.iter().enumerate().take(sent) {
+            if index != came && !list::expel(self, semaphore, control, |_| {}) {
                 // It has taken a signal too.
                 semaphore.post(self);
             }

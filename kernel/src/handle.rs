@@ -92,7 +92,7 @@ impl TaskHandle {
             ready::retire(task, |control, masked| {
                 control.change_priority(masked, priority);
                 control.above.set(masked, above);
-                ready::make_ready(masked, control);
+                arch::make_ready(masked, control);
             });
             if task.mask(ready::is_due) {
                 arch::switch_from_call();
@@ -187,7 +187,7 @@ impl TaskHandle {
     #[inline(always)]
     fn release(self, masked: &Masked, above: u8) -> bool {
         self.control.above.set(masked, above);
-        self.control.link.get(masked) == Link::PARKED && ready::make_ready(masked, self.control)
+        self.control.link.get(masked) == Link::PARKED && arch::make_ready(masked, self.control)
     }
 
     /// The task's own context, if it is the one that calls.

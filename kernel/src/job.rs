@@ -3,7 +3,7 @@
 use core::ptr;
 
 use crate::context::{Context, JobContext, Task};
-use crate::group::Group;
+use crate::group::{Group, StandIn};
 use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Flag, Never};
@@ -22,21 +22,21 @@ use crate::task::{ControlBlock, Flag, Never};
 #[repr(C)]
 pub struct Job {
     /// First, so that its address is the job's.
-    stand_in: ControlBlock,
-    signals: &'static Semaphore,
+    stand_in: StandIn,
     body: fn(&mut JobContext),
 }
 
 impl Job {
     /// Runs `body` for each signal of `signals`.
     pub const fn new(signals: &'static Semaphore, body: fn(&mut JobContext)) -> Job {
-        Job { stand_in: ControlBlock::new(), signals, body }
+        Job { stand_in: StandIn::new(signals), body }
     }
 
     /// Waits for the next signal in the list of its semaphore; if there is one, behind the jobs that have theirs.
     fn wait(&'static self, task: &mut Task, group: &'static Group) {
-        if !self.signals.enlist(task, &self.stand_in) {
-            task.mask(|masked| group.append(masked, &self.stand_in));
+        let StandIn { control, semaphore } = &self.stand_in;
+        if !semaphore.enlist(task, control) {
+            task.mask(|masked| group.append(masked, control));
         }
     }
 
@@ -62,10 +62,10 @@ impl Task {
         let group = Group::new(self);
         // SAFETY: if jobs refer to it, this never returns, and a task for which others wait is not killed.
         let group: &'static Group = unsafe { &*ptr::from_ref(&group) };
-        let mut is_free = |job: &&'static Job| self.mask(|masked| group.claim(masked, &job.stand_in));
+        let mut is_free = |job: &&'static Job| self.mask(|masked| group.claim(masked, &job.stand_in.control));
         if let Some(taken) = jobs.iter().position(|job| !is_free(job)) {
             for job in jobs.iter().take(taken) {
-                self.mask(|masked| job.stand_in.forget(masked));
+                self.mask(|masked| job.stand_in.control.forget(masked));
             }
             return Err(JobTaken);
         }

@@ -18,8 +18,10 @@ pub(crate) const END: usize = 0x8000;
 #[cfg(not(target_arch = "avr"))]
 const END: usize = 1;
 
-/// [`Link::DELAYED`]. Its high byte is that of no other link: no SRAM reaches so far.
+/// Ends without a semaphore. No SRAM reaches so far: the high byte of each is that of no other link.
 pub(crate) const DELAYED: usize = END | 0x7f00;
+pub(crate) const GROUPED: usize = END | 0x7e00;
+pub(crate) const PARKED: usize = END | 0x7d00;
 
 impl Link {
     /// Of a task that has not started, or has ended.
@@ -27,9 +29,9 @@ impl Link {
     /// Of a task that waits for nothing but a timer.
     pub(crate) const DELAYED: Link = Link(ptr::without_provenance(DELAYED));
     /// Of a task that would be ready, were it not suspended.
-    pub(crate) const PARKED: Link = Link(ptr::without_provenance(END | 2));
+    pub(crate) const PARKED: Link = Link(ptr::without_provenance(PARKED));
     /// Of a task for which others wait: see [`group`](crate::group).
-    pub(crate) const GROUPED: Link = Link(ptr::without_provenance(END | 4));
+    pub(crate) const GROUPED: Link = Link(ptr::without_provenance(GROUPED));
 
     /// To the next task.
     #[inline(always)]

@@ -28,32 +28,29 @@ pub(crate) fn expel(
                 walk::end(masked);
                 return Step::Done(false);
             };
+            let link = task.link.get(masked);
             if first.is(task) {
-                semaphore.set_first(masked, task.link.get(masked));
-                walk::end(masked);
-                then(masked);
-                return Step::Done(true);
-            }
-            let before = match place {
-                Some(place) if walk::goes_on(masked) && place.began_with.is(first) => place.before,
-                _ => {
-                    walk::begin(masked);
-                    first
-                }
-            };
-            match before.link.get(masked).task() {
-                Some(next) if next.is(task) => {
-                    before.link.set(masked, task.link.get(masked));
-                    walk::end(masked);
-                    then(masked);
-                    Step::Done(true)
-                }
-                Some(next) => Step::On(Place { before: next, began_with: first }),
-                None => {
-                    walk::end(masked);
-                    Step::Done(false)
+                semaphore.set_first(masked, link);
+            } else {
+                let before = match place {
+                    Some(place) if walk::goes_on(masked) && place.began_with.is(first) => place.before,
+                    _ => {
+                        walk::begin(masked);
+                        first
+                    }
+                };
+                match before.link.get(masked).task() {
+                    Some(next) if next.is(task) => before.link.set(masked, link),
+                    Some(next) => return Step::On(Place { before: next, began_with: first }),
+                    None => {
+                        walk::end(masked);
+                        return Step::Done(false);
+                    }
                 }
             }
+            walk::end(masked);
+            then(masked);
+            Step::Done(true)
         });
         match step {
             Step::On(next) => place = Some(next),

@@ -113,7 +113,7 @@ impl Lock {
     #[inline(never)]
     fn give(&self, task: &mut Task) {
         // Before the ceiling is left, or a task between the two could hold up the one that waits.
-        task.mask(|masked| self.free.signal(masked));
+        task.mask(|masked| arch::signal(masked, &self.free, false));
         arch::part_sections();
         if ready::restore(task) {
             arch::switch_from_call();

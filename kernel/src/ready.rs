@@ -13,7 +13,6 @@
 use crate::KERNEL;
 use crate::arch;
 use crate::context::{Context, Task};
-use crate::group::Group;
 use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::task::{ControlBlock, Flag};
@@ -29,7 +28,7 @@ pub(crate) struct Ready {
     /// The priorities at which tasks have arrived, a bit each.
     pub(crate) arrived: MaskedCell<u8>,
     /// For each of these the last task to arrive; its link is the first.
-    last: [Last; 8],
+    pub(crate) last: [Last; 8],
 }
 
 /// The last task of a queue, if there is one.
@@ -59,23 +58,16 @@ impl Ready {
     }
 }
 
-/// Makes `task` ready. Returns whether it is now the one to run.
+/// Puts `task` before the head if it outranks that. Returns whether it did.
 #[inline(always)]
-pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
+pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     let (head, above) = arch::head_and_above(masked);
-    if task.above.get(masked) < above {
-        preempt(masked, task, head);
-        true
-    } else {
-        arrive(masked, task)
+    let outranks = task.above.get(masked) < above;
+    if outranks {
+        task.link.set(masked, Link::to(head));
+        arch::set_head(masked, task);
     }
-}
-
-/// Puts `task` before `head`, which it outranks.
-#[inline(always)]
-fn preempt(masked: &Masked, task: &'static ControlBlock, head: &'static ControlBlock) {
-    task.link.set(masked, Link::to(head));
-    arch::set_head(masked, task);
+    outranks
 }
 
 /// Takes the running task, which is the head, from the ready ones, and links it as `link`; the next takes its place.
@@ -263,20 +255,9 @@ fn restore_to_arrived(masked: &Masked, above: u8, priority: usize) -> bool {
     true
 }
 
-/// Appends `task` to those that arrived at its priority, unless it is suspended. Returns whether another is the one to run
-/// now: that which it stands for.
-#[inline(never)]
-fn arrive(masked: &Masked, task: &'static ControlBlock) -> bool {
-    if task.is_suspended(masked) {
-        return park(masked, task);
-    }
-    append(masked, task);
-    false
-}
-
 /// Appends `task` to those that arrived at its priority.
-#[inline(always)]
-fn append(masked: &Masked, task: &'static ControlBlock) {
+#[cfg(not(target_arch = "avr"))]
+pub(crate) fn append(masked: &Masked, task: &'static ControlBlock) {
     let last = &KERNEL.ready.last[task.index(masked)];
     match last.get(masked) {
         Some(previous) => {
@@ -308,28 +289,6 @@ pub(crate) fn take_after(masked: &Masked, before: &'static ControlBlock, task: &
     if last.get(masked).is_some_and(|last| last.is(task)) {
         last.set(masked, Some(before));
     }
-}
-
-/// Leaves a suspended task until it is resumed; tells the task that another stands in for. Returns whether that is now the
-/// one to run.
-#[inline(never)]
-fn park(masked: &Masked, task: &'static ControlBlock) -> bool {
-    let mut parked = task;
-    if task.has_flag(masked, Flag::StandsIn) {
-        let Some(task) = Group::of(masked, task).arrive(masked, task) else { return false };
-        let (head, above) = arch::head_and_above(masked);
-        if task.above.get(masked) < above {
-            preempt(masked, task, head);
-            return true;
-        }
-        if !task.is_suspended(masked) {
-            append(masked, task);
-            return false;
-        }
-        parked = task;
-    }
-    parked.link.set(masked, Link::PARKED);
-    false
 }
 
 /// Makes `task` the only one that arrived at its priority.

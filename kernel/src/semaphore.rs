@@ -2,7 +2,7 @@
 
 use crate::IDLE;
 use crate::arch;
-use crate::context::{Context, Task};
+use crate::context::{Context, Private, Task};
 use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
@@ -35,11 +35,12 @@ impl Semaphore {
     /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
+        let may_strike = context.may_be_struck(Private);
         #[cfg(not(feature = "fault-unmasked-post"))]
-        let is_due = context.mask(|masked| self.signal(masked));
+        let is_due = context.mask(|masked| self.signal(masked, may_strike));
         // SAFETY: none. The tests show what comes of it.
         #[cfg(feature = "fault-unmasked-post")]
-        let is_due = self.signal(&unsafe { Masked::assume() });
+        let is_due = self.signal(&unsafe { Masked::assume() }, may_strike);
         context.reschedule(is_due);
     }
 
@@ -59,9 +60,10 @@ impl Semaphore {
         context.mask(|masked| self.take(masked))
     }
 
-    /// Signals. Returns whether the task it woke is now the one to run.
+    /// Signals. Returns whether another task is to run now. If interrupts `may_strike`, they do so inside, where who waits stands
+    /// in for a task.
     #[inline(always)]
-    pub(crate) fn signal(&self, masked: &Masked) -> bool {
+    pub(crate) fn signal(&self, masked: &Masked, may_strike: bool) -> bool {
         match self.word.get(masked) {
             State::Signals(u8::MAX) => false,
             State::Signals(signals) => {
@@ -72,7 +74,7 @@ impl Semaphore {
                 self.word.reset(masked, 1);
                 false
             }
-            State::Waiting(first) => self.wake(masked, first),
+            State::Waiting(first) => self.wake(masked, first, may_strike),
         }
     }
 
@@ -91,17 +93,18 @@ impl Semaphore {
         Store::Done
     }
 
-    /// Wakes the first waiting task. Returns whether it is now the one to run.
+    /// Wakes the first waiting task. Returns as [`signal`](Self::signal) does.
     #[inline(always)]
-    fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+    fn wake(&self, masked: &Masked, first: &'static ControlBlock, may_strike: bool) -> bool {
         self.word.set_link(masked, first.link.get(masked));
-        ready::make_ready(masked, first)
+        ready::preempt(masked, first) || arch::arrive(masked, first, may_strike)
     }
 
-    /// Wakes the first waiting task, if there is one. Returns whether it is now the one to run.
+    /// Wakes the first waiting task, if there is one, that stands for itself. Returns whether it is now the one to run.
+    #[inline(always)]
     pub(crate) fn wake_first(&self, masked: &Masked) -> Option<bool> {
         match self.word.get(masked) {
-            State::Waiting(first) => Some(self.wake(masked, first)),
+            State::Waiting(first) => Some(self.wake(masked, first, false)),
             _ => None,
         }
     }

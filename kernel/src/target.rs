@@ -2,9 +2,9 @@
 
 use core::ptr;
 
+use crate::arch;
 use crate::context::{Context, Expiry};
 use crate::link::Link;
-use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::task::ControlBlock;
 use crate::timeout::Timeout;
@@ -43,7 +43,7 @@ impl Target {
             let task: &ControlBlock = unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !TASK) };
             expiry.mask(|masked| {
                 if task.link.get(masked) == Link::DELAYED {
-                    ready::make_ready(masked, task);
+                    arch::make_ready(masked, task);
                 }
             });
         // SAFETY: null or made from a static, or from what outlives the timer, by `semaphore`.
@@ -59,7 +59,7 @@ fn wake_semaphore(expiry: &mut Expiry, semaphore: &'static Semaphore) {
     match expiry.mask(|masked| Timeout::marked(masked, semaphore)) {
         Some(timeout) => timeout.elapse(expiry),
         None => expiry.mask(|masked| {
-            semaphore.signal(masked);
+            arch::signal(masked, semaphore, true);
         }),
     }
 }

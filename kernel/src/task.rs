@@ -65,7 +65,7 @@ pub struct ControlBlock {
     /// What stands behind this task in the one list that it is in.
     pub(crate) link: MaskedCell<Link>,
     /// The priority in the low three bits, and the flags of [`Flag`]; unused for the idle task.
-    priority: MaskedCell<u8>,
+    pub(crate) priority: MaskedCell<u8>,
     /// How long it has had the CPU.
     #[cfg(feature = "cpu-time")]
     pub(crate) cpu_time: MaskedCell<u32>,
@@ -91,7 +91,7 @@ pub(crate) enum Flag {
 const PRIORITY: u8 = 7;
 
 /// [`ControlBlock::above`] of a task that is suspended: nothing has less to preempt.
-const SUSPENDED: u8 = 0xff;
+pub(crate) const SUSPENDED: u8 = 0xff;
 
 impl ControlBlock {
     /// A block of a task that has not started.
@@ -224,7 +224,7 @@ impl ControlBlock {
             self.stack_pointer.set(masked, stack_pointer);
             self.above.set(masked, above);
             self.priority.set(masked, priority as u8);
-            ready::make_ready(masked, self)
+            arch::make_ready(masked, self)
         })
     }
 

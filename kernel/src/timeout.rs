@@ -90,7 +90,7 @@ impl Timeout {
         expiry.peek(|masked| self.state.set(masked, FIRED));
         list::expel(expiry, self.semaphore, self.task, |masked| {
             self.state.set(masked, FIRED | EXPELLED);
-            ready::make_ready(masked, self.task);
+            arch::make_ready(masked, self.task);
         });
     }
 }

@@ -44,10 +44,11 @@ use core::ops::Range;
 use core::ptr;
 
 use crate::context::Task;
+use crate::group::{Group, StandIn};
 use crate::masked::Masked;
 use crate::paint::paint;
 use crate::semaphore::Semaphore;
-use crate::task::{ControlBlock, Never};
+use crate::task::{ControlBlock, Flag, Never};
 use crate::timer::Timer;
 use crate::{IDLE, KERNEL, Kernel};
 
@@ -72,12 +73,18 @@ const STACK_POINTER: usize = core::mem::offset_of!(ControlBlock, stack_pointer);
 const ARRIVED: usize = core::mem::offset_of!(Kernel, ready.arrived);
 const WALK: usize = core::mem::offset_of!(Kernel, walk);
 const LINK: usize = core::mem::offset_of!(ControlBlock, link);
+const LAST: usize = core::mem::offset_of!(Kernel, ready.last);
+const PRIORITY: usize = core::mem::offset_of!(ControlBlock, priority);
+const GROUPED_TASK: usize = core::mem::offset_of!(Group, task);
+const AWAITED: usize = core::mem::offset_of!(StandIn, semaphore);
 const FIRST_TIMER: usize = core::mem::offset_of!(Kernel, timers.first);
 const NEXT_DEADLINE: usize = core::mem::offset_of!(Kernel, timers.next);
 const DEADLINE: usize = core::mem::offset_of!(Timer, deadline);
 const TARGET: usize = core::mem::offset_of!(Timer, target);
 const _: () = assert!(core::mem::offset_of!(ControlBlock, above) == 0);
 const _: () = assert!(core::mem::offset_of!(Timer, link) == 0);
+const _: () = assert!(core::mem::offset_of!(Group, last) == 0);
+const _: () = assert!(core::mem::offset_of!(StandIn, control) == 0);
 
 /// `cli`: 1 cycle.
 #[inline(always)]
@@ -175,6 +182,45 @@ pub(crate) fn head_and_next(_: &Masked) -> (&'static ControlBlock, &'static Cont
     }
     // SAFETY: both are statics, always: a ready task's link leads to another, at last to the idle task.
     (unsafe { &*head }, unsafe { &*next }, above)
+}
+
+/// A call of the kernel's assembly with Z = `$subject`, that changes what a call may. Returns whether another task is to run now.
+/// If interrupts `$may_strike` they do so inside, where who waits stands in for a task.
+macro_rules! call_to_wake {
+    ($entry:ident, $subject:expr, $may_strike:expr) => {{
+        let is_due: u8;
+        asm!(
+            "call {entry}", // 4
+            entry = sym $entry,
+            inout("Z") ptr::from_ref($subject) => _,
+            inout("r21") $may_strike as u8 => _,
+            out("r18") _, out("r19") _, out("r20") _, out("r22") _, out("r23") _, out("r24") is_due, out("r25") _,
+            out("X") _,
+        );
+        is_due != 0
+    }};
+}
+
+/// [`Semaphore::signal`], by a call.
+#[inline(always)]
+pub(crate) fn signal(_: &Masked, semaphore: &Semaphore, may_strike: bool) -> bool {
+    // SAFETY: interrupts are masked, and a semaphore's word and the lists become what they should.
+    unsafe { call_to_wake!(kernel_signal, semaphore, may_strike) }
+}
+
+/// Makes `task` ready, which stands in for no other, by a call. Returns whether another task is to run now.
+#[inline(always)]
+pub(crate) fn make_ready(_: &Masked, task: &'static ControlBlock) -> bool {
+    // SAFETY: interrupts are masked, and the lists become what they should.
+    unsafe { call_to_wake!(kernel_make_ready, task, false) }
+}
+
+/// Puts `task`, which was woken and does not outrank the head, among those that have arrived, or does instead what is to be
+/// done. Returns whether another task is to run now.
+#[inline(always)]
+pub(crate) fn arrive(_: &Masked, task: &'static ControlBlock, may_strike: bool) -> bool {
+    // SAFETY: as above.
+    unsafe { call_to_wake!(kernel_arrive, task, may_strike) }
 }
 
 /// Runs `body` with interrupts masked, and leaves them as they were.
@@ -650,6 +696,199 @@ unsafe extern "C" fn kernel_switch() {
             "7:",
             "sei",                                // 1
             "jmp {block}",                        // 3
+            // Signals the semaphore Z, with interrupts masked. r24 = whether another task is to run now. What else a call may
+            // change is changed. r21 is 0 unless interrupts may strike in between.
+            ".global kernel_signal",
+            "kernel_signal:",
+            "clt",                                // 1: T = whether another task is to run
+            "signal:",
+            "movw r26, r30",                      // 1: X = the semaphore
+            "ld r18, X+",                         // 2: its word
+            "ld r19, X",                          // 2
+            "cp r1, r19",                         // 1
+            "brge store_signal",                  // 1
+            "movw r30, r18",                      // 1: Z = the first task that waits
+            "ldd r18, Z+{link}",                  // 2
+            "ldd r19, Z+{link}+1",                // 2
+            "st X, r19",                          // 2: the next one is the first now
+            "st -X, r18",                         // 2
+            "ld r25, Z",                          // 2: the priorities above the task
+            "cpi r25, {suspended}",               // 1
+            "breq to_suspended",                  // 1
+            "make_ready:",
+            "lds r26, {kernel}+{head}",           // 2: X = the head
+            "lds r27, {kernel}+{head}+1",         // 2
+            "ld r24, X",                          // 2: the priorities above that
+            "cp r25, r24",                        // 1
+            "brsh arrive",                        // 1, or 2
+            "std Z+{link}, r26",                  // 2: the task goes before the head
+            "std Z+{link}+1, r27",                // 2
+            "sts {kernel}+{head}, r30",           // 2
+            "sts {kernel}+{head}+1, r31",         // 2
+            "ldi r24, 1",                         // 1
+            "ret",                                // 4
+            // Makes the task Z ready, that stands in for no other. r24 as above.
+            ".global kernel_make_ready",
+            "kernel_make_ready:",
+            "clt",                                // 1
+            "wake:",
+            "ld r25, Z",                          // 2
+            "cpi r25, {suspended}",               // 1
+            "brne make_ready",                    // 2, or 1
+            // It is suspended, and left until it is resumed.
+            "park:",
+            "ldi r24, lo8({parked})",             // 1
+            "ldi r25, hi8({parked})",             // 1
+            "std Z+{link}, r24",                  // 2
+            "std Z+{link}+1, r25",                // 2
+            "rjmp 2f",                            // 2
+            "store_signal:",
+            "breq 1f",                            // 2, or 1 where the last task that waited has left it empty
+            "clr r18",                            // 1
+            "1:",
+            "inc r18",                            // 1
+            "breq 2f",                            // 1: no more go in
+            "st X, r1",                           // 2
+            "st -X, r18",                         // 2
+            "rjmp 2f",                            // 2
+            "to_suspended:",
+            "rjmp suspended",                     // 2
+            // The task Z, first of those that waited, does not outrank the head.
+            ".global kernel_arrive",
+            "kernel_arrive:",
+            "clt",                                // 1
+            "ld r25, Z",                          // 2
+            "cpi r25, {suspended}",               // 1
+            "breq suspended",                     // 1
+            // It joins those that have arrived at its priority.
+            "arrive:",
+            "ldd r26, Z+{priority}",              // 2
+            "andi r26, 7",                        // 1
+            "lsl r26",                            // 1
+            "clr r27",                            // 1
+            "subi r26, lo8(-({kernel}+{last}))",  // 1: X = where its last is
+            "sbci r27, hi8(-({kernel}+{last}))",  // 1
+            "ld r18, X+",                         // 2
+            "ld r19, X",                          // 2
+            "st X, r31",                          // 2: that is the task now
+            "st -X, r30",                         // 2
+            "tst r19",                            // 1
+            "breq 1f",                            // 1: there was none
+            "movw r26, r30",                      // 1: X = the task
+            "movw r30, r18",                      // 1: Z = the one before
+            "ldd r18, Z+{link}",                  // 2: it leads to the first, and the task will
+            "ldd r19, Z+{link}+1",                // 2
+            "std Z+{link}, r26",                  // 2
+            "std Z+{link}+1, r27",                // 2
+            "adiw r26, {link}",                   // 2
+            "st X+, r18",                         // 2
+            "st X, r19",                          // 2
+            "2:",
+            "clr r24",                            // 1
+            "bld r24, 0",                         // 1
+            "ret",                                // 4
+            "1:",
+            "std Z+{link}, r30",                  // 2: a ring of one
+            "std Z+{link}+1, r31",                // 2
+            "inc r25",                            // 1: its bit in a set of priorities
+            "lds r24, {kernel}+{arrived}",        // 2
+            "or r24, r25",                        // 1
+            "sts {kernel}+{arrived}, r24",        // 2
+            "rjmp 2b",                            // 2
+            "suspended:",
+            "ldd r25, Z+{priority}",              // 2
+            "sbrs r25, {stands_in}",              // 2, or 1
+            "rjmp park",                          // 2
+            // It stands in for another task.
+            "ldd r26, Z+{sp}",                    // 2: X = its group
+            "ldd r27, Z+{sp}+1",                  // 2
+            "adiw r26, {grouped_task}",           // 2
+            "ld r22, X+",                         // 2: r23:r22 = that task
+            "ld r23, X",                          // 2
+            "tst r21",                            // 1
+            "breq join",                          // 1
+            "ldd r20, Z+{awaited}",               // 2: r21:r20 = the semaphore
+            "ldd r21, Z+{awaited}+1",             // 2
+            "movw r26, r20",                      // 1: as if nothing had been done
+            "st X+, r30",                         // 2
+            "st X, r31",                          // 2
+            // Wakes that task first, if it waits. Should it run before the signal is there, it waits again.
+            "3:",
+            "sei",                                // 1
+            "nop",                                // 1
+            "cli",                                // 1
+            "movw r30, r22",                      // 1: Z = the task
+            "ldd r24, Z+{link}+1",                // 2
+            "cpi r24, {grouped}",                 // 1
+            "brne 4f",                            // 1, or 2
+            "call wake",                          // 4
+            "bst r24, 0",                         // 1
+            "4:",
+            "sei",                                // 1
+            "nop",                                // 1
+            "cli",                                // 1
+            // The signal is yet to come, and the lists may have changed.
+            "movw r26, r20",                      // 1: X = the semaphore
+            "ld r30, X+",                         // 2: Z = the first that waits
+            "ld r31, X",                          // 2
+            "cp r1, r31",                         // 1
+            "brge 5f",                            // 1: none does
+            "ldd r25, Z+{priority}",              // 2
+            "sbrs r25, {stands_in}",              // 2, or 1
+            "rjmp 5f",                            // 2: a task does
+            "ldd r26, Z+{sp}",                    // 2: X = the group
+            "ldd r27, Z+{sp}+1",                  // 2
+            "adiw r26, {grouped_task}",           // 2
+            "ld r22, X+",                         // 2
+            "ld r23, X",                          // 2
+            "movw r18, r30",                      // 1
+            "movw r30, r22",                      // 1
+            "ldd r24, Z+{link}+1",                // 2
+            "cpi r24, {grouped}",                 // 1
+            "breq 3b",                            // 1: its task waits again
+            "movw r30, r18",                      // 1
+            "ldd r24, Z+{link}",                  // 2
+            "ldd r25, Z+{link}+1",                // 2
+            // Puts Z behind those of the group that were woken. X is at the end of the group.
+            "join:",
+            "sbiw r26, {grouped_task} + 1",       // 2
+            "ld r18, X+",                         // 2: the last of them
+            "ld r19, X",                          // 2
+            "st X, r31",                          // 2
+            "st -X, r30",                         // 2
+            "tst r19",                            // 1
+            "breq 6f",                            // 1: there was none
+            "movw r26, r18",                      // 1
+            "adiw r26, {link}",                   // 2
+            "ld r18, X",                          // 2: it leads to the first
+            "st X+, r30",                         // 2
+            "ld r19, X",                          // 2
+            "st X, r31",                          // 2
+            "std Z+{link}, r18",                  // 2
+            "std Z+{link}+1, r19",                // 2
+            "7:",
+            "tst r21",                            // 1
+            "breq 8f",                            // 1
+            "movw r26, r20",                      // 1: X = the semaphore
+            "st X+, r24",                         // 2: the next one is the first now
+            "st X, r25",                          // 2
+            "9:",
+            "clr r24",                            // 1
+            "bld r24, 0",                         // 1
+            "ret",                                // 4
+            "6:",
+            "std Z+{link}, r30",                  // 2: a ring of one
+            "std Z+{link}+1, r31",                // 2
+            "rjmp 7b",                            // 2
+            "8:",
+            "movw r30, r22",                      // 1: Z = the task
+            "ldd r24, Z+{link}+1",                // 2
+            "cpi r24, {grouped}",                 // 1
+            "brne 9b",                            // 1, or 2
+            "rjmp wake",                          // 2
+            "5:",
+            "movw r30, r20",                      // 1
+            "rjmp signal",                        // 2
             // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
             "kernel_start_task:",
             "pop r24",                            // 2: the first argument
@@ -672,6 +911,14 @@ unsafe extern "C" fn kernel_switch() {
             target = const TARGET,
             delayed = const (crate::link::DELAYED >> 8),
             block = sym block_slowly,
+            suspended = const crate::task::SUSPENDED,
+            stands_in = const (Flag::StandsIn as u8).trailing_zeros(),
+            grouped_task = const GROUPED_TASK,
+            awaited = const AWAITED,
+            grouped = const (crate::link::GROUPED >> 8),
+            parked = const crate::link::PARKED,
+            last = const LAST,
+            priority = const PRIORITY,
             link = const LINK,
             arrived = const ARRIVED,
             walk = const WALK,
@@ -689,6 +936,9 @@ unsafe extern "C" fn kernel_switch() {
 unsafe extern "C" {
     fn kernel_start_task();
     fn kernel_run() -> !;
+    fn kernel_signal();
+    fn kernel_make_ready();
+    fn kernel_arrive();
     fn kernel_block(semaphore: &Semaphore) -> Option<&'static ControlBlock>;
     #[doc(hidden)]
     pub fn kernel_enter_interrupt();

@@ -18,9 +18,11 @@ use corosensei::stack::{DefaultStack, Stack as _};
 use corosensei::{Coroutine, Yielder};
 
 use crate::context::{Interrupt, Task};
+use crate::group::Group;
+use crate::link::Link;
 use crate::masked::Masked;
 use crate::semaphore::Semaphore;
-use crate::task::{Boot, ControlBlock, Never};
+use crate::task::{Boot, ControlBlock, Flag, Never};
 use crate::{IDLE, KERNEL, ready, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
@@ -189,6 +191,29 @@ pub(crate) fn head_and_next(masked: &Masked) -> (&'static ControlBlock, &'static
     let head = KERNEL.ready.head.get(masked);
     let next = head.next_ready(masked);
     (head, next, next.above.get(masked))
+}
+
+pub(crate) fn signal(masked: &Masked, semaphore: &Semaphore, may_strike: bool) -> bool {
+    semaphore.signal(masked, may_strike)
+}
+
+pub(crate) fn make_ready(masked: &Masked, task: &'static ControlBlock) -> bool {
+    if ready::preempt(masked, task) {
+        return true;
+    }
+    if task.is_suspended(masked) {
+        task.link.set(masked, Link::PARKED);
+    } else {
+        ready::append(masked, task);
+    }
+    false
+}
+
+pub(crate) fn arrive(masked: &Masked, task: &'static ControlBlock, _: bool) -> bool {
+    if task.has_flag(masked, Flag::StandsIn) {
+        return Group::of(masked, task).arrive(masked, task).is_some_and(|task| make_ready(masked, task));
+    }
+    make_ready(masked, task)
 }
 
 pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {

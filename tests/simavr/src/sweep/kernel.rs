@@ -39,7 +39,7 @@ const SUSPENDED: u8 = 0xff;
 /// Links of tasks that are in no list: one that has not started or has ended, and the ends of lists of one.
 const NONE: u16 = 0;
 const END: u16 = 0x8000;
-const GROUPED: u16 = END | 4;
+const GROUPED: u16 = END | 0x7e00;
 
 /// Offset in `Group`.
 const GROUP_TASK: u16 = 2;
