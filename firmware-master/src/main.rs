@@ -16,12 +16,13 @@ use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use hormone::task as behaviours;
-use kernel::{Boot, Mutex, Priority, Stack};
+use kernel::{Boot, Mutex, Priority, Semaphore, Stack};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
 use tasks::devices::task as devices;
 use tasks::link::port::Port;
-use tasks::link::{receive, send};
+use tasks::link::receive::{self, Incoming};
+use tasks::link::send;
 use tasks::mailbox::Mailbox;
 use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
@@ -45,6 +46,8 @@ static MOTORS: Motors<2> = Motors::new();
 #[unsafe(no_mangle)]
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP);
 
+/// Posted when something has come in at a dock.
+static RECEIVED: Semaphore = Semaphore::new(0);
 static DEVICES: Mailbox = Mailbox::new(6);
 static BEHAVIOURS: Mailbox = Mailbox::new(8);
 
@@ -64,12 +67,10 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<203> = Stack::new();
-    pub static RECEIVE_USART1: Stack<203> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<203> = Stack::new();
-    pub static SEND_USART0: Stack<233> = Stack::new();
-    pub static SEND_USART1: Stack<233> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<233> = Stack::new();
+    pub static RECEIVE: Stack<306> = Stack::new();
+    pub static SEND_USART0: Stack<225> = Stack::new();
+    pub static SEND_USART1: Stack<225> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<225> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<303> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
@@ -91,28 +92,27 @@ fn start(boot: &mut Boot) -> Option<()> {
     let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
     board.tick.start(Interrupts);
 
-    let (transmitter, receiver) = board.usart0.start(Interrupts);
-    stack::RECEIVE_USART0
-        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART0, receiver, &OFFICE, seed0))
+    let (transmitter0, receiver0) = board.usart0.start(Interrupts);
+    let (transmitter1, receiver1) = board.usart1.start(Interrupts);
+    let (transmitter2, receiver2) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+    stack::RECEIVE
+        .start(boot, Priority::P1, move |task| {
+            let docks = [
+                Incoming::new(&LINK_USART0, receiver0),
+                Incoming::new(&LINK_USART1, receiver1),
+                Incoming::new(&LINK_SOFT_UART, receiver2),
+            ];
+            receive::run(task, docks, &RECEIVED, &OFFICE, [seed0, seed1, seed2])
+        })
         .ok()?;
     stack::SEND_USART0
-        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART0, transmitter, seed0))
-        .ok()?;
-
-    let (transmitter, receiver) = board.usart1.start(Interrupts);
-    stack::RECEIVE_USART1
-        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART1, receiver, &OFFICE, seed1))
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART0, transmitter0, seed0))
         .ok()?;
     stack::SEND_USART1
-        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter, seed1))
-        .ok()?;
-
-    let (transmitter, receiver) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
-    stack::RECEIVE_SOFT_UART
-        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_SOFT_UART, receiver, &OFFICE, seed2))
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter1, seed1))
         .ok()?;
     stack::SEND_SOFT_UART
-        .start(boot, Priority::P2, move |task| send::run(task, &LINK_SOFT_UART, transmitter, seed2))
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_SOFT_UART, transmitter2, seed2))
         .ok()?;
 
     let signal = BRIDGE.mailbox().semaphore();

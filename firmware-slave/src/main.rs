@@ -10,11 +10,12 @@ use board::Board;
 use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
 use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
-use kernel::{Boot, Priority, Stack};
+use kernel::{Boot, Priority, Semaphore, Stack};
 use tasks::bridge::task::{self as bridge, Bridge};
 use tasks::devices::task as devices;
 use tasks::link::port::Port;
-use tasks::link::{receive, send};
+use tasks::link::receive::{self, Incoming};
+use tasks::link::send;
 use tasks::mailbox::Mailbox;
 use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
@@ -35,6 +36,8 @@ static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
 static MOTORS: Motors<1> = Motors::new();
 
+/// Posted when something has come in at a dock.
+static RECEIVED: Semaphore = Semaphore::new(0);
 static DEVICES: Mailbox = Mailbox::new(6);
 
 static OFFICE: PostOffice = PostOffice {
@@ -53,12 +56,10 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE_USART0: Stack<203> = Stack::new();
-    pub static RECEIVE_USART1: Stack<203> = Stack::new();
-    pub static RECEIVE_SOFT_UART: Stack<203> = Stack::new();
-    pub static SEND_USART0: Stack<233> = Stack::new();
-    pub static SEND_USART1: Stack<233> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<233> = Stack::new();
+    pub static RECEIVE: Stack<306> = Stack::new();
+    pub static SEND_USART0: Stack<223> = Stack::new();
+    pub static SEND_USART1: Stack<223> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<223> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
     pub static DEVICES: Stack<275> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
@@ -79,28 +80,27 @@ fn start(boot: &mut Boot) -> Option<()> {
     let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
     board.tick.start(Interrupts);
 
-    let (transmitter, receiver) = board.usart0.start(Interrupts);
-    stack::RECEIVE_USART0
-        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART0, receiver, &OFFICE, seed0))
+    let (transmitter0, receiver0) = board.usart0.start(Interrupts);
+    let (transmitter1, receiver1) = board.usart1.start(Interrupts);
+    let (transmitter2, receiver2) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+    stack::RECEIVE
+        .start(boot, Priority::P1, move |task| {
+            let docks = [
+                Incoming::new(&LINK_USART0, receiver0),
+                Incoming::new(&LINK_USART1, receiver1),
+                Incoming::new(&LINK_SOFT_UART, receiver2),
+            ];
+            receive::run(task, docks, &RECEIVED, &OFFICE, [seed0, seed1, seed2])
+        })
         .ok()?;
     stack::SEND_USART0
-        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART0, transmitter, seed0))
-        .ok()?;
-
-    let (transmitter, receiver) = board.usart1.start(Interrupts);
-    stack::RECEIVE_USART1
-        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_USART1, receiver, &OFFICE, seed1))
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART0, transmitter0, seed0))
         .ok()?;
     stack::SEND_USART1
-        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter, seed1))
-        .ok()?;
-
-    let (transmitter, receiver) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
-    stack::RECEIVE_SOFT_UART
-        .start(boot, Priority::P1, move |task| receive::run(task, &LINK_SOFT_UART, receiver, &OFFICE, seed2))
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_USART1, transmitter1, seed1))
         .ok()?;
     stack::SEND_SOFT_UART
-        .start(boot, Priority::P2, move |task| send::run(task, &LINK_SOFT_UART, transmitter, seed2))
+        .start(boot, Priority::P2, move |task| send::run(task, &LINK_SOFT_UART, transmitter2, seed2))
         .ok()?;
 
     let signal = BRIDGE.mailbox().semaphore();

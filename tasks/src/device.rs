@@ -18,14 +18,17 @@ pub trait Transmit {
 
 /// The receiving half of a dock's serial link.
 pub trait Receive {
-    /// Blocks until the zero byte that ends a frame has come, and copies the frame, that zero
-    /// included, to the start of `buffer`. Returns its length in bytes.
+    /// From now on posts `signal` when there is something to [`receive`](Self::receive).
+    fn listen(&mut self, task: &mut Task, signal: &'static Semaphore);
+
+    /// Copies what has come to `buffer`. Once that is a whole frame, up to the zero byte that ends it, returns its length
+    /// in bytes, zero included; until then the same buffer has to be given again.
     ///
     /// A frame whose end was lost ends when the next one begins.
     ///
     /// A frame that does not fit is dropped up to its zero, and counted in
     /// [`overruns`](Self::overruns), as are bytes that the hardware or the FIFO lost.
-    fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize;
+    fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
 
     /// How many bytes and frames were lost on the way in: up to 65,535, where it stays.
     fn overruns(&self, task: &mut Task) -> u16;

@@ -39,6 +39,8 @@ pub trait Line {
 pub struct Port {
     received: Fifo<CAPACITY>,
     is_readable: Semaphore,
+    /// What is posted instead of `is_readable`.
+    listener: MaskedCell<Option<&'static Semaphore>>,
     /// Whether the byte that came last was within a frame, and when it came.
     is_in_frame: MaskedCell<bool>,
     heard_at: MaskedCell<Ticks>,
@@ -55,6 +57,7 @@ impl Port {
         Port {
             received: Fifo::new(),
             is_readable: Semaphore::new(0),
+            listener: MaskedCell::new(None),
             is_in_frame: MaskedCell::new(false),
             heard_at: MaskedCell::new(0),
             is_stream: MaskedCell::new(false),
@@ -85,7 +88,7 @@ impl Port {
             || matches!(space, Some(0 | HALF))
             || interrupt.mask(|masked| self.is_stream.get(masked))
         {
-            self.is_readable.post(interrupt);
+            interrupt.mask(|masked| self.listener.get(masked)).unwrap_or(&self.is_readable).post(interrupt);
         }
     }
 
@@ -119,6 +122,8 @@ pub struct Transmitter {
 /// The receiving half of a line. Of one type for all lines, too.
 pub struct Receiver {
     port: &'static Port,
+    /// Bytes of the frame that is coming in, up to 255.
+    length: u8,
 }
 
 impl Transmitter {
@@ -129,7 +134,7 @@ impl Transmitter {
 
 impl Receiver {
     pub(crate) fn of<L: Line>() -> Self {
-        Receiver { port: L::port() }
+        Receiver { port: L::port(), length: 0 }
     }
 }
 
@@ -159,30 +164,28 @@ impl Transmit for Transmitter {
 }
 
 impl Receive for Receiver {
-    fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
-        let port = self.port;
-        loop {
-            let room = buffer.len();
-            let mut slots = buffer.iter_mut();
-            let fits = loop {
-                let Some(byte) = port.received.take(task) else {
-                    port.is_readable.wait(task);
-                    continue;
-                };
-                let slot = slots.next();
-                let fits = slot.is_some();
-                if let Some(slot) = slot {
-                    *slot = byte;
-                }
-                if byte == 0 {
-                    break fits;
-                }
-            };
-            if fits {
-                return room - slots.len();
+    fn listen(&mut self, task: &mut Task, signal: &'static Semaphore) {
+        task.mask(|masked| self.port.listener.set(masked, Some(signal)));
+    }
+
+    fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
+        let mut length = self.length;
+        while let Some(byte) = self.port.received.take(task) {
+            if let Some(slot) = buffer.get_mut(usize::from(length)) {
+                *slot = byte;
             }
-            task.mask(|masked| port.lost.count(masked));
+            length = length.saturating_add(1);
+            if byte == 0 {
+                self.length = 0;
+                if usize::from(length) <= buffer.len() {
+                    return Some(length.into());
+                }
+                task.mask(|masked| self.port.lost.count(masked));
+                length = 0;
+            }
         }
+        self.length = length;
+        None
     }
 
     fn overruns(&self, task: &mut Task) -> u16 {
@@ -193,6 +196,16 @@ impl Receive for Receiver {
 }
 
 impl Receiver {
+    /// Blocks until a frame has come; see [`Receive::receive`]. Returns its length.
+    pub fn wait(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
+        loop {
+            match self.receive(task, buffer) {
+                Some(length) => return length,
+                None => self.port.is_readable.wait(task),
+            }
+        }
+    }
+
     /// Blocks until a byte has come, and copies what has come to the start of `buffer`. Returns how many
     /// bytes; 0 only if `buffer` is empty.
     fn read(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {

@@ -1,6 +1,8 @@
-//! The receiving task of a dock (paper, section 5): takes frames off the line and delivers what they bring.
+//! The receiving tasks of the docks (paper, section 5): they take frames off their lines and deliver what these bring.
+//!
+//! Each runs to completion for what has come at its dock, so they share a stack.
 
-use kernel::{Never, Task, Ticks, now};
+use kernel::{Never, Semaphore, Task, Ticks, now};
 
 use super::cobs::MAX_WIRE;
 use super::endpoint::Arrival;
@@ -16,39 +18,74 @@ use crate::router::Source;
 /// of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs remains.)
 pub const SILENCE: Ticks = 400;
 
-/// Runs the receiving task of `port`. `seed` should differ from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
-pub fn run(
-    task: &mut Task,
+/// The receiving task of a dock.
+pub struct Incoming<Line> {
     port: &'static Port,
-    mut line: impl Receive,
-    office: &'static PostOffice,
-    seed: u16,
-) -> Never {
-    port.restart(task, seed);
-    let mut wire = [0; MAX_WIRE];
-    let mut heard_at = now(task);
-    loop {
-        let length = line.receive(task, &mut wire);
-        let overruns = line.overruns(task);
-        let frame = wire.get_mut(..length).and_then(|wire| Frame::decode(wire).ok());
-        let time = now(task);
-        let is_stranger = frame.is_some() && time.wrapping_sub(heard_at) > SILENCE;
-        let arrival = port.with(task, |state| {
-            state.counters.overruns = overruns;
-            let Some(frame) = frame else {
-                state.counters.errors = state.counters.errors.wrapping_add(1);
-                return None;
-            };
-            state.counters.frames_received = state.counters.frames_received.wrapping_add(1);
-            if is_stranger {
-                state.endpoint.forget_neighbour();
+    line: Line,
+    /// The frame that is coming in.
+    wire: [u8; MAX_WIRE],
+    /// When the last frame came.
+    heard_at: Ticks,
+}
+
+impl<Line: Receive> Incoming<Line> {
+    /// The task of `port` on `line`.
+    pub const fn new(port: &'static Port, line: Line) -> Self {
+        Incoming { port, line, wire: [0; MAX_WIRE], heard_at: 0 }
+    }
+
+    /// Has `signal` posted when something comes in.
+    fn begin(&mut self, task: &mut Task, signal: &'static Semaphore, seed: u16) {
+        self.heard_at = now(task);
+        self.port.restart(task, seed);
+        self.line.listen(task, signal);
+    }
+
+    /// Takes what has come in.
+    #[inline(always)] // a frame of its own would take 30 bytes more of the stack
+    fn receive(&mut self, task: &mut Task, office: &'static PostOffice) {
+        while let Some(length) = self.line.receive(task, &mut self.wire) {
+            let overruns = self.line.overruns(task);
+            let frame = self.wire.get_mut(..length).and_then(|wire| Frame::decode(wire).ok());
+            let time = now(task);
+            let is_stranger = frame.is_some() && time.wrapping_sub(self.heard_at) > SILENCE;
+            let arrival = self.port.with(task, |state| {
+                state.counters.overruns = overruns;
+                let Some(frame) = frame else {
+                    state.counters.errors = state.counters.errors.wrapping_add(1);
+                    return None;
+                };
+                state.counters.frames_received = state.counters.frames_received.wrapping_add(1);
+                if is_stranger {
+                    state.endpoint.forget_neighbour();
+                }
+                Some(state.endpoint.on_frame(frame))
+            });
+            if let Some(arrival) = arrival {
+                self.heard_at = time;
+                take(task, self.port, office, arrival);
             }
-            Some(state.endpoint.on_frame(frame))
-        });
-        if let Some(arrival) = arrival {
-            heard_at = time;
-            take(task, port, office, arrival);
         }
+    }
+}
+
+/// Runs the receiving tasks of `docks`, which wait on `signal`. The seed of each should differ from dock to dock and from boot
+/// to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
+pub fn run<Line: Receive, const N: usize>(
+    task: &mut Task,
+    mut docks: [Incoming<Line>; N],
+    signal: &'static Semaphore,
+    office: &'static PostOffice,
+    seeds: [u16; N],
+) -> Never {
+    for (dock, seed) in docks.iter_mut().zip(seeds) {
+        dock.begin(task, signal, seed);
+    }
+    loop {
+        for dock in &mut docks {
+            dock.receive(task, office);
+        }
+        signal.wait(task);
     }
 }
 
@@ -76,7 +113,7 @@ fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, arriv
 }
 
 /// Hands a message on, and counts it if that fails. Returns whether it is dealt with.
-#[inline(always)] // a frame of its own would cost the three stacks 40 bytes each
+#[inline(always)] // a frame of its own would take 40 bytes more of the stack
 fn deliver(
     task: &mut Task,
     port: &'static Port,

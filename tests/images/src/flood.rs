@@ -10,11 +10,12 @@ use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
 use hormone::task::{AdaptiveCommunication, ac_receive, ac_send};
 use hormone::time::until;
-use kernel::{Boot, Never, Priority, Stack, Task, Ticks, now};
+use kernel::{Boot, Never, Priority, Semaphore, Stack, Task, Ticks, now};
 use tasks::api::Api;
 use tasks::dock::Dock;
 use tasks::link::port::Port;
-use tasks::link::{receive, send};
+use tasks::link::receive::{self, Incoming};
+use tasks::link::send;
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
 use tasks::post_office::PostOffice;
@@ -25,6 +26,7 @@ pub static NOWHERE: Mailbox = Mailbox::new(1);
 pub static AC_RECEIVE: Mailbox = Mailbox::new(4);
 pub static SINK: Mailbox = Mailbox::new(4);
 
+static RECEIVED: Semaphore = Semaphore::new(0);
 static RECEIVE: Stack<300> = Stack::new();
 static SEND: Stack<300> = Stack::new();
 static FLOOD: Stack<300> = Stack::new();
@@ -83,7 +85,11 @@ pub fn begin(
     let seed = board.nonce;
     board.tick.start(interrupts);
     let (transmitter, receiver) = board.usart0.start(interrupts);
-    RECEIVE.start(boot, Priority::P1, move |task| receive::run(task, port, receiver, office, seed)).ok()?;
+    RECEIVE
+        .start(boot, Priority::P1, move |task| {
+            receive::run(task, [Incoming::new(port, receiver)], &RECEIVED, office, [seed])
+        })
+        .ok()?;
     SEND.start(boot, Priority::P2, move |task| send::run(task, port, transmitter, seed)).ok()?;
     let api = Api::new(office, |_| {});
     if probes {

@@ -61,7 +61,7 @@ fn receive(mut receiver: Receiver, task: &mut Task, base: u8) {
     let mut expected = [0; 40];
     let mut frame = [0; 40];
     for length in RECEIVED {
-        let received = receiver.receive(task, &mut frame);
+        let received = receiver.wait(task, &mut frame);
         let is_right = expected.get_mut(..length).is_some_and(|expected| {
             fill(expected);
             frame.get(..received) == Some(expected)

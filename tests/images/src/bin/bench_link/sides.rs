@@ -6,10 +6,11 @@ use board::interrupts::Serves;
 use board::superbot::MASTER;
 use board::tick::Tick;
 use board::usart::Usart0;
-use kernel::{Boot, MaskedCell, Never, Priority, Stack, Task};
+use kernel::{Boot, MaskedCell, Never, Priority, Semaphore, Stack, Task};
 use tasks::dock::DockSet;
 use tasks::link::port::Port;
-use tasks::link::{receive, send};
+use tasks::link::receive::{self, Incoming};
+use tasks::link::send;
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, TaskCode};
 use tasks::post_office::PostOffice;
@@ -30,6 +31,7 @@ static IN_TURN: MaskedCell<u16> = MaskedCell::new(0);
 #[unsafe(no_mangle)]
 static OUT_OF_TURN: MaskedCell<u16> = MaskedCell::new(0);
 
+static RECEIVED: Semaphore = Semaphore::new(0);
 static COUNTED: Mailbox = Mailbox::new(4);
 /// There is neither another MCU nor any device but the link.
 static NOWHERE: Mailbox = Mailbox::new(1);
@@ -55,7 +57,9 @@ where
     let seed = board.nonce;
     board.tick.start(interrupts);
     let (transmitter, receiver) = board.usart0.start(interrupts);
-    start(RECEIVE.start(boot, Priority::P1, move |task| receive::run(task, &LINK, receiver, &OFFICE, seed)));
+    start(RECEIVE.start(boot, Priority::P1, move |task| {
+        receive::run(task, [Incoming::new(&LINK, receiver)], &RECEIVED, &OFFICE, [seed])
+    }));
     start(SEND.start(boot, Priority::P2, move |task| send::run(task, &LINK, transmitter, seed)));
     start(TASK.start(boot, Priority::P4, move |task| if is_sender { fill(task) } else { count(task) }));
 }

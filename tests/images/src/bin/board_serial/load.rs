@@ -141,7 +141,7 @@ fn check(
     let mut frame = [0; FRAME];
     let mut byte = 0;
     loop {
-        let length = receiver.receive(task, &mut frame);
+        let length = receiver.wait(task, &mut frame);
         let (mut right, mut is_right) = (0u32, length == FRAME);
         for received in frame.iter().take(length - 1) {
             byte = next(byte);
