@@ -52,15 +52,15 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::cpu_clock::CpuClock> for $name {}
     };
     (Usart0 for $name:ident) => {
-        $crate::vectors!(usart $crate::usart::Usart0, __vector_18, __vector_19, __vector_20 for $name);
+        $crate::receive_interrupt!(__vector_18, $crate::usart::Usart0, $crate::usart::PORT0, 0x2b, 0x2c);
+        $crate::vectors!(usart $crate::usart::Usart0, __vector_19, __vector_20 for $name);
     };
     (Usart1 for $name:ident) => {
-        $crate::vectors!(usart $crate::usart::Usart1, __vector_30, __vector_31, __vector_32 for $name);
+        $crate::receive_interrupt!(__vector_30, $crate::usart::Usart1, $crate::usart::PORT1, 0x9b, 0x9c);
+        $crate::vectors!(usart $crate::usart::Usart1, __vector_31, __vector_32 for $name);
     };
-    (usart $usart:ty, $receive_complete:ident, $data_register_empty:ident, $transmit_complete:ident
-     for $name:ident) => {
+    (usart $usart:ty, $data_register_empty:ident, $transmit_complete:ident for $name:ident) => {
         $crate::kernel::interrupt! {
-            fn $receive_complete(interrupt) { $crate::usart::receive_complete::<$usart>(interrupt) }
             fn $data_register_empty(interrupt) { $crate::usart::data_register_empty::<$usart>(interrupt) }
             fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
         }
@@ -68,20 +68,11 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$usart> for $name {}
     };
     (SoftUart for $name:ident) => {
-        /// INT5. It saves what it uses, and stays on the stack of the task that it interrupts.
-        #[unsafe(no_mangle)]
-        extern "avr-interrupt" fn __vector_6() {
-            $crate::soft_uart::pulse_begun();
-        }
-        /// INT7. Likewise.
-        #[unsafe(no_mangle)]
-        extern "avr-interrupt" fn __vector_8() {
-            $crate::soft_uart::edge_received();
-        }
+        $crate::soft_uart_interrupts!();
         $crate::kernel::interrupt! {
-            fn __vector_27(interrupt) { $crate::soft_uart::ended(interrupt) }
+            fn __vector_26(interrupt) { $crate::soft_uart::wake(interrupt) }
         }
-        // SAFETY: INT5, INT7 and TIMER3_COMPB, above.
+        // SAFETY: INT5, INT7, TIMER3_COMPA and TIMER3_COMPB, above.
         unsafe impl $crate::interrupts::Serves<$crate::soft_uart::SoftUart> for $name {}
     };
     (Adc for $name:ident) => {

@@ -4,7 +4,7 @@
 
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch, abi_avr_interrupt)]
+#![feature(asm_experimental_arch)]
 
 use board::Board;
 use board::joints::Joints;

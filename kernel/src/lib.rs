@@ -63,9 +63,9 @@ pub use step::{STEPPED, stepped};
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError, running};
 pub use timeout::Elapsed;
-#[doc(hidden)]
-pub use timer::TICKS_LEFT;
 pub use timer::{LONGEST, Period, Ticks, Timer, now};
+#[doc(hidden)]
+pub use timer::{NEXT, TICKS_LEFT};
 
 /// Everything the kernel keeps, apart from what its users declare. Public for the assembly of vectors only.
 #[doc(hidden)]

@@ -3,10 +3,10 @@
 //! Armed timers form a list by deadline. A tick only counts down to the first deadline, so it costs the
 //! same however many are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
 
+use core::mem::offset_of;
 use core::ops::Range;
 use core::ptr;
 
-use crate::KERNEL;
 use crate::arch;
 use crate::context::{Context, Expiry, Task, ThreadContext};
 use crate::link::Link;
@@ -16,6 +16,7 @@ use crate::semaphore::Semaphore;
 use crate::target::Target;
 use crate::task::ControlBlock;
 use crate::walk;
+use crate::{KERNEL, Kernel};
 
 /// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's boards.
 pub type Ticks = u16;
@@ -26,6 +27,10 @@ pub const LONGEST: Ticks = 0x7fff;
 /// Ticks until `Timers::next`. A static of its own: the tick's interrupt counts it down in assembly.
 #[doc(hidden)]
 pub static TICKS_LEFT: MaskedCell<Ticks> = MaskedCell::new(LONGEST);
+
+/// Where `Timers::next` lies in the kernel's state: less the ticks left it is the present tick, for vectors that need it.
+#[doc(hidden)]
+pub const NEXT: usize = offset_of!(Kernel, timers.next);
 
 /// The state of all timers.
 pub(crate) struct Timers {

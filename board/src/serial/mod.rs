@@ -1,27 +1,25 @@
 //! Serial lines: what the tasks of a USART, or of the UART in software, share with its interrupts.
 //!
 //! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end or
-//! when the FIFO is half full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
+//! when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
 //! the wire.
 //!
 //! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its own
 //! reflection.
 
+#[doc(hidden)]
+pub mod inbox;
 mod io;
+#[doc(hidden)]
+pub mod outbox;
 
-use core::{ptr, slice};
+use core::mem::offset_of;
 
-use kernel::{Context, Fifo, Interrupt, Masked, MaskedCell, Semaphore, Task, Ticks, now};
+use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task, now};
 use tasks::device::{Receive, Transmit};
 
-/// Bytes that wait for the task.
-const CAPACITY: usize = 32;
-
-/// When so many have come the task takes them, so that there is less to do at the end of a long frame.
-const HALF: u8 = CAPACITY as u8 / 2;
-
-/// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it is not coming.
-const PAUSE: Ticks = 1;
+use inbox::Inbox;
+use outbox::Outbox;
 
 /// A line, named by its type.
 pub trait Line {
@@ -34,35 +32,27 @@ pub trait Line {
     fn begin(task: &mut Task);
 }
 
-/// What the tasks and the interrupts of a line share.
+/// What the tasks and the interrupts of a line share. The inbox comes first, where the vectors look for it.
 #[doc(hidden)]
+#[repr(C)]
 pub struct Port {
-    received: Fifo<CAPACITY>,
+    inbox: Inbox,
     is_readable: Semaphore,
     /// What is posted instead of `is_readable`.
     listener: MaskedCell<Option<&'static Semaphore>>,
-    /// Whether the byte that came last was within a frame, and when it came.
-    is_in_frame: MaskedCell<bool>,
-    heard_at: MaskedCell<Ticks>,
-    /// Whether to post `is_readable` at any byte, for a reader that knows no frames.
-    is_stream: MaskedCell<bool>,
-    /// Bytes with framing errors, bytes lost before the FIFO, frames that did not fit.
-    lost: MaskedCell<u16>,
-    unsent: MaskedCell<&'static [u8]>,
+    outbox: MaskedCell<Outbox>,
     is_sent: Semaphore,
 }
 
 impl Port {
+    const OUTBOX: usize = offset_of!(Port, outbox);
+
     pub(crate) const fn new() -> Self {
         Port {
-            received: Fifo::new(),
+            inbox: Inbox::new(),
             is_readable: Semaphore::new(0),
             listener: MaskedCell::new(None),
-            is_in_frame: MaskedCell::new(false),
-            heard_at: MaskedCell::new(0),
-            is_stream: MaskedCell::new(false),
-            lost: MaskedCell::new(0),
-            unsent: MaskedCell::new(&[]),
+            outbox: MaskedCell::new(Outbox::EMPTY),
             is_sent: Semaphore::new(0),
         }
     }
@@ -71,39 +61,39 @@ impl Port {
     #[inline(always)]
     pub(crate) fn put(&self, interrupt: &mut Interrupt, byte: u8) {
         let time = now(interrupt);
-        let was_cut_off = interrupt.mask(|masked| {
-            let is_late = time.wrapping_sub(self.heard_at.get(masked)) > PAUSE;
-            let was_in_frame = self.is_in_frame.get(masked);
-            self.heard_at.set(masked, time);
-            self.is_in_frame.set(masked, byte != 0);
-            was_in_frame && is_late
+        let wakes = interrupt.mask(|masked| {
+            let inbox = &self.inbox;
+            let is_cut_off = inbox.is_cut_off(masked, time);
+            if is_cut_off {
+                // Its end was lost. The frame that begins now shall not be taken for the rest of it.
+                inbox.store(masked, time, 0);
+            }
+            inbox.store(masked, time, byte) || is_cut_off
         });
-        if was_cut_off {
-            // Its end was lost. The frame that begins now shall not be taken for the rest of it.
-            self.received.put(interrupt, 0);
+        if wakes {
+            self.wake(interrupt);
         }
-        let space = self.received.put(interrupt, byte);
-        if byte == 0
-            || was_cut_off
-            || matches!(space, Some(0 | HALF))
-            || interrupt.mask(|masked| self.is_stream.get(masked))
-        {
-            interrupt.mask(|masked| self.listener.get(masked)).unwrap_or(&self.is_readable).post(interrupt);
-        }
+    }
+
+    /// The inbox has something for the task.
+    #[inline(always)]
+    pub fn wake(&self, interrupt: &mut Interrupt) {
+        interrupt.mask(|masked| self.listener.get(masked)).unwrap_or(&self.is_readable).post(interrupt);
     }
 
     /// A byte is lost.
     #[inline(always)]
     pub(crate) fn lose(&self, interrupt: &mut Interrupt) {
-        interrupt.mask(|masked| self.lost.count(masked));
+        interrupt.mask(|masked| self.inbox.lose(masked));
     }
 
     /// The next byte to send, and whether it is the last.
     #[inline(always)]
     pub(crate) fn next(&self, masked: &Masked) -> Option<(u8, bool)> {
-        let (byte, rest) = self.unsent.get(masked).split_first()?;
-        self.unsent.set(masked, rest);
-        Some((*byte, rest.is_empty()))
+        let mut outbox = self.outbox.get(masked);
+        let next = outbox.take();
+        self.outbox.set(masked, outbox);
+        next
     }
 
     /// The last stop bit is on the wire.
@@ -141,10 +131,7 @@ impl Receiver {
 impl Transmit for Transmitter {
     fn is_busy(&self, task: &mut Task) -> bool {
         let time = now(task);
-        task.mask(|masked| {
-            let is_late = time.wrapping_sub(self.port.heard_at.get(masked)) > PAUSE;
-            self.port.is_in_frame.get(masked) && !is_late
-        })
+        task.mask(|masked| self.port.inbox.is_in_frame(masked, time))
     }
 
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]) {
@@ -153,10 +140,10 @@ impl Transmit for Transmitter {
         }
         // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
         // borrows them, does not return before.
-        let bytes = unsafe { slice::from_raw_parts(ptr::from_ref(bytes).cast(), bytes.len()) };
+        let outbox = unsafe { Outbox::of(bytes) };
         task.mask(|masked| {
-            self.port.is_in_frame.set(masked, false); // what comes in is drowned
-            self.port.unsent.set(masked, bytes);
+            self.port.inbox.forget_frame(masked); // what comes in is drowned
+            self.port.outbox.set(masked, outbox);
         });
         (self.begin)(task);
         self.port.is_sent.wait(task);
@@ -170,7 +157,7 @@ impl Receive for Receiver {
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
         let mut length = self.length;
-        while let Some(byte) = self.port.received.take(task) {
+        while let Some(byte) = task.mask(|masked| self.port.inbox.take(masked)) {
             if let Some(slot) = buffer.get_mut(usize::from(length)) {
                 *slot = byte;
             }
@@ -180,7 +167,7 @@ impl Receive for Receiver {
                 if usize::from(length) <= buffer.len() {
                     return Some(length.into());
                 }
-                task.mask(|masked| self.port.lost.count(masked));
+                task.mask(|masked| self.port.inbox.lose(masked));
                 length = 0;
             }
         }
@@ -189,9 +176,7 @@ impl Receive for Receiver {
     }
 
     fn overruns(&self, task: &mut Task) -> u16 {
-        let port = self.port;
-        let lost = task.mask(|masked| port.lost.get(masked));
-        lost.saturating_add(port.received.overruns(task))
+        task.mask(|masked| self.port.inbox.lost(masked))
     }
 }
 
@@ -213,11 +198,11 @@ impl Receiver {
             return 0;
         }
         let port = self.port;
-        task.mask(|masked| port.is_stream.set(masked, true));
+        task.mask(|masked| port.inbox.wake_at_first(masked, true));
         let length = loop {
             let mut length = 0;
             for slot in buffer.iter_mut() {
-                let Some(byte) = port.received.take(task) else { break };
+                let Some(byte) = task.mask(|masked| port.inbox.take(masked)) else { break };
                 *slot = byte;
                 length += 1;
             }
@@ -226,7 +211,7 @@ impl Receiver {
             }
             port.is_readable.wait(task);
         };
-        task.mask(|masked| port.is_stream.set(masked, false));
+        task.mask(|masked| port.inbox.wake_at_first(masked, false));
         length
     }
 }

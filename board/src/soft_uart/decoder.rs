@@ -2,142 +2,144 @@
 //!
 //! An edge says how long the line had the level before, and so how many bits of that level there were. Timing begins
 //! anew at each edge, so a sender may be off by a bit's half within the longest run of equal bits, which is 5 %.
+//!
+//! On the robot the [vector](super::vectors) does what [`EdgeDecoder::edge`] does, on the same state; this is what it is held against,
+//! and what decodes where edges were missed.
 
 /// What has come.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Character {
     Byte(u8),
-    /// The line was low in place of a stop bit, or a character was lost before this one.
+    /// The line was low in place of a stop bit.
     Malformed,
 }
 
-/// The bits taken so far, the last of them on top. Below the first there is a one, which comes to the bottom when start
-/// bit and data bits are there.
-mod bits {
-    /// None is taken.
-    pub const NONE: u16 = TOP;
-    /// Where the next one goes.
-    pub const TOP: u16 = 1 << 9;
-    /// Set when all are there.
-    pub const ALL: u16 = 1;
-    /// What the data bits are shifted by then: this bit, and the start bit.
-    pub const DATA: u32 = 2;
-    /// No character.
-    pub const IDLE: u16 = 1 << 15 | ALL;
-    /// A character without a stop bit: more bits were low than it has, and the one at the bottom is gone.
-    pub const MALFORMED: u16 = 1 << 14 | ALL;
+/// What an edge has brought.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Event {
+    /// The character that has ended.
+    pub ended: Option<Character>,
+    /// Whether one begins.
+    pub begins: bool,
+}
+
+impl Event {
+    const NONE: Event = Event { ended: None, begins: false };
 }
 
 /// One line, of which a bit lasts `BIT` ticks of a clock with 16 bits.
 ///
-/// Whoever drives it looks at [`ended`](Self::ended) when [`END`](Self::END) has passed since a character began.
+/// Whoever drives it calls [`ended`](Self::ended) at the time that [`ends_at`](Self::ends_at) tells, if no other character has
+/// begun by then.
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub struct EdgeDecoder<const BIT: u16> {
-    /// When the last edge came.
+    /// When the last edge came; or where that began a character, when its start bit ends.
     last: u16,
-    /// What has come of the character since.
-    bits: u16,
-    /// The character before, if it was not taken; else 0.
-    ended: u16,
+    /// When the character ends, and half a bit more.
+    ends_at: u16,
+    /// What has come of the byte; ones above.
+    byte: u8,
+    /// The bit of the byte that comes next; 0 when all have come.
+    next: u8,
+    /// Whether a character is on the line.
+    is_busy: bool,
+}
+
+/// Offsets for the [vector](super::vectors).
+#[doc(hidden)]
+pub mod offset {
+    use core::mem::offset_of;
+
+    type Decoder = super::EdgeDecoder<0>;
+
+    pub const LAST: usize = offset_of!(Decoder, last);
+    pub const ENDS_AT: usize = offset_of!(Decoder, ends_at);
+    pub const BYTE: usize = offset_of!(Decoder, byte);
+    pub const NEXT: usize = offset_of!(Decoder, next);
+    pub const IS_BUSY: usize = offset_of!(Decoder, is_busy);
 }
 
 impl<const BIT: u16> EdgeDecoder<BIT> {
-    /// A character has ended this long after it began: in the middle of its stop bit.
-    pub const END: u16 = 9 * BIT + BIT / 2;
+    /// A character has ended this long after it began, with half a bit to spare: a character that follows without a pause has
+    /// begun by then.
+    pub const END: u16 = 10 * BIT + BIT / 2;
 
     /// An idle line.
     pub const fn new() -> Self {
-        EdgeDecoder { last: 0, bits: bits::IDLE, ended: 0 }
+        EdgeDecoder { last: 0, ends_at: 0, byte: 0, next: 0, is_busy: false }
     }
 
-    /// At `time` the line changed to the level `is_high`. Returns when a character begins, if one does.
-    #[inline(always)]
-    pub fn edge(&mut self, time: u16, is_high: bool) -> Option<u16> {
+    /// At `time` the line changed to the level `is_high`.
+    pub fn edge(&mut self, time: u16, is_high: bool) -> Event {
         // To the nearest bit.
         let mut left = time.wrapping_sub(self.last).wrapping_add(BIT / 2);
         self.last = time;
-        let mut bits = self.bits;
-        if bits == bits::IDLE {
-            return self.begin(is_high);
+        if !self.is_busy {
+            return if is_high { Event::NONE } else { self.begin(None) };
         }
-        // Two loops, because each is short: this is most of an interrupt.
         if is_high {
+            if left.cast_signed() < 0 {
+                self.is_busy = false; // too short for a start bit
+                return Event::NONE;
+            }
             while left >= BIT {
-                bits >>= 1;
+                if self.next == 0 {
+                    self.is_busy = false;
+                    return Event { ended: Some(Character::Malformed), begins: false };
+                }
+                self.byte ^= self.next;
+                self.next <<= 1;
                 left -= BIT;
             }
-            self.bits = match bits {
-                bits::NONE => bits::IDLE, // too short for a start bit
-                0 => bits::MALFORMED,
-                bits => bits,
-            };
-            return None;
+            return Event::NONE;
         }
-        while left >= BIT && bits & bits::ALL == 0 {
-            bits = bits >> 1 | bits::TOP;
+        if time.wrapping_sub(self.ends_at.wrapping_sub(BIT)).cast_signed() >= 0 {
+            return self.begin(Some(Character::Byte(self.byte)));
+        }
+        while left >= BIT {
+            self.next <<= 1;
             left -= BIT;
         }
-        self.bits = bits;
-        if bits & bits::ALL == 0 {
-            return None;
-        }
-        self.ended = if self.ended == 0 { bits } else { bits::MALFORMED };
-        self.begin(is_high)
+        Event::NONE
     }
 
-    /// A character begins where the line goes low.
-    #[inline(always)]
-    fn begin(&mut self, is_high: bool) -> Option<u16> {
-        if is_high {
-            return None;
-        }
-        self.bits = bits::NONE;
-        Some(self.last)
+    /// A character begins where the line went low, `ended` before it.
+    fn begin(&mut self, ended: Option<Character>) -> Event {
+        self.ends_at = self.last.wrapping_add(Self::END);
+        self.last = self.last.wrapping_add(BIT);
+        self.byte = 0xff;
+        self.next = 1;
+        self.is_busy = true;
+        Event { ended, begins: true }
     }
 
     /// As [`edge`](Self::edge), where nobody knows when, but less than two bits after the edge before: it was a bit
     /// after.
-    #[inline(always)]
-    pub fn untimed_edge(&mut self, is_high: bool) -> Option<u16> {
-        self.edge(self.last.wrapping_add(BIT), is_high)
+    pub fn untimed_edge(&mut self, is_high: bool) -> Event {
+        let ends_start_bit = is_high && self.last == self.ends_at.wrapping_sub(Self::END - BIT);
+        self.edge(if ends_start_bit { self.last } else { self.last.wrapping_add(BIT) }, is_high)
     }
 
-    /// The character that has ended; `is_high` is the level since the last edge. Before it is the character that had
-    /// ended already when the one on the line began.
-    #[inline(always)]
+    /// When to call [`ended`](Self::ended) for the character that has begun.
+    pub fn ends_at(&self) -> u16 {
+        self.ends_at
+    }
+
+    /// The character that has ended; `is_high` is the level since the last edge.
     pub fn ended(&mut self, is_high: bool) -> Option<Character> {
-        let mut ended = self.ended;
-        self.ended = 0;
-        if ended == 0 {
-            if self.bits == bits::IDLE {
-                return None;
-            }
-            let mut bits = self.bits;
-            while bits & bits::ALL == 0 {
-                bits = bits >> 1 | bits::TOP;
-            }
-            // A line that is low has no stop bit.
-            ended = if is_high { bits } else { bits::MALFORMED };
-            self.bits = bits::IDLE;
+        if !self.is_busy {
+            return None;
         }
-        Some(if ended == bits::MALFORMED {
-            Character::Malformed
-        } else {
-            Character::Byte((ended >> bits::DATA) as u8)
-        })
-    }
-
-    /// Whether a character that has ended was not taken.
-    #[inline(always)]
-    pub fn is_behind(&self) -> bool {
-        self.ended != 0
+        self.is_busy = false;
+        Some(if is_high { Character::Byte(self.byte) } else { Character::Malformed })
     }
 
     /// Whether a character is on the line.
-    #[inline(always)]
     pub fn is_busy(&self) -> bool {
-        self.bits != bits::IDLE
+        self.is_busy
     }
 }
 

@@ -2,6 +2,9 @@
 //!
 //! A character begins low, with its start bit, and ends high, with its stop bit. So it is a row of pulses, each low for
 //! some bits and then high for some.
+//!
+//! On the robot the [vector](super::vectors) does what [`PulseEncoder::next`] does, on the same state; this is what it is held
+//! against, and what makes the first pulse.
 
 /// A pulse, in ticks.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -16,12 +19,17 @@ pub struct Pulse {
 }
 
 /// A line on which a bit lasts `BIT` ticks.
+#[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct PulseEncoder<const BIT: u16> {
-    /// The bits that no pulse was made of yet, the next one at the bottom, and a one above the stop bit; 0 when all is
-    /// sent.
+    /// The bits that no pulse was made of yet, the next one at the bottom, the stop bit on top; 0 when all is sent. The first
+    /// bit of a pulse, always a low one, is not among them.
     bits: u16,
 }
+
+/// The stop bit behind a byte.
+#[doc(hidden)]
+pub const STOP: u16 = 1 << 8;
 
 impl<const BIT: u16> PulseEncoder<BIT> {
     /// Nothing to send.
@@ -29,43 +37,37 @@ impl<const BIT: u16> PulseEncoder<BIT> {
         PulseEncoder { bits: 0 }
     }
 
-    /// Begins with `byte`.
-    #[inline(always)]
+    /// Begins with `byte`, whose start bit is the first of a pulse.
     pub const fn begin(&mut self, byte: u8) {
-        self.bits = (0b11 << 8 | byte as u16) << 1;
+        self.bits = STOP | byte as u16;
     }
 
     /// The next pulse, if there is one. `next_byte` is asked when it ends a character.
-    #[inline(always)]
     pub fn next(&mut self, next_byte: impl FnOnce() -> Option<u8>) -> Option<Pulse> {
         if self.bits == 0 {
             return None;
         }
-        let mut bits = self.bits;
-        let mut low = 0;
-        while bits as u8 & 1 == 0 {
-            bits >>= 1;
+        let mut low = BIT;
+        while !self.take_bit() {
             low += BIT;
         }
-        let mut length = low;
-        loop {
-            bits >>= 1;
+        let mut length = low + BIT;
+        while self.take_bit() {
             length += BIT;
-            if bits == 1 {
-                bits = 0;
-                break;
-            }
-            if bits as u8 & 1 == 0 {
-                break;
-            }
         }
-        self.bits = bits;
-        if bits == 0
+        // Behind the stop bit there are zeros, of which the first was taken: it stands for the start bit that follows.
+        if self.bits == 0
             && let Some(byte) = next_byte()
         {
             self.begin(byte);
         }
         Some(Pulse { low, length, is_last: self.bits == 0 })
+    }
+
+    fn take_bit(&mut self) -> bool {
+        let bit = self.bits & 1 != 0;
+        self.bits >>= 1;
+        bit
     }
 }
 

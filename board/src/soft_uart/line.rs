@@ -10,18 +10,29 @@ use crate::serial::{Line, Port, Receiver, Transmitter};
 use crate::superbot::{BAUD, CLOCK_HZ};
 
 /// A bit in clocks: 417.
-const BIT: u16 = {
+#[doc(hidden)]
+pub const BIT: u16 = {
     let bit = (CLOCK_HZ + BAUD / 2) / BAUD;
     assert!(bit <= 0xffff / 12, "a character and more must fit the timer");
     bit as u16
 };
 
+/// Clocks from a character's beginning until it has ended for certain.
+#[doc(hidden)]
+pub const END: u16 = EdgeDecoder::<BIT>::END;
+
 /// Clocks from the call to the first start bit: the first pulse must be set by then.
 const LEAD: u16 = BIT;
 
 static STATE: MaskedCell<State> = MaskedCell::new(State::Listening);
-static DECODER: MaskedCell<EdgeDecoder<BIT>> = MaskedCell::new(EdgeDecoder::new());
-static ENCODER: MaskedCell<PulseEncoder<BIT>> = MaskedCell::new(PulseEncoder::new());
+#[doc(hidden)]
+pub static DECODER: MaskedCell<EdgeDecoder<BIT>> = MaskedCell::new(EdgeDecoder::new());
+#[doc(hidden)]
+pub static ENCODER: MaskedCell<PulseEncoder<BIT>> = MaskedCell::new(PulseEncoder::new());
+
+/// What tasks and interrupts share.
+#[doc(hidden)]
+pub static PORT: Port = Port::new();
 
 /// What the timer is used for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -48,17 +59,17 @@ impl SoftUart {
 impl Line for SoftUart {
     #[inline(always)]
     fn port() -> &'static Port {
-        static PORT: Port = Port::new();
         &PORT
     }
 
     fn begin(task: &mut Task) {
         let mut encoder = PulseEncoder::new();
-        let Some((byte, _)) = task.mask(|masked| Self::port().next(masked)) else { return };
+        let Some((byte, _)) = task.mask(|masked| PORT.next(masked)) else { return };
         encoder.begin(byte);
         let first = encoder.next(|| task.mask(next_byte));
         task.mask(|masked| {
             STATE.set(masked, State::Sending);
+            DECODER.set(masked, EdgeDecoder::new()); // what comes in is drowned
             ENCODER.set(masked, encoder);
             registers::begin_pulses(LEAD);
             set_pulse(first);
@@ -67,7 +78,7 @@ impl Line for SoftUart {
 }
 
 fn next_byte(masked: &Masked) -> Option<u8> {
-    SoftUart::port().next(masked).map(|(byte, _)| byte)
+    PORT.next(masked).map(|(byte, _)| byte)
 }
 
 #[inline(always)]
@@ -79,84 +90,35 @@ fn set_pulse(pulse: Option<Pulse>) {
     }
 }
 
-/// INT5: a pulse has begun, so the next one can be set.
+/// "Timer/Counter3 Compare Match A": a byte is in store that wakes the task.
 #[doc(hidden)]
 #[inline(always)]
-pub fn pulse_begun() {
-    in_handler(|masked| {
-        let mut encoder = ENCODER.get(masked);
-        let pulse = encoder.next(|| next_byte(masked));
-        ENCODER.set(masked, encoder);
-        set_pulse(pulse);
-    });
+pub fn wake(interrupt: &mut Interrupt) {
+    interrupt.mask(|_| registers::ignore_match_a());
+    PORT.wake(interrupt);
 }
 
-/// INT7: the line has changed.
-#[doc(hidden)]
-#[inline(always)]
-pub fn edge_received() {
-    in_handler(|masked| {
-        let mut decoder = DECODER.get(masked);
-        let mut is_high = !registers::expects_rising();
-        let mut start = None;
-        if let Some(time) = registers::captured() {
-            is_high = !is_high;
-            start = decoder.edge(time, is_high);
-        }
-        if is_high != registers::is_high() {
-            is_high = !is_high;
-            start = decoder.untimed_edge(is_high).or(start);
-        }
-        registers::expect(!is_high);
-        DECODER.set(masked, decoder);
-        if let Some(start) = start {
-            registers::set_match_b(start.wrapping_add(EdgeDecoder::<BIT>::END));
-            if !decoder.is_behind() {
-                registers::forget_match_b();
-            }
-            registers::watch_match_b();
-        }
-    });
-}
-
-/// "Timer/Counter3 Compare Match B": a character has ended, or the last one's stop bit is on the wire.
+/// "Timer/Counter3 Compare Match B", where it is no byte that follows another: a byte after a pause or a line held low, or the
+/// last stop bit that is sent is on the wire.
 #[doc(hidden)]
 #[inline(always)]
 pub fn ended(interrupt: &mut Interrupt) {
-    let character = interrupt.mask(|masked| {
+    let (state, ended) = interrupt.mask(|masked| {
+        registers::ignore_match_b();
         let mut decoder = DECODER.get(masked);
-        let character = match STATE.get(masked) {
-            State::Listening => decoder.ended(!registers::expects_rising()),
-            State::Sending => {
-                decoder = EdgeDecoder::new();
-                registers::listen();
-                None
-            }
-        };
+        let ended = decoder.ended(!registers::expects_rising());
         DECODER.set(masked, decoder);
-        if !decoder.is_busy() {
-            registers::ignore_match_b();
-        }
-        character
-    });
-    match character {
-        Some(Character::Byte(byte)) => SoftUart::port().put(interrupt, byte),
-        Some(Character::Malformed) => SoftUart::port().lose(interrupt),
-        None => {}
-    }
-    let is_sent = interrupt.mask(|masked| {
         let state = STATE.get(masked);
+        if state == State::Sending {
+            registers::listen();
+        }
         STATE.set(masked, State::Listening);
-        state == State::Sending
+        (state, ended)
     });
-    if is_sent {
-        SoftUart::port().finish(interrupt);
+    match (state, ended) {
+        (State::Sending, _) => PORT.finish(interrupt),
+        (State::Listening, Some(Character::Byte(byte))) => PORT.put(interrupt, byte),
+        (State::Listening, Some(Character::Malformed)) => PORT.lose(interrupt),
+        (State::Listening, None) => {}
     }
-}
-
-/// Runs `body` in a handler that is no interrupt to the kernel.
-#[inline(always)]
-fn in_handler(body: impl FnOnce(&Masked)) {
-    // SAFETY: a handler runs with interrupts masked. No kernel call follows that may make a task ready.
-    unsafe { Interrupt::assume() }.mask(body);
 }

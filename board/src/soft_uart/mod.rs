@@ -9,11 +9,11 @@
 //!   next one before the pulse ends, at least two bits later.
 //!
 //! The timer's own interrupts would come behind the tick, USART0 and the converter. Both pins therefore are external
-//! interrupts as well, INT5 and INT7, which come before all of these, and whose handlers save the registers that they use:
+//! interrupts as well, INT5 and INT7, which come before all of these, and whose [vectors](vectors) save the registers that they use:
 //! no kernel call, no other stack. They wait for at most one other handler.
 //!
-//! What may take longer is left to an interrupt of the timer, an ordinary one of the kernel: to hand over a byte there is a
-//! character's time, to tell of the end of a transmission any.
+//! What may take longer is left to interrupts of the timer, ordinary ones of the kernel: unit A wakes the task for a byte, unit
+//! B matches where no other character follows one, or at the end of a transmission.
 //!
 //! Timer and pins do one thing at a time: the line is half duplex, and hears nothing while it sends. A dock of infrared
 //! would hear itself.
@@ -23,7 +23,14 @@ pub mod encoder;
 #[cfg(target_arch = "avr")]
 mod line;
 #[cfg(target_arch = "avr")]
-mod registers;
+#[doc(hidden)]
+pub mod registers;
+#[cfg(target_arch = "avr")]
+#[doc(hidden)]
+pub mod vectors;
 
 #[cfg(target_arch = "avr")]
-pub use line::{SoftUart, edge_received, ended, pulse_begun};
+pub use line::SoftUart;
+#[cfg(target_arch = "avr")]
+#[doc(hidden)]
+pub use line::{BIT, DECODER, ENCODER, END, PORT, ended, wake};

@@ -6,18 +6,22 @@ use avr_device::atmega128a::{EXINT, PORTE, TC3};
 
 /// TCCR3B: the timer's clock is the MCU's.
 const CLOCK: u8 = 1 << 0; // CS30
-/// TCCR3B: capture at a rising edge.
-const RISING: u8 = 1 << 6; // ICES3
+/// TCCR3B, the bit: capture at a rising edge.
+pub const RISING: u8 = 6; // ICES3
+/// TCCR3B while the line is listened to, for the edge that comes next.
+pub const EXPECT_FALLING: u8 = CLOCK;
+pub const EXPECT_RISING: u8 = CLOCK | 1 << RISING;
 /// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them before.
 const PULSES_A: u8 = 0b11; // WGM31, WGM30
 const PULSES_B: u8 = 0b11 << 3; // WGM33, WGM32
 /// TCCR3A: pin OC3C is set at a match, and cleared at 0 while counting up to OCR3A.
 const SETS: u8 = 0b11 << 2; // COM3C1, COM3C0
 
-/// ETIMSK and ETIFR: a match of unit B.
-const MATCH_B: u8 = 1 << 3;
-/// ETIFR: an edge was captured.
-const CAPTURED: u8 = 1 << 5;
+/// ETIMSK and ETIFR: a match of unit A, or B.
+pub const MATCH_A: u8 = 1 << 4;
+pub const MATCH_B: u8 = 1 << 3;
+/// ETIFR, the bit: an edge was captured.
+pub const CAPTURED: u8 = 5; // ICF3
 
 /// EIMSK and EIFR: INT5, the falling edges sent.
 const SENT: u8 = 1 << 5;
@@ -91,7 +95,7 @@ pub fn set_last_pulse(low: u16, length: u16) {
 /// When the edge came that was expected; `None` if it has not come.
 #[inline(always)]
 pub fn captured() -> Option<u16> {
-    let is_captured = timer().etifr().read().bits() & CAPTURED != 0;
+    let is_captured = timer().etifr().read().bits() & 1 << CAPTURED != 0;
     is_captured.then(|| timer().icr3().read().bits())
 }
 
@@ -99,16 +103,16 @@ pub fn captured() -> Option<u16> {
 #[inline(always)]
 pub fn expect(is_rising: bool) {
     // SAFETY: as for `listen`.
-    timer().tccr3b().write(|w| unsafe { w.bits(if is_rising { CLOCK | RISING } else { CLOCK }) });
+    timer().tccr3b().write(|w| unsafe { w.bits(if is_rising { EXPECT_RISING } else { EXPECT_FALLING }) });
     // After the change, as it may set the flag (datasheet, "Using the Input Capture Unit"). Ones clear flags.
     // SAFETY: as for `listen`.
-    timer().etifr().write(|w| unsafe { w.bits(CAPTURED) });
+    timer().etifr().write(|w| unsafe { w.bits(1 << CAPTURED) });
 }
 
 /// Whether a rising edge is expected.
 #[inline(always)]
 pub fn expects_rising() -> bool {
-    timer().tccr3b().read().bits() & RISING != 0
+    timer().tccr3b().read().bits() & 1 << RISING != 0
 }
 
 /// The level of the pin to receive by, PE7.
@@ -118,24 +122,33 @@ pub fn is_high() -> bool {
     unsafe { PORTE::steal() }.pine().read().pe7().bit_is_set()
 }
 
-/// Has unit B match at `time`.
+/// Has unit B interrupt at `time`, and not for a match before.
 #[inline(always)]
 pub fn set_match_b(time: u16) {
     timer().ocr3b().write(|w| w.set(time));
+    forget_match_b();
+    watch_match_b();
 }
 
 /// Forgets a match of unit B that has not interrupted yet.
 #[inline(always)]
-pub fn forget_match_b() {
+fn forget_match_b() {
     // SAFETY: as for `listen`. Ones clear flags.
     timer().etifr().write(|w| unsafe { w.bits(MATCH_B) });
 }
 
 /// Has unit B interrupt at its match.
 #[inline(always)]
-pub fn watch_match_b() {
+fn watch_match_b() {
     // SAFETY: as for `listen`.
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_B) });
+}
+
+/// Keeps unit A from interrupting.
+#[inline(always)]
+pub fn ignore_match_a() {
+    // SAFETY: as for `listen`.
+    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() & !MATCH_A) });
 }
 
 /// Keeps unit B from interrupting.

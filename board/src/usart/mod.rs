@@ -1,6 +1,7 @@
-//! The two USARTs. An interrupt a byte, both ways.
+//! The two USARTs. An interrupt a byte, both ways; of the kernel only where a frame that comes has ended, or goes out.
 
 mod registers;
+mod vector;
 
 use kernel::{Context, Interrupt, Task};
 
@@ -18,8 +19,18 @@ const DIVISOR: u16 = {
     divisor as u16
 };
 
+/// What tasks and interrupts share.
+#[doc(hidden)]
+pub static PORT0: Port = Port::new();
+#[doc(hidden)]
+pub static PORT1: Port = Port::new();
+
+/// UCSRnA: what is wrong with the byte in UDRn, or after it.
+#[doc(hidden)]
+pub const ERRORS: u8 = FRAME_ERROR | DATA_OVERRUN;
+
 macro_rules! start {
-    ($($Usart:ident)+) => {$(
+    ($($Usart:ident: $PORT:ident)+) => {$(
         impl $Usart {
             /// Starts the USART at [`BAUD`], full duplex.
             pub fn start(self, _: impl Serves<$Usart>) -> (Transmitter, Receiver) {
@@ -33,8 +44,7 @@ macro_rules! start {
         impl Line for $Usart {
             #[inline(always)]
             fn port() -> &'static Port {
-                static PORT: Port = Port::new();
-                &PORT
+                &$PORT
             }
 
             fn begin(_: &mut Task) {
@@ -43,15 +53,15 @@ macro_rules! start {
         }
     )+};
 }
-start!(Usart0 Usart1);
+start!(Usart0: PORT0 Usart1: PORT1);
 
-/// The interrupt "USART, Rx Complete".
+/// The interrupt "USART, Rx Complete", where the vector can't store the byte.
 #[doc(hidden)]
 #[inline(always)]
 pub fn receive_complete<U: Usart>(interrupt: &mut Interrupt) {
     let status = U::status(); // of the byte in UDRn, so read before it
     let byte = U::data();
-    if status & (FRAME_ERROR | DATA_OVERRUN) != 0 {
+    if status & ERRORS != 0 {
         U::port().lose(interrupt);
         if status & FRAME_ERROR != 0 {
             return; // no byte: a line held low must not look like a stream of ends of frames

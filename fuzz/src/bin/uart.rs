@@ -15,15 +15,15 @@ fuzz_target!(|input: &[u8]| {
         let [low, high] = edge else { continue };
         time = time.wrapping_add(u16::from_le_bytes([*low, high & 0x3f]));
         match high >> 6 {
-            0 => drop(decoder.edge(time, false)),
-            1 => drop(decoder.edge(time, true)),
-            2 => drop(decoder.untimed_edge(low & 1 != 0)),
-            _ => drop(decoder.ended(low & 1 != 0)),
+            0 => _ = decoder.edge(time, false),
+            1 => _ = decoder.edge(time, true),
+            2 => _ = decoder.untimed_edge(low & 1 != 0),
+            _ => _ = decoder.ended(low & 1 != 0),
         }
     }
     // The line is high, and what is left was looked at.
     decoder.edge(time, true);
-    while decoder.ended(true).is_some() {}
+    decoder.ended(true);
     let mut encoder = PulseEncoder::<BIT>::new();
     encoder.begin(*byte);
     while let Some(Pulse { low, length, .. }) = encoder.next(|| None) {

@@ -382,6 +382,9 @@ unsafe extern "C" fn kernel_switch() {
             "kernel_enter_interrupt:",
             "push r0",                            // 2
             "in r0, 0x3f",                        // 1: SREG; I is clear in it, `reti` sets it
+            // The same from a vector that has done so much.
+            ".global kernel_enter_with_status",
+            "kernel_enter_with_status:",
             "push r0",                            // 2
             "push r1",                            // 2
             "clr r1",                             // 1: compiled code counts on r1 = 0
@@ -942,6 +945,8 @@ unsafe extern "C" {
     fn kernel_block(semaphore: &Semaphore) -> Option<&'static ControlBlock>;
     #[doc(hidden)]
     pub fn kernel_enter_interrupt();
+    #[doc(hidden)]
+    pub fn kernel_enter_with_status();
     #[doc(hidden)]
     pub fn kernel_enter_tick();
 }

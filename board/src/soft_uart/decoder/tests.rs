@@ -22,25 +22,22 @@ fn edges<const SENT: u16>(start: u64, bytes: &[u8]) -> Vec<(u64, bool)> {
     edges
 }
 
-/// What a decoder makes of `edges`, if it is asked `late` ticks after the match that is set for a character's end.
+/// What a decoder makes of `edges`, if it is asked `late` ticks after the time that is set for a character's end.
 fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
     let mut decoder = Decoder::new();
-    let (mut matches, mut characters) = (Vec::new(), Vec::new());
+    let (mut end, mut characters) = (None, Vec::new());
     let mut level = true;
     for (time, is_high) in edges.iter().copied().chain([(1 << 60, true)]) {
-        matches.retain(|at| {
-            let is_due = at + late < time;
-            if is_due {
-                characters.extend(decoder.ended(level));
-            }
-            !is_due
-        });
+        if end.take_if(|end| *end + late < time).is_some() {
+            characters.extend(decoder.ended(level));
+        }
         level = is_high;
-        if let Some(start) = decoder.edge(time as u16, is_high) {
-            assert_eq!(start, time as u16);
-            // Set anew, but what has matched is pending.
-            matches.retain(|at| *at <= time && decoder.is_behind());
-            matches.push(time + u64::from(Decoder::END));
+        let event = decoder.edge(time as u16, is_high);
+        characters.extend(event.ended);
+        if event.begins {
+            assert!(!is_high);
+            end = Some(time + u64::from(Decoder::END));
+            assert_eq!(decoder.ends_at(), (time + u64::from(Decoder::END)) as u16);
         }
     }
     characters
@@ -73,7 +70,7 @@ fn a_sender_may_be_off_by_five_percent() {
 #[test]
 fn nothing_is_lost_if_the_end_is_looked_at_when_the_next_character_has_begun() {
     let sent: Vec<u8> = (0..=255).collect();
-    for late in [0, 200, 300, 1_000, 3_000] {
+    for late in [0, 200, 300, 1_000, 60_000] {
         assert_eq!(decode(&edges::<BIT>(1, &sent), late), bytes(&sent), "{late} ticks late");
     }
 }
@@ -97,19 +94,9 @@ fn a_pulse_shorter_than_half_a_bit_is_no_start_bit() {
 #[test]
 fn a_glitch_that_is_over_when_it_is_looked_at_is_nothing() {
     let mut decoder = Decoder::new();
-    assert_eq!(decoder.edge(10, true), None);
+    assert_eq!(decoder.edge(10, true), Event::NONE);
     assert!(!decoder.is_busy());
     assert_eq!(decoder.ended(true), None);
-}
-
-#[test]
-fn a_character_that_nobody_took_is_told_of() {
-    let mut decoder = Decoder::new();
-    for (time, is_high) in edges::<BIT>(0, &[1, 2, 3]) {
-        decoder.edge(time as u16, is_high);
-    }
-    assert_eq!(decoder.ended(true), Some(Character::Malformed));
-    assert_eq!(decoder.ended(true), Some(Character::Byte(3)));
 }
 
 #[test]
@@ -128,7 +115,7 @@ fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
         }
         // The line is high for a character's time, and the end of what is on it was looked at.
         decoder.edge(time as u16, true);
-        while decoder.ended(true).is_some() {}
+        decoder.ended(true);
         time += u64::from(Decoder::END) + u64::from(random(100_000));
         let byte = random(256) as u8;
         for (edge, is_high) in edges::<BIT>(time, &[byte]) {
@@ -147,10 +134,10 @@ fn an_edge_that_was_missed_came_a_bit_after_the_one_before() {
         let mut decoder = Decoder::new();
         let mut timed = sent.iter().copied().peekable();
         while let Some((time, is_high)) = timed.next() {
-            let begins = decoder.edge(time as u16, is_high).is_some();
+            let begins = decoder.edge(time as u16, is_high).begins;
             assert_eq!(begins, time == 0);
             if let Some((_, is_high)) = timed.next_if(|(next, _)| next - time == u64::from(BIT)) {
-                assert_eq!(decoder.untimed_edge(is_high), None);
+                assert_eq!(decoder.untimed_edge(is_high), Event::NONE);
             }
         }
         assert_eq!(decoder.ended(true), Some(Character::Byte(byte)));

@@ -20,7 +20,7 @@ const TOO_LONG: u8 = 0x40;
 const STREAM: u8 = 0x41;
 const WRONG: u8 = 0x7f;
 
-/// Lengths of the frames in bytes, zeros included: some are longer than the FIFO, one than the receiver's
+/// Lengths of the frames in bytes, zeros included: some are longer than the inbox, one than the receiver's
 /// buffer.
 const SENT: [usize; 5] = [20, 1, 40, 60, 3];
 const RECEIVED: [usize; 4] = [20, 1, 40, 3];

@@ -1,0 +1,69 @@
+//! The UART in software sends each frame back that it has heard. While `HOLDS_UP` is set, a task masks interrupts for 450
+//! cycles again and again.
+//!
+//! Marks: 0x7f for a byte that was lost.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use core::arch::asm;
+
+use board::debug::mark;
+use board::serial::{Receiver, Transmitter};
+use kernel::{Context, MaskedCell, Never, Priority, Stack, Task};
+use tasks::device::{Receive, Transmit};
+use tests_images::start;
+
+board::interrupts!(Interrupts: Tick, SoftUart);
+
+const LOST: u8 = 0x7f;
+
+static ECHO: Stack<200> = Stack::new();
+static HOLD_UP: Stack<120> = Stack::new();
+
+#[unsafe(no_mangle)]
+static HOLDS_UP: MaskedCell<bool> = MaskedCell::new(false);
+
+fn hold_up(task: &mut Task) -> Never {
+    loop {
+        let holds_up = task.mask(|masked| HOLDS_UP.get(masked));
+        if !holds_up {
+            task.delay(1);
+            continue;
+        }
+        task.mask(|_| {
+            // SAFETY: it counts in a register.
+            unsafe {
+                asm!(
+                    "2:",
+                    "dec {count}", // 1
+                    "brne 2b",     // 2
+                    count = inout(reg_upper) 150u8 => _,
+                    options(nostack, nomem),
+                );
+            }
+        });
+    }
+}
+
+fn echo(task: &mut Task, mut receiver: Receiver, mut transmitter: Transmitter) -> Never {
+    let mut frame = [0; 32];
+    loop {
+        let length = receiver.receive(task, &mut frame);
+        if receiver.overruns(task) != 0 {
+            mark(LOST);
+        }
+        transmitter.transmit(task, frame.get(..length).unwrap_or(&frame));
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        let Some(board) = board::Board::take(boot) else { return };
+        board.tick.start(Interrupts);
+        let (transmitter, receiver) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+        start(HOLD_UP.start(boot, Priority::P7, hold_up));
+        start(ECHO.start(boot, Priority::P3, |task| echo(task, receiver, transmitter)));
+    })
+}
