@@ -74,7 +74,7 @@ mod stack {
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<303> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();
-    pub static BEHAVIOURS: Stack<392> = Stack::new();
+    pub static BEHAVIOURS: Stack<396> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -6,6 +6,7 @@
 
 pub mod ac_receive;
 pub mod ac_send;
+pub mod docks;
 pub mod hormone;
 pub mod joints;
 

@@ -1,4 +1,4 @@
-//! From a ring to a chain: all bend alike, and the elected leader lets go of its neighbour in front.
+//! From a ring to a chain: all bend alike, and then the elected leader lets go of its neighbour in front.
 //!
 //! Then nobody is in front of it, it is head, and has them walk by the caterpillar.
 
@@ -15,7 +15,8 @@ crate::gait! {
     leader: Leader::Elected,
     once: Head => Caterpillar,
     rules: [
-        timer(Spine, A).to(B).perform(Release).send(A, BACK),
+        timer(Spine, A).perform(Release).send(A, BACK),
+        timer(Spine, B).perform(Curl).send(B, BACK),
         received(Spine, A).to(B).perform(Curl).send(A, BACK),
     ],
 }

@@ -6,6 +6,7 @@ use tasks::dock::Dock;
 use tasks::message::{Address, Buffered, Message, TaskCode};
 use tasks::request::Report;
 
+use super::docks::Docks;
 use super::joints::Joints;
 use crate::action::Posture;
 use crate::controller::{Controller, NOTHING, Outgoing, Response};
@@ -16,10 +17,11 @@ use crate::status::Status;
 use crate::time::reached;
 use crate::topology;
 
-/// The state of HORMONE, and of the joints that it moves.
+/// The state of HORMONE, and what it told the joints and docks.
 pub struct Behaviour {
     controller: Controller,
     joints: Joints,
+    docks: Docks,
     /// When it has something to do.
     due: Ticks,
 }
@@ -28,7 +30,8 @@ impl Behaviour {
     /// A module at power-up; see [`Controller::new`].
     #[inline(never)] // else a copy of it would stay on the stack
     pub fn new(gait: GaitName, seed: u16, now: Ticks) -> Self {
-        Behaviour { controller: Controller::new(gait.gait(), seed, now), joints: Joints::new(), due: now }
+        let controller = Controller::new(gait.gait(), seed, now);
+        Behaviour { controller, joints: Joints::new(), docks: Docks::new(), due: now }
     }
 
     /// Does what a message asks for.
@@ -64,6 +67,7 @@ impl Behaviour {
             if let Some(posture) = self.posture(now(task)) {
                 self.joints.turn(task, api, posture);
             }
+            self.docks.ask(task, api, self.controller.status().action.docking());
         }
         self.due
     }

@@ -23,18 +23,22 @@ impl Joints {
     }
 
     /// Has each joint turn to its angle of `posture`, if that is news to it. What finds no room is told the next time.
-    #[inline(never)] // else its message would lie under those that HORMONE sends
     pub fn turn(&mut self, task: &mut Task, api: Api, posture: Posture) {
-        let angles = [posture.motor0, posture.roll, posture.motor2];
-        for ((axis, degrees), told) in Axis::ALL.into_iter().zip(angles).zip(&mut self.told) {
-            if *told == Some(degrees) {
-                continue;
-            }
-            let angle = i16::from(degrees) * 10;
-            if api.request(task, TaskCode::HORMONE, Request::Turn { axis, angle, speed: SPEED }).is_ok() {
-                *told = Some(degrees);
-            }
-        }
+        let [front, roll, back] = &mut self.told;
+        tell(task, api, Axis::Front, posture.motor0, front);
+        tell(task, api, Axis::Roll, posture.roll, roll);
+        tell(task, api, Axis::Back, posture.motor2, back);
+    }
+}
+
+#[inline(never)] // else its message would lie under those that HORMONE sends
+fn tell(task: &mut Task, api: Api, axis: Axis, degrees: i8, told: &mut Option<i8>) {
+    if *told == Some(degrees) {
+        return;
+    }
+    let angle = i16::from(degrees) * 10;
+    if api.request(task, TaskCode::HORMONE, Request::Turn { axis, angle, speed: SPEED }).is_ok() {
+        *told = Some(degrees);
     }
 }
 
