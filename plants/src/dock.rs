@@ -1,4 +1,7 @@
 //! A dock: its latch with motor and end switches, and what its infrared sees of another dock.
+//!
+//! Docks have no gender, and either of two can attach and detach both, as those of SuperBot can (SINGO: Shen, Kovac and
+//! Rubenstein, 2009). How that works inside is assumed: hooks that hold each other move as one, by whichever motor.
 
 /// The latch's way from one end to the other, in s. Assumed.
 const TRAVEL_SECONDS: f64 = 0.8;
@@ -75,4 +78,15 @@ const HALF_DISTANCE: f64 = 15.0;
 pub fn reflected(millimetres: f64, degrees: f64) -> u16 {
     let lobe = (-(degrees / LOBE_DEGREES).powi(2)).exp();
     (REFLECTED_AT_CONTACT * lobe / (1.0 + (millimetres / HALF_DISTANCE).powi(2))) as u16
+}
+
+/// How far apart two docks may be, in mm, for the hooks of one to get hold of the other. Assumed.
+const HOOKS_REACH: f64 = 12.0;
+
+/// How far askew, in degrees. Assumed.
+const HOOKS_TURN: f64 = 12.0;
+
+/// Whether a latch that closes gets hold of a dock `millimetres` away and `degrees` askew.
+pub fn catches(millimetres: f64, degrees: f64) -> bool {
+    millimetres <= HOOKS_REACH && degrees.abs() <= HOOKS_TURN
 }

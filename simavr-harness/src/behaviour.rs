@@ -2,7 +2,7 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
-use simulation::{BridgeTotals, Change, Deed, LinkTotals, Wiring, WiringError};
+use simulation::{BridgeTotals, Change, Deed, Event, LinkTotals, Wiring, WiringError};
 
 use crate::counters;
 use crate::engine::Engine;
@@ -41,6 +41,10 @@ impl simulation::Robot for Engine {
             Some(Deed { cycle: told.cycle, module: told.module, event })
         });
         deed.collect()
+    }
+
+    fn take_changes(&mut self) -> Vec<Event> {
+        Engine::take_changes(self)
     }
 
     fn status(&self, module: usize) -> Option<Status> {

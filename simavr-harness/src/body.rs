@@ -3,7 +3,9 @@
 use plants::battery::{Battery, CHARGING_AMPERES, IDLE_AMPERES};
 use plants::dock::Latch;
 use plants::joint::Joint;
-use tasks::dock::Dock;
+use simulation::Angles;
+use tasks::dock::{Dock, DockSet};
+use tasks::docking::latch::End;
 use tasks::motor::Axis;
 
 use crate::mcu::{CLOCK_HZ, Mcu, Pin};
@@ -46,6 +48,7 @@ const TCNT1L: u16 = 0x4c;
 const ICR1: u16 = 0x46;
 const PORTC: u16 = 0x35;
 const PORTD: u16 = 0x32;
+const PORTB: u16 = 0x38;
 
 /// Timer1's registers and port C. The body alone follows these, so that simavr need not: it would count each pulse of the
 /// motors, 20,000 a second, and tell each pin of its level.
@@ -89,12 +92,16 @@ const DOCKS: [(Controller, [Dock; 3]); 2] = [
 pub struct Body {
     joints: [Joint; 3],
     latches: [Latch; 6],
+    /// Docks whose motors have moved their latches to an end, and to which.
+    arrivals: Vec<(Dock, End)>,
     /// What was last shown of the switches at their ends: released, latched.
     switches: [[Option<bool>; 2]; 6],
     /// What flows out of each dock while its power switch is closed, in A.
     pub dock_amperes: [f64; 6],
-    /// What each dock sees reflected, in counts of the converter.
+    /// What each dock sees reflected by something that is no dock of the robot, in counts of the converter.
     pub proximity: [u16; 6],
+    /// Likewise by other docks of the robot.
+    reflected: [u16; 6],
     pub battery: Battery,
     /// Of both boards, in degrees Celsius.
     pub celsius: [f64; 2],
@@ -108,9 +115,11 @@ impl Default for Body {
         Body {
             joints: [0.0; 3].map(Joint::at),
             latches: [0.0; 6].map(Latch::at),
+            arrivals: Vec::new(),
             switches: [[None; 2]; 6],
             dock_amperes: [0.0; 6],
             proximity: [0; 6],
+            reflected: [0; 6],
             battery: Battery::with(0.9),
             celsius: [25.0; 2],
             acceleration: [0.0, 0.0, 1.0],
@@ -133,6 +142,34 @@ impl Body {
 
     pub fn latch_mut(&mut self, dock: Dock) -> &mut Latch {
         &mut self.latches[usize::from(dock.index())]
+    }
+
+    /// The angles of the joints.
+    pub fn angles(&self) -> Angles {
+        self.joints.each_ref().map(Joint::degrees)
+    }
+
+    /// The docks that send out light, to look for others.
+    pub(crate) fn looking(&self, mcus: &[Mcu; 2]) -> DockSet {
+        let lit = DOCKS.into_iter().filter(|(controller, _)| is_high(&mcus[*controller as usize], PORTB, 0));
+        let mut docks = DockSet::EMPTY;
+        lit.flat_map(|(_, docks)| docks).for_each(|dock| docks.insert(dock));
+        docks
+    }
+
+    /// Sets what a dock sees of the others of the robot, in counts of the converter.
+    pub(crate) fn reflect(&mut self, dock: Dock, counts: u16) {
+        self.reflected[usize::from(dock.index())] = counts;
+    }
+
+    /// Takes the latches that have come to an end by their own motors since the last call.
+    pub(crate) fn take_arrivals(&mut self) -> Vec<(Dock, End)> {
+        std::mem::take(&mut self.arrivals)
+    }
+
+    /// Another motor than its own, or whoever built the robot, has moved a latch.
+    pub(crate) fn set_latch(&mut self, dock: Dock, end: End) {
+        *self.latch_mut(dock) = Latch::at(if end == End::Latched { 1.0 } else { 0.0 });
     }
 
     /// Wires the body to MCUs at power-up.
@@ -163,8 +200,13 @@ impl Body {
                 let index = usize::from(dock.index());
                 let is_driven = |bit| i8::from(is_high(mcu, PORTC, bit));
                 let direction = is_driven(3 + 2 * place) - is_driven(2 + 2 * place);
-                self.latches[index].step(direction, SECONDS);
-                amperes += self.latches[index].amperes();
+                let latch = &mut self.latches[index];
+                let before = end_of(latch);
+                latch.step(direction, SECONDS);
+                amperes += latch.amperes();
+                if end_of(latch) != before {
+                    self.arrivals.extend(end_of(latch).map(|end| (dock, end)));
+                }
                 if is_high(mcu, PORTD, 4 + place) {
                     amperes += self.dock_amperes[index];
                 }
@@ -195,7 +237,8 @@ impl Body {
                 let amperes = if is_closed { self.dock_amperes[index] } else { 0.0 };
                 mcu.set_analog(|analog| {
                     analog.pins[4 + place] = 2.5 + 0.5 * amperes;
-                    analog.multiplexed[place] = (f64::from(self.proximity[index]) + 0.5) / 1024.0 * 5.0;
+                    let reflected = self.proximity[index].max(self.reflected[index]);
+                    analog.multiplexed[place] = (f64::from(reflected) + 0.5) / 1024.0 * 5.0;
                 });
                 let latch = &self.latches[index];
                 let pressed = [latch.is_released(), latch.is_latched()];
@@ -218,6 +261,15 @@ impl Body {
                 analog.multiplexed[5..].copy_from_slice(&rest);
             });
         }
+    }
+}
+
+/// The end at which a latch presses its switch.
+fn end_of(latch: &Latch) -> Option<End> {
+    match (latch.is_released(), latch.is_latched()) {
+        (true, _) => Some(End::Released),
+        (_, true) => Some(End::Latched),
+        _ => None,
     }
 }
 

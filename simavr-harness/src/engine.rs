@@ -19,12 +19,16 @@ use crate::robot::{Delivery, Member, Robot};
 /// transmitter is on.
 pub const LONGEST_WINDOW: u64 = 4160;
 
+/// Docks are looked at each time that so many cycles have passed: 10.4 ms, whole windows.
+const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
+
 /// A robot and the threads that run it.
 pub struct Engine {
     robot: Robot,
     threads: usize,
     cycle: u64,
     events: Vec<Event>,
+    changes: Vec<simulation::Event>,
 }
 
 /// A marker that a program wrote.
@@ -40,7 +44,7 @@ pub struct Event {
 impl Engine {
     /// An engine at power-up. It uses `threads` threads, at least one.
     pub fn new(robot: Robot, threads: usize) -> Self {
-        Self { robot, threads: threads.max(1), cycle: 0, events: Vec::new() }
+        Self { robot, threads: threads.max(1), cycle: 0, events: Vec::new(), changes: Vec::new() }
     }
 
     pub fn robot(&self) -> &Robot {
@@ -61,11 +65,24 @@ impl Engine {
         std::mem::take(&mut self.events)
     }
 
+    /// Takes what the robot itself has changed of its wiring since the last call, in order.
+    pub fn take_changes(&mut self) -> Vec<simulation::Event> {
+        std::mem::take(&mut self.changes)
+    }
+
     /// Runs the robot up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
-        if cycle <= self.cycle || self.robot.members.is_empty() {
-            return;
+        while self.cycle < cycle && !self.robot.members.is_empty() {
+            let next_look = (self.cycle + 1).next_multiple_of(DOCKING_STEP);
+            self.run_modules(cycle.min(next_look));
+            if self.cycle == next_look {
+                let changes = self.robot.settle_docks().into_iter();
+                self.changes.extend(changes.map(|change| simulation::Event { at: next_look, change }));
+            }
         }
+    }
+
+    fn run_modules(&mut self, cycle: u64) {
         let run = Run::new(&mut self.robot.members, self.cycle, cycle);
         thread::scope(|scope| {
             for _ in 1..self.threads {

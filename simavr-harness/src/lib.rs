@@ -19,6 +19,7 @@ mod bus;
 mod counters;
 mod cpu;
 mod device;
+mod docking;
 mod engine;
 mod image;
 mod interpreter;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use simulation::{Random, fnv_1a};
-use tasks::dock::Dock;
+use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
 
 use crate::body::{self, Body};
@@ -164,6 +164,11 @@ impl Module {
 
     pub fn body_mut(&mut self) -> &mut Body {
         &mut self.body
+    }
+
+    /// The docks that send out light, to look for others.
+    pub(crate) fn looking(&self) -> DockSet {
+        self.body.looking(&self.mcus)
     }
 
     /// Runs both MCUs up to `cycle`.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use simulation::{Change, Face, Links, Mcus, Random, Wiring, WiringError, fnv_1a};
 use tasks::dock::{Dock, DockSet};
+use tasks::docking::latch::End;
 use thiserror::Error;
 
 use crate::engine::{Event, LONGEST_WINDOW};
@@ -182,7 +183,8 @@ impl Robot {
         self.change(&Change::Attach(one, other))
     }
 
-    /// Lets something happen to the robot now. Characters that have left a dock already still arrive.
+    /// Lets something happen to the robot now. Characters that have left a dock already still arrive. Docks that are attached
+    /// are latched, and those that come off are released.
     ///
     /// # Errors
     /// It can't happen to a robot that is wired so.
@@ -192,11 +194,14 @@ impl Robot {
         for face in before.attached() {
             if self.wiring.peer(face) != before.peer(face) {
                 *self.port_mut(face) = None;
+                self.set_latch(face, End::Released);
             }
         }
         let new: Vec<(Face, Face)> = self.wiring.attachments().collect();
         for (one, other) in new.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
             self.join(one, other);
+            self.set_latch(one, End::Latched);
+            self.set_latch(other, End::Latched);
         }
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
@@ -238,6 +243,10 @@ impl Robot {
             let channel = Channel::new(self.faults.clone(), random);
             *self.port_mut(from) = Some(Port { peer, channel, delay });
         }
+    }
+
+    fn set_latch(&mut self, Face { module, dock }: Face, end: End) {
+        self.members[module].module.body_mut().set_latch(dock, end);
     }
 
     fn for_links(&mut self, links: Links, change: impl Fn(&mut Faults)) {

@@ -1,5 +1,8 @@
 //! What can happen to a robot while it runs.
 
+use hormone::gait::GaitName;
+use hormone::hormone::Hormone;
+use hormone::order::What;
 use serde::Deserialize;
 
 use crate::wiring::{Face, Wiring, WiringError};
@@ -69,5 +72,17 @@ impl Change {
     /// Whether legs and hormones may be out of step for a while because of it.
     pub fn disturbs(&self) -> bool {
         !matches!(self, Change::Loss { .. } | Change::Noise { .. } | Change::Command { .. })
+    }
+
+    /// The gait that the robot is ordered to walk by, if this is such an order.
+    pub fn orders(&self) -> Option<GaitName> {
+        let Change::Command { payload, .. } = self else { return None };
+        match Hormone::from_payload(payload)? {
+            Hormone::Order(order) => match order.what {
+                What::Walk(name) => GaitName::from_byte(name),
+                What::Steer(_) => None,
+            },
+            _ => None,
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Whether a robot walks: in each half Period every leg swings or holds, not as it did in the one before, and not as the
 //! other leg of its branch does (paper, section 7), and every module of the trunk keeps straight. Modules that no hormone
-//! can reach are not looked at, nor those for which Table 1 has no rule.
+//! can reach are not looked at, nor those for which Table 1 has no rule, nor a robot that was ordered to walk by another gait.
 //!
 //! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again, and a few
 //! milliseconds for each module between a walker and its head; where frames are lost, discovery and hops have as many times
@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 
 use hormone::action::Action;
 use hormone::event::Event;
+use hormone::gait::GaitName;
 use hormone::module_type::ModuleType;
 use tasks::dock::Dock;
 
@@ -52,6 +53,8 @@ struct Walker {
 pub struct Gait {
     /// In cycles.
     period: u64,
+    /// Whether it walks by the gait that is judged here.
+    is_centipede: bool,
     walkers: Vec<Walker>,
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
@@ -73,6 +76,7 @@ impl Gait {
     pub fn new(wiring: &Wiring, period: u64) -> Self {
         let mut gait = Gait {
             period,
+            is_centipede: true,
             walkers: Vec::new(),
             walker_of: Vec::new(),
             disturbed_at: 0,
@@ -97,6 +101,9 @@ impl Gait {
             self.walkers.iter().map(|walker| (walker.module, walker.beat)).collect();
         self.walkers.clear();
         self.walker_of = vec![None; wiring.modules()];
+        if !self.is_centipede {
+            return;
+        }
         for (module, hops) in hops_from_heads(wiring).into_iter().enumerate() {
             let (Some(hops), Some(part)) = (hops, part(wiring, module)) else { continue };
             let settled_at = self.settled_at(hops);
@@ -120,6 +127,11 @@ impl Gait {
         for walker in self.walkers.iter_mut().filter(|walker| walker.is_leg) {
             walker.other = other_leg(wiring, walker.module).and_then(|other| self.walker_of[other]);
         }
+    }
+
+    /// The robot was ordered to walk by this gait; a call of [`disturbed`](Self::disturbed) follows.
+    pub fn ordered(&mut self, gait: GaitName) {
+        self.is_centipede = gait == GaitName::Centipede;
     }
 
     /// When a walker so many hops from its head has to walk again.

@@ -1,10 +1,12 @@
 //! All observers of a robot at once.
 
 use crate::change::{Change, Links, Mcus};
+use crate::deed::Deed;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
 use crate::hops::Hops;
 use crate::robot::Robot;
+use crate::scenario::Event;
 use crate::wiring::{Face, Wiring};
 
 /// Follows a robot as it runs.
@@ -12,10 +14,13 @@ pub struct Observer {
     pub hops: Hops,
     pub discovery: Discovery,
     pub gait: Gait,
+    /// What the robot itself has changed of its wiring, in order.
+    pub own_changes: Vec<Event>,
+    wiring: Wiring,
     /// Docks from which nothing comes through, though something is attached there.
     muted: Vec<Face>,
     /// The attachments that modules can find out: none where one end is blind.
-    wiring: Wiring,
+    audible: Wiring,
 }
 
 impl Observer {
@@ -26,50 +31,70 @@ impl Observer {
             hops: Hops::new(wiring.modules()),
             discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
-            muted: Vec::new(),
+            own_changes: Vec::new(),
             wiring: wiring.clone(),
+            muted: Vec::new(),
+            audible: wiring.clone(),
         }
     }
 
     /// Looks at what the robot has done since the last call.
     pub fn look(&mut self, robot: &mut impl Robot) {
-        for deed in robot.take_deeds() {
-            self.hops.take(&deed, robot.wiring());
-            self.discovery.take(&deed);
-            self.gait.take(&deed);
+        let mut deeds = robot.take_deeds().into_iter().peekable();
+        for event in robot.take_changes() {
+            while let Some(deed) = deeds.next_if(|deed| deed.cycle < event.at) {
+                self.take(&deed);
+            }
+            self.changed(&event);
+            self.own_changes.push(event);
         }
+        deeds.for_each(|deed| self.take(&deed));
         self.discovery.look(robot);
         self.gait.pass(robot.now());
     }
 
+    fn take(&mut self, deed: &Deed) {
+        self.hops.take(deed, &self.wiring);
+        self.discovery.take(deed);
+        self.gait.take(deed);
+    }
+
     /// Something has just happened to the robot.
-    pub fn changed(&mut self, robot: &impl Robot, change: &Change) {
+    pub fn changed(&mut self, event: &Event) {
+        let &Event { at, ref change } = event;
+        // What the robot did, it could.
+        let _ = change.apply(&mut self.wiring);
+        self.gait.pass(at);
         if let Change::Loss { links, probability } = *change {
             self.muted.retain(|&face| links != Links::All && links != Links::From(face));
             if probability >= 1.0 {
                 match links {
-                    Links::All => self.muted.extend(robot.wiring().attached()),
+                    Links::All => self.muted.extend(self.wiring.attached()),
                     Links::From(face) => self.muted.push(face),
                 }
             }
             if links == Links::All {
-                self.gait.loses(probability, robot.now());
+                self.gait.loses(probability, at);
             }
         }
-        let wiring = self.audible(robot.wiring());
-        if change.disturbs() || wiring != self.wiring {
-            self.discovery.rewired(&wiring, robot.now());
-            self.gait.disturbed(&wiring, robot.now());
-            self.wiring = wiring;
+        let ordered = change.orders();
+        if let Some(gait) = ordered {
+            self.gait.ordered(gait);
+        }
+        let audible = self.audible();
+        if change.disturbs() || ordered.is_some() || audible != self.audible {
+            self.discovery.rewired(&audible, at);
+            self.gait.disturbed(&audible, at);
+            self.audible = audible;
         }
         if let Change::Reset { module, mcus: Mcus::Master | Mcus::Both } = *change {
-            self.discovery.restarted(module, robot.now());
+            self.discovery.restarted(module, at);
         }
     }
 
-    /// A wiring without the attachments that are blind in one direction: neither end counts the other then.
-    fn audible(&self, wiring: &Wiring) -> Wiring {
-        let mut audible = wiring.clone();
+    /// The wiring without the attachments that are blind in one direction: neither end counts the other then.
+    fn audible(&self) -> Wiring {
+        let mut audible = self.wiring.clone();
         for &face in &self.muted {
             // Nothing is attached there any more: then nothing is to be detached.
             let _ = audible.detach(face);

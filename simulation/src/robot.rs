@@ -4,6 +4,7 @@ use hormone::status::Status;
 
 use crate::change::Change;
 use crate::deed::Deed;
+use crate::scenario::Event;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Wiring, WiringError};
 
@@ -32,6 +33,9 @@ pub trait Robot {
 
     /// Takes what the behaviours did since the last call, in order.
     fn take_deeds(&mut self) -> Vec<Deed>;
+
+    /// Takes what the robot itself has changed of its wiring since the last call, in order.
+    fn take_changes(&mut self) -> Vec<Event>;
 
     /// What a module says of itself; `None` while it has not begun.
     fn status(&self, module: usize) -> Option<Status>;

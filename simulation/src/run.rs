@@ -37,7 +37,7 @@ impl<R: Robot> Run<R> {
         let now = self.robot.now();
         while let Some(Event { change, .. }) = self.timeline.pop_if(|event| event.at <= now) {
             self.robot.change(&change)?;
-            self.observer.changed(&self.robot, &change);
+            self.observer.changed(&Event { at: now, change });
         }
         Ok(now < end)
     }

@@ -1,5 +1,7 @@
 //! Which dock of which module is attached to which.
 
+use std::fmt;
+
 use hormone::module_type::ModuleType;
 use hormone::topology::Neighbours;
 use tasks::dock::Dock;
@@ -11,6 +13,13 @@ pub struct Face {
     /// The module's index. The robot itself has no such thing.
     pub module: usize,
     pub dock: Dock,
+}
+
+impl fmt::Display for Face {
+    /// As in a robot file: `3.Left`.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}.{:?}", self.module, self.dock)
+    }
 }
 
 /// Modules, and the attachments between their docks.

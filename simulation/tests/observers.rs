@@ -6,8 +6,8 @@ use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
 use simulation::{
-    BridgeTotals, Change, Deed, Face, LinkTotals, Links, MILLISECOND, Observer, Robot, Shape, Wiring,
-    WiringError,
+    BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Observer, Robot,
+    Shape, Wiring, WiringError,
 };
 use tasks::dock::Dock::{self, Back, Left, Right};
 
@@ -18,6 +18,7 @@ struct Script {
     wiring: Wiring,
     statuses: Vec<Status>,
     deeds: Vec<Deed>,
+    changes: Vec<Happening>,
     now: u64,
 }
 
@@ -25,7 +26,7 @@ impl Script {
     fn new() -> (Self, Observer) {
         let wiring = Shape::Centipede.wiring(6).unwrap();
         let statuses = vec![Status::POWER_UP; wiring.modules()];
-        let script = Script { wiring, statuses, deeds: Vec::new(), now: 0 };
+        let script = Script { wiring, statuses, deeds: Vec::new(), changes: Vec::new(), now: 0 };
         let observer = Observer::new(&script, PERIOD);
         (script, observer)
     }
@@ -49,6 +50,11 @@ impl Script {
 
     fn receives(&mut self, module: usize, dock: Dock, data: Data, at: u64) {
         self.deeds.push(Deed { cycle: at, module, event: Event::HormoneReceived(dock, data) });
+    }
+
+    /// Something that happens now.
+    fn happens(&self, change: Change) -> Happening {
+        Happening { at: self.now, change }
     }
 
     /// A module begins an action.
@@ -109,6 +115,10 @@ impl Robot for Script {
 
     fn take_deeds(&mut self) -> Vec<Deed> {
         std::mem::take(&mut self.deeds)
+    }
+
+    fn take_changes(&mut self) -> Vec<Happening> {
+        std::mem::take(&mut self.changes)
     }
 
     fn status(&self, module: usize) -> Option<Status> {
@@ -216,9 +226,9 @@ fn a_dock_that_is_mute_counts_as_detached() {
     script.walk(&mut observer, 1..9);
     let mute =
         |probability| Change::Loss { links: Links::From(Face { module: 1, dock: Right }), probability };
-    observer.changed(&script, &mute(1.0));
+    observer.changed(&script.happens(mute(1.0)));
     assert_eq!(observer.gait.legs(), 1, "the branch is none any more, and the leg at its right is cut off");
-    observer.changed(&script, &mute(0.5));
+    observer.changed(&script.happens(mute(0.5)));
     assert_eq!(observer.gait.legs(), 2);
 }
 
@@ -226,7 +236,7 @@ fn a_dock_that_is_mute_counts_as_detached() {
 fn where_frames_are_lost_a_robot_has_more_time_to_begin_and_no_more_to_walk_on() {
     let lossy = Change::Loss { links: Links::All, probability: 0.5 };
     let (mut script, mut observer) = Script::discovered();
-    observer.changed(&script, &lossy);
+    observer.changed(&script.happens(lossy.clone()));
     // Four tries: 1 s, and 1.2 s for discovery, and 20 ms or 40 ms for hops to the branch, and to its legs and the spine.
     script.passes(&mut observer, 2_190 * MILLISECOND);
     assert_eq!(observer.gait.violations, 0);
@@ -235,7 +245,7 @@ fn where_frames_are_lost_a_robot_has_more_time_to_begin_and_no_more_to_walk_on()
 
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    observer.changed(&script, &lossy);
+    observer.changed(&script.happens(lossy.clone()));
     script.passes(&mut observer, 10 * PERIOD / 2 + 100 * MILLISECOND);
     assert_eq!(observer.gait.violations, 5);
 }
@@ -294,4 +304,35 @@ fn hormones_are_followed_over_their_wires() {
     observer.look(&mut script);
     let hops = &observer.hops;
     assert_eq!((hops.sent, hops.delivered, hops.lost(), hops.out_of_turn), (4, 3, 1, 1));
+}
+
+#[test]
+fn what_the_robot_changes_itself_counts_as_a_change() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    // The tail lets go: what it says before that is looked at as it was, and after it has nobody to hear from.
+    let change = Change::Detach(Face { module: 4, dock: Back });
+    change.apply(&mut script.wiring).unwrap();
+    let at = 9 * PERIOD / 2;
+    script.changes.push(Happening { at, change });
+    for module in [4, 5] {
+        script.knows(module, at + 200 * MILLISECOND);
+    }
+    script.passes(&mut observer, at + 250 * MILLISECOND);
+    assert_eq!(observer.own_changes.len(), 1);
+    assert_eq!((observer.discovery.lost_after, observer.discovery.lapses), (Some(200 * MILLISECOND), 0));
+}
+
+#[test]
+fn a_robot_that_was_ordered_to_walk_otherwise_is_not_judged_by_table_1() {
+    let (mut script, mut observer) = Script::discovered();
+    let at = Face { module: 5, dock: Back };
+    let order = |gait: u8| Change::Command { at, payload: vec![0xd0 | gait, 1, 255] };
+    observer.changed(&script.happens(order(2)));
+    script.steps(&mut observer, 0, Action::Wave, PERIOD);
+    script.passes(&mut observer, 10 * PERIOD);
+    assert_eq!(observer.gait.violations, 0);
+    observer.changed(&script.happens(order(1)));
+    script.passes(&mut observer, 12 * PERIOD);
+    assert_eq!(observer.gait.violations, 2 * 5, "nobody walks, in two half Periods");
 }

@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use serde::Serialize;
 use simavr_harness::Controller;
-use simulation::{BridgeTotals, CLOCK_HZ, LinkTotals, MILLISECOND, Observer, Robot, Run};
+use simulation::{
+    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run,
+};
 
 use super::arguments::{EngineName, Sim};
 
@@ -45,6 +47,8 @@ pub struct Report {
     pub loss_notice_ms_max: Option<f64>,
     /// How often modules gave up or found again a neighbour that was there all the time.
     pub topology_lapses: u64,
+    /// What the robot itself has changed of its wiring.
+    pub reconfigurations: Vec<Reconfiguration>,
     pub legs: usize,
     /// What a leg did wrong outside of the time that it has to recover.
     pub gait_violations: u64,
@@ -60,6 +64,17 @@ pub struct Report {
     pub state_hash: String,
     #[serde(skip)]
     faults: Vec<String>,
+}
+
+/// An attachment that the robot has made or undone by itself: in the words of a robot file.
+#[derive(Serialize)]
+pub struct Reconfiguration {
+    /// In seconds since power-up.
+    pub at: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attach: Option<[String; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detach: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -96,9 +111,21 @@ impl Report {
             let name = robot.status(module).map_or("Starting".into(), |is| format!("{:?}", is.module_type));
             *types.entry(name).or_default() += 1;
         }
-        let simulated_seconds = robot.now() as f64 / f64::from(CLOCK_HZ);
+        let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
+        let simulated_seconds = seconds(robot.now());
         let wall_seconds = wall.as_secs_f64();
-        let Observer { hops, discovery, gait, .. } = observer;
+        let Observer { hops, discovery, gait, own_changes, .. } = observer;
+        let reconfiguration = |Event { at, change }: &Event| Reconfiguration {
+            at: seconds(*at),
+            attach: match change {
+                Change::Attach(one, other) => Some([one, other].map(Face::to_string)),
+                _ => None,
+            },
+            detach: match change {
+                Change::Detach(face) => Some(face.to_string()),
+                _ => None,
+            },
+        };
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let mut report = Report {
@@ -121,6 +148,7 @@ impl Report {
             discovery_ms_max: discovery.found_after.map(ms),
             loss_notice_ms_max: discovery.lost_after.map(ms),
             topology_lapses: discovery.lapses,
+            reconfigurations: own_changes.iter().map(reconfiguration).collect(),
             legs: gait.legs(),
             gait_violations: gait.violations,
             leg_skew_us_max: gait.skew_max.map(|cycles| us(cycles as f64)),

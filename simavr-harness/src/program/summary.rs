@@ -4,7 +4,7 @@ use std::fmt;
 
 use simulation::{BridgeTotals, LinkTotals};
 
-use super::report::{CpuLoad, Latency, Report};
+use super::report::{CpuLoad, Latency, Reconfiguration, Report};
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -24,6 +24,14 @@ impl fmt::Display for Report {
             or_none(self.discovery_ms_max, "ms"),
             self.topology_lapses
         )?;
+        for Reconfiguration { at, attach, detach } in &self.reconfigurations {
+            if let Some([one, other]) = attach {
+                writeln!(f, "docking    {one} attached itself to {other} after {at:.2} s")?;
+            }
+            if let Some(face) = detach {
+                writeln!(f, "docking    {face} let go after {at:.2} s")?;
+            }
+        }
         if self.legs > 0 {
             writeln!(
                 f,

@@ -22,6 +22,7 @@ use crate::deed::Deed;
 use crate::hash::Fnv;
 use crate::random::Random;
 use crate::robot::Robot;
+use crate::scenario::Event;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Face, Wiring, WiringError};
 use hormone::gait::GaitName;
@@ -248,6 +249,10 @@ impl Robot for Native {
         let past = self.deeds.partition_point(|deed| deed.cycle < self.now);
         let later = self.deeds.split_off(past);
         std::mem::replace(&mut self.deeds, later)
+    }
+
+    fn take_changes(&mut self) -> Vec<Event> {
+        Vec::new()
     }
 
     fn status(&self, module: usize) -> Option<Status> {

@@ -1,0 +1,158 @@
+//! A robot that changes its shape by its own docks, with the images that it is flashed with: robots/ring.toml.
+
+use hormone::action::Action::{Curl, Grasp, Roll, Wave};
+use hormone::event::Event as Behaviour;
+use hormone::module_type::ModuleType::{Head, Spine, Tail};
+use simavr_harness::{Engine, RobotBuilder};
+use simulation::{Change, Deed, Event, Face, Robot, Scenario};
+use superbot_tests_simavr::{MILLISECOND, firmware};
+use tasks::dock::Dock::{Back, Front};
+
+const SECOND: u64 = 1000 * MILLISECOND;
+const MODULES: usize = 6;
+
+/// From the order on: it is closed by this time, and rolls by this one.
+const CLOSED: u64 = 6 * SECOND;
+const ROLLS: u64 = 12 * SECOND;
+
+/// Likewise: it is open, and crawls.
+const OPEN: u64 = 4 * SECOND;
+const CRAWLS: u64 = 6 * SECOND;
+
+/// A robot, what is still to happen to it, and what has.
+struct Story {
+    engine: Engine,
+    timeline: Vec<Event>,
+    deeds: Vec<Deed>,
+    changes: Vec<Event>,
+}
+
+impl Story {
+    fn of(text: &str, seed: u64, threads: usize) -> Self {
+        let Scenario { wiring, timeline } = Scenario::from_toml(text).expect("the file is right");
+        let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).build().expect("it can be built");
+        Story { engine: Engine::new(robot, threads), timeline, deeds: Vec::new(), changes: Vec::new() }
+    }
+
+    fn ring(seed: u64, threads: usize) -> Self {
+        Self::of(include_str!("../../../robots/ring.toml"), seed, threads)
+    }
+
+    /// When the robot is given its `number`th order.
+    fn ordered_at(&self, number: usize) -> u64 {
+        self.timeline[number].at
+    }
+
+    fn run_until(&mut self, cycle: u64) {
+        let from = self.engine.cycle();
+        for Event { at, change } in self.timeline.clone() {
+            if (from..cycle).contains(&at) {
+                self.engine.run_until(at);
+                self.engine.robot_mut().change(&change).expect("it can happen");
+            }
+        }
+        self.engine.run_until(cycle);
+        self.deeds.extend(self.engine.take_deeds());
+        self.changes.extend(self.engine.take_changes());
+    }
+
+    /// Every module knows its neighbours and its type, and does this.
+    fn all_do(&self, action: hormone::action::Action) {
+        for module in 0..self.engine.robot().modules() {
+            assert!(self.engine.is_right(module), "module {module}");
+            assert_eq!(
+                self.engine.status(module).map(|status| status.action),
+                Some(action),
+                "module {module}"
+            );
+        }
+    }
+
+    fn count(&self, wanted: hormone::module_type::ModuleType) -> usize {
+        let modules = 0..self.engine.robot().modules();
+        modules.filter(|&module| self.engine.wiring().module_type(module) == wanted).count()
+    }
+
+    /// The angles of all joints that bend, added up, in degrees.
+    fn bend(&self) -> f64 {
+        let modules = (0..MODULES).filter_map(|module| self.engine.robot().module(module));
+        modules.map(|module| module.body().angles()).map(|[front, _, back]| front + back).sum()
+    }
+}
+
+#[test]
+fn a_chain_becomes_a_ring_and_a_chain_again() {
+    for seed in [1, 2] {
+        let mut story = Story::ring(seed, 2);
+        let [close, open] = [1, 2].map(|number| story.ordered_at(number));
+        story.run_until(close);
+        story.all_do(Wave);
+        assert_eq!([story.count(Head), story.count(Spine), story.count(Tail)], [1, 4, 1]);
+
+        story.run_until(close + CLOSED);
+        let [Event { change, .. }] = &story.changes[..] else { panic!("{:?}", story.changes) };
+        let ends = (Face { module: 5, dock: Back }, Face { module: 0, dock: Front });
+        assert_eq!(*change, Change::Attach(ends.0, ends.1));
+        assert_eq!(story.count(Spine), MODULES);
+
+        story.run_until(close + ROLLS);
+        let from = story.engine.cycle() - SECOND;
+        let led = |deed: &&Deed| deed.cycle >= from && matches!(deed.event, Behaviour::HormoneGenerated(_));
+        let mut leaders: Vec<usize> = story.deeds.iter().filter(led).map(|deed| deed.module).collect();
+        leaders.dedup();
+        let [leader] = leaders[..] else { panic!("one leads, not {leaders:?}") };
+        let mut bends = Vec::new();
+        for _ in 0..6 {
+            story.run_until(story.engine.cycle() + 200 * MILLISECOND);
+            story.all_do(Roll);
+            assert!((story.bend() - 360.0).abs() <= 60.0, "{}", story.bend());
+            bends.push(story.engine.robot().module(0).expect("it is there").body().angles()[0]);
+        }
+        // At 60 degrees a second joints lag behind the wave, and do not come to its 0 and 60 degrees.
+        let [least, most] = [f64::min, f64::max].map(|of| bends.iter().copied().reduce(of).unwrap_or(0.0));
+        assert!(most - least > 25.0, "the bend runs round the ring: {bends:?}");
+
+        story.run_until(open + OPEN);
+        let change = story.changes.last().map(|event| &event.change);
+        assert_eq!(change, Some(&Change::Detach(Face { module: leader, dock: Front })));
+        story.run_until(open + CRAWLS);
+        story.all_do(Wave);
+        assert_eq!(story.changes.len(), 2);
+        assert_eq!(story.engine.wiring().module_type(leader), Head);
+    }
+}
+
+/// A chain of five bends, finds nothing to grasp, and tries again.
+#[test]
+fn ends_that_do_not_meet_stay_apart() {
+    let mut story =
+        Story::of(&include_str!("../../../robots/ring.toml").replace("modules = 6", "modules = 5"), 1, 1);
+    let close = story.ordered_at(1);
+    story.run_until(close + 10 * SECOND);
+    let tail = story.deeds.iter().filter(|deed| deed.module == 4 && deed.cycle > close);
+    let mut actions: Vec<_> = tail
+        .filter_map(|deed| match deed.event {
+            Behaviour::ActionBegun(action @ (Curl | Grasp)) => Some(action),
+            _ => None,
+        })
+        .collect();
+    actions.dedup();
+    assert_eq!(actions, [Curl, Grasp, Curl, Grasp]);
+    assert!(story.changes.is_empty());
+    assert_eq!([story.count(Head), story.count(Spine), story.count(Tail)], [1, 3, 1]);
+}
+
+/// In one go or step by step, on one thread or two.
+#[test]
+fn how_a_robot_is_run_makes_no_difference() {
+    let mut once = Story::ring(1, 1);
+    let end = once.ordered_at(1) + CLOSED;
+    once.run_until(end);
+    let mut steps = Story::ring(1, 2);
+    while steps.engine.cycle() < end {
+        steps.run_until((steps.engine.cycle() + 77 * MILLISECOND).min(end));
+    }
+    assert_eq!(once.changes.len(), 1);
+    assert_eq!(once.changes, steps.changes);
+    assert_eq!(once.engine.state_hash(), steps.engine.state_hash());
+}
