@@ -67,10 +67,10 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<306> = Stack::new();
-    pub static SEND_USART0: Stack<225> = Stack::new();
-    pub static SEND_USART1: Stack<225> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<225> = Stack::new();
+    pub static RECEIVE: Stack<309> = Stack::new();
+    pub static SEND_USART0: Stack<223> = Stack::new();
+    pub static SEND_USART1: Stack<223> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<223> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<303> = Stack::new();
     pub static BRIDGE: Stack<221> = Stack::new();

@@ -56,7 +56,7 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<306> = Stack::new();
+    pub static RECEIVE: Stack<309> = Stack::new();
     pub static SEND_USART0: Stack<223> = Stack::new();
     pub static SEND_USART1: Stack<223> = Stack::new();
     pub static SEND_SOFT_UART: Stack<223> = Stack::new();
