@@ -67,14 +67,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<309> = Stack::new();
+    pub static RECEIVE: Stack<291> = Stack::new();
     pub static SEND_USART0: Stack<223> = Stack::new();
     pub static SEND_USART1: Stack<223> = Stack::new();
     pub static SEND_SOFT_UART: Stack<223> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<303> = Stack::new();
-    pub static BRIDGE: Stack<221> = Stack::new();
-    pub static BEHAVIOURS: Stack<396> = Stack::new();
+    pub static DEVICES: Stack<270> = Stack::new();
+    pub static BRIDGE: Stack<172> = Stack::new();
+    pub static BEHAVIOURS: Stack<385> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

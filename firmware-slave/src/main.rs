@@ -56,13 +56,13 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<309> = Stack::new();
+    pub static RECEIVE: Stack<291> = Stack::new();
     pub static SEND_USART0: Stack<223> = Stack::new();
     pub static SEND_USART1: Stack<223> = Stack::new();
     pub static SEND_SOFT_UART: Stack<223> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<275> = Stack::new();
-    pub static BRIDGE: Stack<221> = Stack::new();
+    pub static DEVICES: Stack<242> = Stack::new();
+    pub static BRIDGE: Stack<172> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

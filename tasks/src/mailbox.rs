@@ -2,13 +2,13 @@
 
 use kernel::{Context, Full, Queue, Semaphore, Task, Ticks, Timer};
 
-use crate::message::Buffered;
+use crate::message::{Buffered, Letter};
 
 /// A task's queue, and the semaphore that it waits on: for a message, a timer or whatever else is posted there.
 ///
 /// A task with several things to wait for looks at all of them each time it is woken; a wake-up for nothing does no harm.
 pub struct Mailbox {
-    queue: Queue<crate::message::Message>,
+    queue: Queue<Letter>,
     wake: Semaphore,
     timer: Timer,
 }
@@ -23,12 +23,8 @@ impl Mailbox {
     ///
     /// # Errors
     /// [`Full`] with the message when there is no room.
-    pub fn put(
-        &self,
-        context: &mut impl Context,
-        message: Buffered,
-    ) -> Result<(), Full<crate::message::Message>> {
-        self.queue.send(context, message)?;
+    pub fn put(&self, context: &mut impl Context, letter: Buffered) -> Result<(), Full<Letter>> {
+        self.queue.send(context, letter)?;
         self.wake.post(context);
         Ok(())
     }

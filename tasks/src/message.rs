@@ -120,27 +120,32 @@ pub struct TooLong;
 
 /// What one task sends to another. Beyond a dock it is acknowledged and repeated until it arrives
 /// or the link gives up, unless it was made as a [datagram](Message::datagram).
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct Message {
+pub struct Message<'a> {
     to: Address,
     from: Address,
-    /// Payload bytes in bits 4..0, [`Self::DATAGRAM`] in bit 7: a message lives in RAM by the dozen.
-    length: u8,
-    payload: [u8; MAX_PAYLOAD],
+    is_datagram: bool,
+    payload: &'a [u8],
 }
 
-impl Message {
-    const DATAGRAM: u8 = 0x80;
-
+impl<'a> Message<'a> {
     /// A message of up to [`MAX_PAYLOAD`] bytes.
-    pub fn new(to: Address, from: Address, payload: &[u8]) -> Result<Message, TooLong> {
-        Self::with_flags(to, from, payload, 0)
+    pub fn new(to: Address, from: Address, payload: &'a [u8]) -> Result<Self, TooLong> {
+        Self::of_kind(to, from, payload, false)
     }
 
     /// A message that a link sends once and forgets: for what is soon said again, as probes are.
-    pub fn datagram(to: Address, from: Address, payload: &[u8]) -> Result<Message, TooLong> {
-        Self::with_flags(to, from, payload, Self::DATAGRAM)
+    pub fn datagram(to: Address, from: Address, payload: &'a [u8]) -> Result<Self, TooLong> {
+        Self::of_kind(to, from, payload, true)
+    }
+
+    #[inline(always)]
+    fn of_kind(to: Address, from: Address, payload: &'a [u8], is_datagram: bool) -> Result<Self, TooLong> {
+        if payload.len() > MAX_PAYLOAD {
+            return Err(TooLong);
+        }
+        Ok(Message { to, from, is_datagram, payload })
     }
 
     pub fn to(&self) -> Address {
@@ -153,34 +158,84 @@ impl Message {
         self.from
     }
 
+    pub fn payload(&self) -> &'a [u8] {
+        self.payload
+    }
+
+    pub fn is_datagram(&self) -> bool {
+        self.is_datagram
+    }
+}
+
+/// A message in writing, as it lies in a buffer.
+#[derive(Clone, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Letter {
+    to: Address,
+    from: Address,
+    /// Payload bytes in bits 4..0, [`Self::DATAGRAM`] in bit 7: a letter lives in RAM by the dozen.
+    length: u8,
+    payload: [u8; MAX_PAYLOAD],
+}
+
+impl Letter {
+    const DATAGRAM: u8 = 0x80;
+
+    /// Paper: all bytes 0, which costs least to make.
+    pub(crate) const BLANK: Letter =
+        Letter { to: Address(0), from: Address(0), length: 0, payload: [0; MAX_PAYLOAD] };
+
+    /// A letter that says `message`.
+    pub fn of(message: Message) -> Letter {
+        let mut letter = Letter::BLANK;
+        letter.write(message);
+        letter
+    }
+
+    /// Writes `message` over what was there.
+    pub(crate) fn write(&mut self, message: Message) {
+        let Message { to, from, is_datagram, payload } = message;
+        (self.to, self.from) = (to, from);
+        self.length = payload.len() as u8 | if is_datagram { Self::DATAGRAM } else { 0 };
+        for (slot, byte) in self.payload.iter_mut().zip(payload) {
+            *slot = *byte;
+        }
+    }
+
+    /// What is written.
+    pub fn message(&self) -> Message<'_> {
+        Message { to: self.to, from: self.from, is_datagram: self.is_datagram(), payload: self.payload() }
+    }
+
+    /// As [`Message::to`].
+    pub fn to(&self) -> Address {
+        self.to
+    }
+
+    /// As [`Message::from`].
+    pub fn from(&self) -> Address {
+        self.from
+    }
+
+    /// As [`Message::payload`].
     pub fn payload(&self) -> &[u8] {
         let length = usize::from(self.length & !Self::DATAGRAM);
         self.payload.get(..length).unwrap_or(&self.payload)
     }
 
+    /// As [`Message::is_datagram`].
     pub fn is_datagram(&self) -> bool {
         self.length & Self::DATAGRAM != 0
     }
-
-    fn with_flags(to: Address, from: Address, bytes: &[u8], flags: u8) -> Result<Message, TooLong> {
-        if bytes.len() > MAX_PAYLOAD {
-            return Err(TooLong);
-        }
-        let mut payload = [0; MAX_PAYLOAD];
-        for (slot, byte) in payload.iter_mut().zip(bytes) {
-            *slot = *byte;
-        }
-        Ok(Message { to, from, length: bytes.len() as u8 | flags, payload })
-    }
 }
 
-/// How many messages one MCU holds at once, over all its queues. Each buffer takes 21 bytes.
+/// How many letters one MCU holds at once, over all its queues. Each buffer takes 21 bytes.
 pub const BUFFERS: usize = 10;
 
-kernel::pool!(Message, BUFFERS);
+kernel::pool!(Letter, BUFFERS);
 
-/// A message in a buffer of the pool. It moves from task to task; dropped, it frees the buffer.
-pub type Buffered = kernel::Message<Message>;
+/// A letter in a buffer of the pool. It moves from task to task; dropped, it frees the buffer.
+pub type Buffered = kernel::Message<Letter>;
 
 #[cfg(test)]
 mod tests {
@@ -225,13 +280,18 @@ mod tests {
         let from = Address::here(TaskCode::HORMONE);
         let bytes: [u8; MAX_PAYLOAD + 1] = core::array::from_fn(|index| index as u8 + 1);
         for length in 0..=MAX_PAYLOAD {
-            let message = Message::new(to, from, &bytes[..length]).unwrap();
-            assert_eq!((message.to(), message.from()), (to, from));
-            assert_eq!(message.payload(), &bytes[..length]);
-            assert!(!message.is_datagram());
-            let datagram = Message::datagram(to, from, &bytes[..length]).unwrap();
-            assert_eq!(datagram.payload(), &bytes[..length]);
-            assert!(datagram.is_datagram());
+            for (message, is_datagram) in [
+                (Message::new(to, from, &bytes[..length]).unwrap(), false),
+                (Message::datagram(to, from, &bytes[..length]).unwrap(), true),
+            ] {
+                assert_eq!((message.to(), message.from()), (to, from));
+                assert_eq!((message.payload(), message.is_datagram()), (&bytes[..length], is_datagram));
+                let mut letter = Letter::of(Message::new(from, to, &[0xEE; MAX_PAYLOAD]).unwrap());
+                letter.write(message);
+                assert_eq!(letter.message(), message);
+                assert_eq!((letter.to(), letter.from()), (to, from));
+                assert_eq!((letter.payload(), letter.is_datagram()), (&bytes[..length], is_datagram));
+            }
         }
         assert_eq!(Message::new(to, from, &bytes), Err(TooLong));
         assert_eq!(Message::datagram(to, from, &bytes), Err(TooLong));

@@ -4,7 +4,7 @@ use kernel::{Message as Owned, Task};
 
 use crate::dock::Dock;
 use crate::mailbox::Mailbox;
-use crate::message::{Message, TaskCode};
+use crate::message::{Address, Letter, Message, TaskCode};
 use crate::router::{Route, Router, Source};
 
 /// The mailboxes of one MCU, and the router that chooses among them.
@@ -32,18 +32,19 @@ pub enum Undelivered {
 }
 
 impl PostOffice {
-    /// Puts `message` into a buffer, and that into the mailbox that its address names.
+    /// Writes `message` into a buffer, and puts that into the mailbox that its address names.
     ///
     /// # Errors
     /// [`Undelivered`]; whoever calls counts it.
     pub fn deliver(&self, task: &mut Task, message: Message, source: Source) -> Result<(), Undelivered> {
-        let mailbox = self.mailbox(&message, source)?;
-        let message = Owned::new(task, message).map_err(|_| Undelivered::NoRoom)?;
-        mailbox.put(task, message).map_err(|_| Undelivered::NoRoom)
+        let mailbox = self.mailbox(message.to(), source)?;
+        let mut letter = Owned::new(task, Letter::BLANK).map_err(|_| Undelivered::NoRoom)?;
+        letter.write(message);
+        mailbox.put(task, letter).map_err(|_| Undelivered::NoRoom)
     }
 
-    fn mailbox(&self, message: &Message, source: Source) -> Result<&'static Mailbox, Undelivered> {
-        match self.router.route(message, source) {
+    fn mailbox(&self, to: Address, source: Source) -> Result<&'static Mailbox, Undelivered> {
+        match self.router.route(to, source) {
             Route::Task(code) if code.is_behaviour() => find(self.tasks, |named| named == code),
             Route::Task(_) => Some(self.devices),
             Route::Link(dock) => find(self.links, |named| named == dock),

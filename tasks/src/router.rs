@@ -4,7 +4,7 @@
 //! same [`Residence`]; a task or dock of the other MCU is reached over the bridge.
 
 use crate::dock::{Dock, DockSet};
-use crate::message::{Message, TaskCode};
+use crate::message::{Address, TaskCode};
 
 /// One of the two MCUs of a module (paper, section 3).
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -100,22 +100,19 @@ impl Router {
 
     /// Decides by the address alone. A neighbour reaches behaviours of this module and nothing else, and this module those of
     /// a neighbour (paper, section 5); what came over the bridge does not go back over it.
-    pub fn route(&self, message: &Message, source: Source) -> Route {
-        let task = message.to().task();
-        let dock = message.to().dock();
+    pub fn route(&self, to: Address, source: Source) -> Route {
+        let task = to.task();
+        let dock = to.dock();
         if matches!(source, Source::Dock(_)) && (dock.is_some() || !task.is_behaviour()) {
             return Route::Refused;
         }
-        let (route, is_here, is_there) = match dock {
-            None => (Route::Task(task), self.here.tasks.contains(task), self.other.tasks.contains(task)),
-            Some(_) if !task.is_behaviour() => return Route::Ignored,
-            Some(dock) => {
-                (Route::Link(dock), self.here.docks.contains(dock), self.other.docks.contains(dock))
-            }
+        let has = |residents: &Residents| match dock {
+            None => residents.tasks.contains(task),
+            Some(dock) => task.is_behaviour() && residents.docks.contains(dock),
         };
-        if is_here {
-            route
-        } else if is_there && source != Source::Bridge {
+        if has(&self.here) {
+            dock.map_or(Route::Task(task), Route::Link)
+        } else if source != Source::Bridge && has(&self.other) {
             Route::Bridge
         } else {
             Route::Ignored

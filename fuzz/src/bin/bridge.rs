@@ -6,6 +6,6 @@ use tasks::bridge::protocol::{MAX_PACKET, decode, encode};
 
 fuzz_target!(|packet: &[u8]| {
     if let Ok(message) = decode(packet) {
-        assert_eq!(encode(&message, &mut [0; MAX_PACKET]), packet);
+        assert_eq!(encode(message, &mut [0; MAX_PACKET]), packet);
     }
 });

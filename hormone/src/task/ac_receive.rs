@@ -2,7 +2,7 @@
 
 use kernel::{Task, Ticks, now};
 use tasks::api::Api;
-use tasks::message::{Address, Message, TaskCode};
+use tasks::message::{Address, Letter, Message, TaskCode};
 
 use super::AdaptiveCommunication;
 use crate::probe::Probe;
@@ -14,7 +14,7 @@ pub const LOOK: Ticks = 20;
 
 /// Takes in a message from a neighbour. `None` if it is no probe.
 #[inline(never)]
-pub fn receive(task: &mut Task, message: &Message, shared: &mut AdaptiveCommunication) -> Option<()> {
+pub fn receive(task: &mut Task, message: &Letter, shared: &mut AdaptiveCommunication) -> Option<()> {
     let dock = message.from().dock()?;
     let probe = Probe::from_payload(message.payload())?;
     let heard = shared.topology.heard(dock, probe, now(task));

@@ -118,10 +118,11 @@ fn follow(task: &mut Task, controller: &mut Controller, response: Response, api:
         api.trace(event.to_byte());
     }
     if let Some(Outgoing { hormone, docks }) = response.send {
+        let payload = hormone.to_payload();
         for dock in docks.iter() {
             let to = Address::beyond(dock, TaskCode::HORMONE);
             let from = Address::here(TaskCode::HORMONE);
-            let Ok(message) = Message::new(to, from, hormone.to_payload().bytes()) else { continue };
+            let Ok(message) = Message::new(to, from, payload.bytes()) else { continue };
             match api.send(task, message) {
                 Ok(()) => {
                     controller.sent();

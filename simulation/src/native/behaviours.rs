@@ -12,7 +12,7 @@ use hormone::status::Status;
 use hormone::task::ac_receive::LOOK;
 use hormone::topology::{self, Topology, to_bytes};
 use tasks::dock::Dock;
-use tasks::message::{Address, Message, TaskCode};
+use tasks::message::{Address, Letter, Message, TaskCode};
 
 use super::time::{ACT, NEXT, TELL, TICK, WAKE};
 
@@ -42,7 +42,7 @@ impl Hash for Behaviours {
 pub struct Doing {
     pub events: Vec<(u64, Event)>,
     /// Messages to be sent, and when.
-    pub messages: Vec<(u64, Message)>,
+    pub messages: Vec<(u64, Letter)>,
 }
 
 impl Behaviours {
@@ -109,14 +109,16 @@ impl Behaviours {
             let to = Address::beyond(dock, TaskCode::AC_RECEIVE);
             let from = Address::here(TaskCode::AC_RECEIVE);
             let probe = self.topology.probe(dock, clock).to_byte();
-            doing.messages.extend(Message::datagram(to, from, &[probe]).ok().map(|message| (at, message)));
+            doing
+                .messages
+                .extend(Message::datagram(to, from, &[probe]).ok().map(|message| (at, Letter::of(message))));
             at += TELL;
         }
         self.probe_at = self.tick(now) + u64::from(self.schedule.next_due(clock).max(1)) * TICK;
     }
 
     /// A message has come for a behaviour.
-    pub fn take(&mut self, now: u64, message: &Message, doing: &mut Doing) {
+    pub fn take(&mut self, now: u64, message: &Letter, doing: &mut Doing) {
         match (message.to().task(), message.from().dock()) {
             (TaskCode::AC_RECEIVE, Some(dock)) => self.hear(now, dock, message.payload(), doing),
             (TaskCode::HORMONE, Some(dock)) => self.receive(now, dock, message.payload(), doing),
@@ -140,8 +142,9 @@ impl Behaviours {
 
     fn tell(&self, now: u64, doing: &mut Doing) {
         let [to, from] = [TaskCode::HORMONE, TaskCode::AC_RECEIVE].map(Address::here);
-        let message = Message::new(to, from, &to_bytes(&self.topology.neighbours()));
-        doing.messages.extend(message.ok().map(|message| (now + TELL, message)));
+        let neighbours = to_bytes(&self.topology.neighbours());
+        let message = Message::new(to, from, &neighbours);
+        doing.messages.extend(message.ok().map(|message| (now + TELL, Letter::of(message))));
     }
 
     /// HORMONE: a neighbour sent a hormone.
@@ -184,12 +187,13 @@ impl Behaviours {
                 at += if number == 0 { ACT } else { NEXT };
                 let to = Address::beyond(dock, TaskCode::HORMONE);
                 let from = Address::here(TaskCode::HORMONE);
-                let Ok(message) = Message::new(to, from, hormone.to_payload().bytes()) else { continue };
+                let payload = hormone.to_payload();
+                let Ok(message) = Message::new(to, from, payload.bytes()) else { continue };
                 self.controller.sent();
                 if let Hormone::Pace(pace) = hormone {
                     doing.events.push((at, Event::HormoneSent(dock, pace.data)));
                 }
-                doing.messages.push((at, message));
+                doing.messages.push((at, Letter::of(message)));
             }
         }
         doing.events.extend(response.action.map(|action| (at, Event::ActionBegun(action))));

@@ -15,7 +15,7 @@ use std::hash::{Hash, Hasher};
 use tasks::dock::{Dock, DockSet};
 use tasks::link::frame::{Label, Turn};
 use tasks::link::signature::Signature;
-use tasks::message::{Address, Message, TaskCode};
+use tasks::message::{Address, Letter, Message, TaskCode};
 
 use crate::change::{Change, Links};
 use crate::deed::Deed;
@@ -188,7 +188,7 @@ impl Native {
         let address = Address::here(TaskCode::HORMONE);
         if let Ok(message) = Message::new(address, address, payload) {
             let span = self.now..self.now + time::frame(payload.len());
-            self.arrive(at, Flight { wire: Wire::Data(label, message), span });
+            self.arrive(at, Flight { wire: Wire::Data(label, Letter::of(message)), span });
         }
     }
 }

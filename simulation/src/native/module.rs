@@ -11,7 +11,7 @@ use tasks::bridge::protocol::BridgeCounters;
 use tasks::bridge::task::ROOM;
 use tasks::dock::{Dock, DockSet};
 use tasks::link::counters::LinkCounters;
-use tasks::message::Message;
+use tasks::message::Letter;
 use tasks::router::{Mcu, Route, Router, Source};
 
 use super::behaviours::{Behaviours, Doing};
@@ -31,11 +31,11 @@ enum Input {
     /// A frame has come in at a dock.
     Frame(Dock, Flight),
     /// A message has crossed to an MCU.
-    Crossed(Mcu, Message),
+    Crossed(Mcu, Letter),
     /// A behaviour takes a message.
-    Taken(Message),
+    Taken(Letter),
     /// A behaviour sends a message.
-    Sent(Message),
+    Sent(Letter),
 }
 
 pub struct Module {
@@ -227,9 +227,9 @@ impl Module {
     }
 
     /// Hands a message on as the router says. Returns whether it is dealt with: there was room, or nobody wants it.
-    fn deliver(&mut self, now: u64, mcu: Mcu, message: Message, source: Source) -> bool {
+    fn deliver(&mut self, now: u64, mcu: Mcu, message: Letter, source: Source) -> bool {
         let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
-        match router.route(&message, source) {
+        match router.route(message.to(), source) {
             Route::Task(_) => insert(&mut self.inputs, now + WAKE, Input::Taken(message)),
             Route::Link(dock) => return self.port(dock).put(message),
             Route::Bridge => {
@@ -246,7 +246,7 @@ impl Module {
     }
 
     /// Sends a message over the bridge. Returns whether there was room.
-    fn cross(&mut self, now: u64, to: Mcu, message: Message) -> bool {
+    fn cross(&mut self, now: u64, to: Mcu, message: Letter) -> bool {
         let crossing = &mut self.crossing[to as usize];
         if *crossing > ROOM {
             return false;

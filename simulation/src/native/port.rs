@@ -14,16 +14,16 @@ use tasks::link::port::{RETRY_LIMIT, ROOM};
 use tasks::link::receive::SILENCE;
 use tasks::link::send::ACK_TIMEOUT;
 use tasks::link::signature::Signature;
-use tasks::message::{Address, Message, TaskCode};
+use tasks::message::{Address, Letter, Message, TaskCode};
 
 use super::time::{CHARACTER, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
 
 /// What goes over the wire in one piece.
 #[derive(Clone, Debug)]
 pub enum Wire {
-    Data(Label, Message),
+    Data(Label, Letter),
     Ack(Label),
-    Datagram(Signature, Message),
+    Datagram(Signature, Letter),
 }
 
 /// A frame on its way.
@@ -51,7 +51,7 @@ impl Wire {
     }
 
     fn frame(&self) -> Frame<'_> {
-        let to = |message: &Message| message.to().task();
+        let to = |message: &Letter| message.to().task();
         match self {
             Wire::Ack(label) => Frame::Ack(*label),
             Wire::Data(label, message) => {
@@ -71,7 +71,7 @@ impl Wire {
 
 /// A message on its way, until it is acknowledged or given up.
 struct Outstanding {
-    message: Message,
+    message: Letter,
     label: Label,
     /// When the ACK is overdue.
     deadline: u64,
@@ -79,7 +79,7 @@ struct Outstanding {
 
 /// A datagram that waits for its moment.
 struct Waiting {
-    datagram: Message,
+    datagram: Letter,
     moment: u64,
 }
 
@@ -87,7 +87,7 @@ pub struct Port {
     dock: Dock,
     endpoint: Endpoint,
     backoff: Backoff,
-    mailbox: VecDeque<Message>,
+    mailbox: VecDeque<Letter>,
     ack_due: Option<Label>,
     outstanding: Option<Outstanding>,
     /// Whether the message under way was sent before.
@@ -117,8 +117,8 @@ impl Hash for Port {
 pub enum Taken {
     Nothing,
     /// A message that is acknowledged once it has found room.
-    Message(Label, Message),
-    Datagram(Message),
+    Message(Label, Letter),
+    Datagram(Letter),
 }
 
 impl Port {
@@ -142,7 +142,7 @@ impl Port {
     }
 
     /// Puts a message into the sending task's mailbox. Returns whether there was room.
-    pub fn put(&mut self, message: Message) -> bool {
+    pub fn put(&mut self, message: Letter) -> bool {
         let has_room = self.mailbox.len() < usize::from(ROOM);
         if has_room {
             self.mailbox.push_back(message);
@@ -222,7 +222,7 @@ impl Port {
         Some(self.send_datagram(now, waiting.datagram))
     }
 
-    fn send_datagram(&mut self, now: u64, datagram: Message) -> Flight {
+    fn send_datagram(&mut self, now: u64, datagram: Letter) -> Flight {
         let signature = self.endpoint.sign_datagram();
         self.transmit(now, Wire::Datagram(signature, datagram))
     }
@@ -232,7 +232,7 @@ impl Port {
         &mut self,
         now: u64,
         label: Label,
-        message: Message,
+        message: Letter,
         patience: u64,
         tick: impl Fn(u64) -> u64,
     ) -> Flight {
@@ -261,12 +261,12 @@ impl Port {
         match self.endpoint.on_frame(wire.frame()) {
             Arrival::Message { label, to, payload } => {
                 match Message::new(Address::here(to), from(to), payload) {
-                    Ok(message) => Taken::Message(label, message),
+                    Ok(message) => Taken::Message(label, Letter::of(message)),
                     Err(_) => Taken::Nothing,
                 }
             }
             Arrival::Datagram { to, payload } => match Message::new(Address::here(to), from(to), payload) {
-                Ok(message) => Taken::Datagram(message),
+                Ok(message) => Taken::Datagram(Letter::of(message)),
                 Err(_) => Taken::Nothing,
             },
             Arrival::Duplicate(label) => {

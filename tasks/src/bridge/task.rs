@@ -194,7 +194,7 @@ impl Next {
         if self.length == 0
             && let Some(message) = bridge.mailbox().take(task)
         {
-            self.length = protocol::encode(&message, &mut self.packet).len();
+            self.length = protocol::encode(message.message(), &mut self.packet).len();
         }
     }
 

@@ -9,7 +9,7 @@ use super::cobs::WireBuffer;
 use super::frame::{Frame, Label};
 use super::port::Port;
 use crate::device::Transmit;
-use crate::message::{Buffered, Message};
+use crate::message::{Buffered, Letter};
 
 /// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that heard the
 /// message was not sending, so the ACK is the next that it sends; once something comes in, its end is waited for.
@@ -106,7 +106,7 @@ impl<Line: Transmit> Sender<Line> {
         left
     }
 
-    fn send_datagram(&mut self, task: &mut Task, datagram: &Message) {
+    fn send_datagram(&mut self, task: &mut Task, datagram: &Letter) {
         let signature = self.port.with(task, |state| state.endpoint.sign_datagram());
         let (to, payload) = (datagram.to().task(), datagram.payload());
         self.transmit(task, Frame::Datagram { signature, to, payload });

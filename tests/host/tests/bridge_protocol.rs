@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use tasks::bridge::protocol::{MAX_PACKET, PacketError, decode, encode};
-use tasks::message::{Address, MAX_PAYLOAD, Message};
+use tasks::message::{Address, Letter, MAX_PAYLOAD, Message};
 
-fn packet(message: &Message) -> Vec<u8> {
+fn packet(message: Message) -> Vec<u8> {
     encode(message, &mut [0xEE; MAX_PACKET]).to_vec()
 }
 
@@ -12,11 +12,11 @@ fn address() -> impl Strategy<Value = Address> {
     any::<u8>().prop_filter_map("no address", Address::from_byte)
 }
 
-fn message() -> impl Strategy<Value = Message> {
+fn letter() -> impl Strategy<Value = Letter> {
     let payload = prop::collection::vec(any::<u8>(), 0..=MAX_PAYLOAD);
     (address(), address(), payload, any::<bool>()).prop_map(|(to, from, payload, datagram)| {
         let make = if datagram { Message::datagram } else { Message::new };
-        make(to, from, &payload).unwrap()
+        Letter::of(make(to, from, &payload).unwrap())
     })
 }
 
@@ -24,16 +24,16 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_message_returns_unchanged_for_four_bytes_more(message in message()) {
-        let packet = packet(&message);
-        prop_assert_eq!(packet.len(), message.payload().len() + 4);
-        prop_assert_eq!(decode(&packet), Ok(message));
+    fn any_message_returns_unchanged_for_four_bytes_more(letter in letter()) {
+        let packet = packet(letter.message());
+        prop_assert_eq!(packet.len(), letter.payload().len() + 4);
+        prop_assert_eq!(decode(&packet), Ok(letter.message()));
     }
 
     /// This polynomial's period is 127 bits: it finds any two wrong bits that are closer together.
     #[test]
-    fn one_wrong_bit_or_two_within_126_are_found(message in message()) {
-        let packet = packet(&message);
+    fn one_wrong_bit_or_two_within_126_are_found(letter in letter()) {
+        let packet = packet(letter.message());
         let flipped = |packet: &[u8], bit: usize| {
             let mut packet = packet.to_vec();
             packet[bit / 8] ^= 0x80 >> (bit % 8);
@@ -51,7 +51,7 @@ proptest! {
     #[test]
     fn any_bytes_are_a_message_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..=24)) {
         if let Ok(message) = decode(&bytes) {
-            prop_assert_eq!(packet(&message), bytes);
+            prop_assert_eq!(packet(message), bytes);
         }
     }
 }
