@@ -17,6 +17,7 @@ use crate::tick::Tick;
 use crate::trap::Trap;
 use crate::twi::{I2c, Twi};
 use crate::usart::{Usart0, Usart1};
+use crate::watchdog::Watchdog;
 use crate::{mcu, nonce};
 
 /// The devices of this MCU, none of them started. They take no memory.
@@ -41,6 +42,7 @@ pub struct Board {
     pub latch_pwm: LatchPwm,
     pub emitters: Emitters,
     pub charger: Charger,
+    pub watchdog: Watchdog,
     /// Why the MCU started.
     pub reset_cause: ResetCause,
     /// A number that differs from boot to boot; see [`nonce`].
@@ -76,6 +78,7 @@ impl Board {
             latch_pwm: Output::new(),
             emitters: Pin::new(),
             charger: Pin::new(),
+            watchdog: Watchdog::new(),
             reset_cause: ResetCause::take(&cpu),
             nonce: nonce::next(),
         })

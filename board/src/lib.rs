@@ -84,6 +84,8 @@ pub mod twi;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod usart;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod watchdog;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 mod with_task;
 
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

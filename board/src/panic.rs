@@ -15,6 +15,8 @@ use core::panic::PanicInfo;
 
 use kernel::{Boot, Context, Interrupt};
 
+use crate::watchdog::{self, Patience};
+
 /// Where a panic was.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct PanicRecord {
@@ -48,18 +50,8 @@ pub fn record_and_reset(info: &PanicInfo) -> ! {
     let record = &raw mut RECORD;
     // SAFETY: nothing else runs. Volatile, because it is read after a reset.
     unsafe { record.write_volatile([task, line, column, checksum([task, line, column])]) };
-    // SAFETY: the watchdog touches no memory. A new time counts only within four cycles of WDCE (ATmega128 datasheet,
-    // "Timed Sequences for Changing the Configuration of the Watchdog Timer").
-    unsafe {
-        asm!(
-            "wdr",
-            "out 0x21, {change}", // 1 cycle: WDCE and WDE
-            "out 0x21, {enable}", // 1 cycle: WDE; the shortest time
-            change = in(reg) 1_u8 << 4 | 1 << 3,
-            enable = in(reg) 1_u8 << 3,
-            options(nomem, nostack, preserves_flags)
-        );
-    }
+    // SAFETY: interrupts are masked.
+    unsafe { watchdog::start(Patience::Shortest) };
     loop {}
 }
 

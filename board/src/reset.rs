@@ -8,6 +8,9 @@ use avr_device::atmega128a::CPU;
 pub struct ResetCause(u8);
 
 impl ResetCause {
+    /// None known.
+    pub const NONE: ResetCause = ResetCause(0);
+
     const POWER_ON: u8 = 1 << 0;
     const EXTERNAL: u8 = 1 << 1;
     const BROWN_OUT: u8 = 1 << 2;

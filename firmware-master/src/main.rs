@@ -12,14 +12,16 @@ use board::Board;
 use board::debug::mark;
 use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
+use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use hormone::task as behaviours;
-use kernel::{Boot, Mutex, Priority, Semaphore, Stack};
+use kernel::{Boot, Context, MaskedCell, Mutex, Priority, Semaphore, Stack, Ticks};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
 use tasks::devices::task as devices;
+use tasks::duty::Duty;
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
 use tasks::link::send;
@@ -48,7 +50,14 @@ static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP)
 
 /// Posted when something has come in at a dock.
 static RECEIVED: Semaphore = Semaphore::new(0);
+/// Why the MCU started, for debuggers.
+#[unsafe(no_mangle)]
+static RESET_CAUSE: MaskedCell<ResetCause> = MaskedCell::new(ResetCause::NONE);
+
 static DEVICES: Mailbox = Mailbox::new(6);
+static DEVICES_DUTY: Duty = Duty::new();
+/// How late the devices' task may be before the watchdog is no longer fed, in ticks of 1 ms.
+const LATE: Ticks = 2 * devices::ALIVE;
 static BEHAVIOURS: Mailbox = Mailbox::new(8);
 
 static OFFICE: PostOffice = PostOffice {
@@ -74,7 +83,7 @@ mod stack {
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<270> = Stack::new();
     pub static BRIDGE: Stack<172> = Stack::new();
-    pub static BEHAVIOURS: Stack<385> = Stack::new();
+    pub static BEHAVIOURS: Stack<401> = Stack::new();
 }
 
 #[unsafe(no_mangle)]
@@ -90,6 +99,7 @@ extern "C" fn main() -> ! {
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
     let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
+    boot.interrupt().mask(|masked| RESET_CAUSE.set(masked, board.reset_cause));
     board.tick.start(Interrupts);
 
     let (transmitter0, receiver0) = board.usart0.start(Interrupts);
@@ -132,14 +142,21 @@ fn start(boot: &mut Boot) -> Option<()> {
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
-            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE)
+            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE, |task| {
+                DEVICES_DUTY.promise(task, LATE);
+            })
         })
         .ok()?;
 
+    let mut feeder = board.watchdog.start(boot);
     let api = Api::new(&OFFICE, mark);
     stack::BEHAVIOURS
         .start(boot, Priority::P4, move |task| {
-            behaviours::run(task, &BEHAVIOURS, GaitName::Centipede, seed0, &MODULE_STATUS, api)
+            behaviours::run(task, &BEHAVIOURS, GaitName::Centipede, seed0, &MODULE_STATUS, api, move |task| {
+                if MOTORS.is_in_time(task) && DEVICES_DUTY.is_kept(task) {
+                    feeder.feed();
+                }
+            })
         })
         .ok()
 }

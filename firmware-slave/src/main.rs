@@ -9,8 +9,9 @@
 use board::Board;
 use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
+use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
-use kernel::{Boot, Priority, Semaphore, Stack};
+use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack};
 use tasks::bridge::task::{self as bridge, Bridge};
 use tasks::devices::task as devices;
 use tasks::link::port::Port;
@@ -38,6 +39,10 @@ static MOTORS: Motors<1> = Motors::new();
 
 /// Posted when something has come in at a dock.
 static RECEIVED: Semaphore = Semaphore::new(0);
+/// Why the MCU started, for debuggers.
+#[unsafe(no_mangle)]
+static RESET_CAUSE: MaskedCell<ResetCause> = MaskedCell::new(ResetCause::NONE);
+
 static DEVICES: Mailbox = Mailbox::new(6);
 
 static OFFICE: PostOffice = PostOffice {
@@ -61,7 +66,7 @@ mod stack {
     pub static SEND_USART1: Stack<223> = Stack::new();
     pub static SEND_SOFT_UART: Stack<223> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<242> = Stack::new();
+    pub static DEVICES: Stack<241> = Stack::new();
     pub static BRIDGE: Stack<172> = Stack::new();
 }
 
@@ -78,6 +83,7 @@ extern "C" fn main() -> ! {
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
     let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
+    boot.interrupt().mask(|masked| RESET_CAUSE.set(masked, board.reset_cause));
     board.tick.start(Interrupts);
 
     let (transmitter0, receiver0) = board.usart0.start(Interrupts);
@@ -114,11 +120,16 @@ fn start(boot: &mut Boot) -> Option<()> {
             motor::run(task, &MOTORS, [Joint::new(JOINT)], motors, DEVICES.semaphore())
         })
         .ok()?;
+    let mut feeder = board.watchdog.start(boot);
     let peripherals: Peripherals<SlaveSide> =
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
-            devices::run(task, &DEVICES, peripherals, &MOTORS, SLAVE_AXES, &OFFICE)
+            devices::run(task, &DEVICES, peripherals, &MOTORS, SLAVE_AXES, &OFFICE, move |task| {
+                if MOTORS.is_in_time(task) {
+                    feeder.feed();
+                }
+            })
         })
         .ok()
 }

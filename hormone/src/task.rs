@@ -46,7 +46,7 @@ impl AdaptiveCommunication {
 
 /// Runs the behaviours on `mailbox`, which takes the messages to all of them, walking by `gait` until told otherwise; see
 /// [`Controller::new`](crate::controller::Controller::new) for `seed`. `status` shows HORMONE's view of the module to
-/// whoever reads RAM.
+/// whoever reads RAM. `alive` is called every [`LOOK`](ac_receive::LOOK) ticks or sooner.
 pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,
@@ -54,6 +54,7 @@ pub fn run(
     seed: u16,
     status: &'static Mutex<Status>,
     api: Api,
+    mut alive: impl FnMut(&mut Task),
 ) -> Never {
     let start = now(task);
     let mut hormone = hormone::Behaviour::new(gait, seed, start);
@@ -80,6 +81,7 @@ pub fn run(
             alarm = next;
             mailbox.wake_in(task, wait);
         }
+        alive(task);
         mailbox.wait(task);
     }
 }

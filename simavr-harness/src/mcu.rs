@@ -29,6 +29,9 @@ pub const CLOCK_HZ: u32 = 16_000_000;
 /// Data address of the status register.
 const SREG: u16 = 0x5f;
 
+/// Cycles of a relative jump.
+const JUMP: u64 = 2;
+
 /// A microcontroller that runs a program, cycle by cycle. Time is in cycles since power-up; no reset
 /// sets it back.
 pub struct Mcu {
@@ -58,6 +61,11 @@ pub struct Mcu {
     enabled_just_now: bool,
     ended: Option<State>,
     resets: u64,
+    /// How long a reset lasts, in cycles, and when the last one is over.
+    start_up: u64,
+    starts_at: u64,
+    /// The address at which the program hangs.
+    hangs_at: Option<u32>,
 }
 
 /// What an MCU is doing.
@@ -149,6 +157,9 @@ impl Mcu {
             enabled_just_now: false,
             ended: None,
             resets: 0,
+            start_up: 0,
+            starts_at: 0,
+            hangs_at: None,
         };
         let (image, flash) = (mcu.image.flash(), cpu.flash_size());
         if image.len() > flash {
@@ -352,8 +363,17 @@ impl Mcu {
     /// One round of the simulation: instructions, then timers, then interrupts.
     fn turn(&mut self, limit: u64) -> Option<Accepted> {
         let start = self.cycle();
+        if start < self.starts_at {
+            self.cpu.set_cycle(limit.min(self.starts_at));
+            self.cpu.process_timers();
+            return None;
+        }
         if self.cpu.core() == Core::Running {
-            self.cpu.run(limit, self.image.program());
+            match self.hangs_at {
+                None => self.cpu.run(limit, self.image.program()),
+                Some(address) if address == self.pc() => self.cpu.set_cycle(start + JUMP),
+                Some(_) => self.cpu.run(start + 1, self.image.program()),
+            }
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;
         }
@@ -479,6 +499,23 @@ impl Mcu {
         self.complete_reset(now);
     }
 
+    /// Has every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits for the supply and
+    /// the crystal to settle (chapter "System Clock and Clock Options"). Unless this is called, resets take no time.
+    pub fn set_start_up(&mut self, cycles: u64) {
+        self.start_up = cycles;
+    }
+
+    /// Has the program hang where it is, as if the next instruction jumped to itself, until the next reset. Interrupts are
+    /// served. Returns `false`, and changes nothing, while the MCU sleeps or its interrupts are masked.
+    pub fn hang(&mut self) -> bool {
+        let can_hang =
+            self.cpu.core() == Core::Running && self.interrupts_enabled() && !self.enabled_just_now;
+        if can_hang {
+            self.hangs_at = Some(self.pc());
+        }
+        can_hang
+    }
+
     /// What a reset means to the harness: simavr has set its clock back, dropped all timers and
     /// forgotten what the outside drives.
     fn complete_reset(&mut self, now: u64) {
@@ -486,6 +523,8 @@ impl Mcu {
         cpu.set_cycle(now);
         self.resets += 1;
         self.asleep = false;
+        self.starts_at = now + self.start_up;
+        self.hangs_at = None;
         for usart in &mut self.usarts {
             usart.forget_timer();
             usart.with(cpu, |usart| usart.reset(cpu));

@@ -16,6 +16,7 @@
 //! | [`sensor`]  | the nineteen sensors, and what their readings mean                   |
 //! | [`power`]   | what the docks carry, the battery, charging                          |
 //! | [`devices`] | the task that serves all of these but the joints' control            |
+//! | [`duty`]    | whether periodic tasks keep their periods                            |
 //! | [`request`] | what behaviours ask of devices, and what devices tell                |
 //! | [`api`]     | all that a behaviour sees                                            |
 
@@ -27,6 +28,7 @@ pub mod device;
 pub mod devices;
 pub mod dock;
 pub mod docking;
+pub mod duty;
 pub mod link;
 pub mod mailbox;
 pub mod message;

@@ -48,6 +48,7 @@ impl fmt::Display for Report {
             ("cpu_saturated", figures.cpu_saturated, AtMost(0.6)),
             ("babble_pid_missed", figures.babble_pid_missed as f64, AtMost(0.0)),
             ("babble_recovery_ms", figures.babble_recovery_ms, AtMost(300.0)),
+            ("watchdog_recovery_ms", figures.watchdog_recovery_ms, AtMost(500.0)),
         ] {
             let (sign, limit, is_reached) = match aim {
                 AtMost(limit) => ("<=", limit, value <= limit),

@@ -20,6 +20,9 @@ use crate::request::{Report, Request};
 /// How often the battery is looked at, in ticks of 1 ms.
 const LOOK: Ticks = 250;
 
+/// How often the task shows at least that it is alive, likewise.
+pub const ALIVE: Ticks = 50;
+
 /// A joint as its clients know it.
 #[derive(Clone, Copy)]
 pub struct Client {
@@ -48,7 +51,8 @@ struct Devices<P, const N: usize> {
     level: Level,
 }
 
-/// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order.
+/// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order. `alive` is called
+/// every [`ALIVE`] ticks or sooner.
 pub fn run<P: Peripherals, const N: usize>(
     task: &mut Task,
     mailbox: &'static Mailbox,
@@ -56,6 +60,7 @@ pub fn run<P: Peripherals, const N: usize>(
     motors: &'static Motors<N>,
     axes: [Axis; N],
     office: &'static PostOffice,
+    mut alive: impl FnMut(&mut Task),
 ) -> Never {
     let mut devices = Devices {
         board,
@@ -95,11 +100,15 @@ pub fn run<P: Peripherals, const N: usize>(
             next_look = time.wrapping_add(LOOK);
             devices.look(task);
         }
-        if is_busy {
-            mailbox.wake_in(task, next_step.wrapping_sub(time));
+        alive(task);
+        let rest = if is_busy {
+            next_step.wrapping_sub(time)
         } else if P::HAS_BATTERY {
-            mailbox.wake_in(task, next_look.wrapping_sub(time));
-        }
+            next_look.wrapping_sub(time).min(ALIVE)
+        } else {
+            ALIVE
+        };
+        mailbox.wake_in(task, rest);
         mailbox.wait(task);
     }
 }

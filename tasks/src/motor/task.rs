@@ -5,6 +5,7 @@ use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 use super::joint::{Joint, State};
 use super::{Position, to_angle};
 use crate::device::JointMotors;
+use crate::duty::Duty;
 
 /// The joints of one MCU as others see them. A `static`: their task runs on it, and readers of RAM find the [`Counters`] at its
 /// start.
@@ -16,6 +17,8 @@ pub struct Motors<const N: usize> {
     ordered: Semaphore,
     /// Posted each millisecond while a joint is controlled.
     period: Semaphore,
+    /// Of their task.
+    duty: Duty,
 }
 
 /// What the joints' task counts. Both wrap.
@@ -76,6 +79,7 @@ impl<const N: usize> Motors<N> {
             panels: [const { Panel::new() }; N],
             ordered: Semaphore::new(0),
             period: Semaphore::new(0),
+            duty: Duty::new(),
         }
     }
 
@@ -102,6 +106,11 @@ impl<const N: usize> Motors<N> {
         task.mask(|masked| panel.position.get(masked)).map(to_angle)
     }
 
+    /// Whether the joints are controlled, or looked at, when they have to be.
+    pub fn is_in_time(&self, task: &mut Task) -> bool {
+        self.duty.is_kept(task)
+    }
+
     /// What the task counts.
     pub fn counters(&self, task: &mut Task) -> Counters {
         task.mask(|masked| self.counters.get(masked))
@@ -110,6 +119,10 @@ impl<const N: usize> Motors<N> {
 
 /// How often joints at rest are looked at, in ticks of 1 ms.
 const WATCH: Ticks = 32;
+
+/// How late the task may be before the watchdog is no longer fed: of a period of 1 ms, and of a look.
+const LATE: Ticks = 5;
+const LATE_LOOK: Ticks = 2 * WATCH;
 
 /// Runs the task of `motors`. `news` is posted when a joint has changed its state by itself.
 ///
@@ -124,12 +137,14 @@ pub fn run<const N: usize>(
 ) -> Never {
     loop {
         rest(task, motors, &mut joints, &mut devices);
+        motors.duty.promise(task, LATE);
         devices.begin(task, &motors.period);
         motors.period.wait(task); // until the joints have been measured once
         devices.done();
         let mut goes_on = true;
         while goes_on {
             motors.period.wait(task);
+            motors.duty.promise(task, LATE);
             count(task, motors);
             goes_on = false;
             for (index, (joint, panel)) in joints.iter_mut().zip(&motors.panels).enumerate() {
@@ -155,8 +170,10 @@ fn rest<const N: usize>(
 ) {
     while joints.iter().all(Joint::is_at_rest) {
         if !joints.iter().any(Joint::is_driven) {
+            motors.duty.rest(task);
             return motors.ordered.wait(task);
         }
+        motors.duty.promise(task, LATE_LOOK);
         devices.look(task);
         if motors.ordered.wait_timeout(task, WATCH).is_ok() {
             return;

@@ -1,13 +1,11 @@
 //! Garbage at full baud on all six docks of a module, and how soon the module is back in the robot when it ends.
 
-use std::collections::BTreeMap;
-
-use hormone::event::Event;
-use simulation::{Change, Deed, Face, Links, Random, Robot, WiringError};
+use simulation::{Change, Face, Links, Random, Robot, WiringError};
 use tasks::dock::Dock;
 
 use super::control::{Control, TURN};
-use super::{BYTE, MEASURED, MILLISECOND, ModuleImages, SECOND};
+use super::recovery::recovery;
+use super::{BYTE, MEASURED, ModuleImages, SECOND, expect_no_reset};
 use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 use crate::repair::usart::Character;
@@ -56,8 +54,9 @@ fn run(images: &ModuleImages, seed: u64, zeros: f64) -> Result<Babble, BenchErro
         control.turn(&mut engine);
     }
     drown(&mut engine, neighbours, 0.0)?;
-    let missed = control.rhythm()?.missed;
-    Ok(Babble { missed, recovery: recovery(&mut engine)? })
+    let babble = Babble { missed: control.rhythm()?.missed, recovery: recovery(&mut engine, |_| true)? };
+    expect_no_reset(&engine)?;
+    Ok(babble)
 }
 
 /// Lets nothing through of what the neighbours say to the module, or all.
@@ -80,67 +79,5 @@ fn babble(engine: &mut Engine, random: &mut Random, zeros: f64) {
             module.receive(dock, Character { value, start, end: start + BYTE });
             start += BYTE;
         }
-    }
-}
-
-/// For how long a robot is watched, in cycles.
-const WATCHED: u64 = 2 * SECOND;
-
-/// How long a hormone may be under way to a neighbour, in cycles.
-const UNDER_WAY: u64 = 100 * MILLISECOND;
-
-/// Cycles from now on until each module's view of its neighbours equals the wiring, and hormones get through, for good.
-pub fn recovery(engine: &mut Engine) -> Result<u64, BenchError> {
-    let start = engine.cycle();
-    engine.take_deeds();
-    let mut hormones = Hormones { under_way: BTreeMap::new(), last_lost: start, arrived: 0 };
-    let mut last_wrong = start;
-    while engine.cycle() < start + WATCHED {
-        engine.run_until(engine.cycle() + MILLISECOND);
-        if !(0..engine.robot().modules()).all(|module| engine.is_right(module)) {
-            last_wrong = engine.cycle();
-        }
-        for deed in engine.take_deeds() {
-            hormones.take(engine, deed);
-        }
-    }
-    hormones.give_up(engine.cycle());
-    if hormones.arrived == 0 || last_wrong == engine.cycle() {
-        return Err(unmeasurable("firmware-master", "the module does not come back into the robot"));
-    }
-    Ok(last_wrong.max(hormones.last_lost) - start)
-}
-
-/// Follows hormones, by the docks that they leave by.
-struct Hormones {
-    /// When they left.
-    under_way: BTreeMap<(usize, u8), u64>,
-    /// When the last one left that did not arrive.
-    last_lost: u64,
-    arrived: u64,
-}
-
-impl Hormones {
-    fn take(&mut self, engine: &Engine, deed: Deed) {
-        let key = |face: Face| (face.module, face.dock.index());
-        match deed.event {
-            Event::HormoneSent(dock, _) => {
-                let left = self.under_way.insert((deed.module, dock.index()), deed.cycle);
-                self.last_lost = self.last_lost.max(left.unwrap_or(0));
-            }
-            Event::HormoneReceived(dock, _) => {
-                let from = engine.robot().neighbour(Face { module: deed.module, dock });
-                if from.and_then(|from| self.under_way.remove(&key(from))).is_some() {
-                    self.arrived += 1;
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// What is still under way, and has been so for long, does not arrive.
-    fn give_up(&mut self, now: u64) {
-        let lost = self.under_way.values().copied().filter(|left| left + UNDER_WAY < now).max();
-        self.last_lost = self.last_lost.max(lost.unwrap_or(0));
     }
 }

@@ -5,9 +5,11 @@ mod babble;
 mod bridge;
 mod control;
 mod link;
+mod recovery;
 mod saturated;
 mod soft_uart;
 mod step;
+mod watchdog;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,6 +28,7 @@ use crate::robot::RobotError;
 pub use bridge::bridge_efficiency;
 pub use link::link_efficiency;
 pub use soft_uart::{SerialLoad, serial_load};
+pub use watchdog::watchdog_recovery;
 
 /// The figures of a module. Of two MCUs, and of several joints, the worse counts.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -60,6 +63,8 @@ pub struct ModuleFigures {
     pub babble_pid_missed: u64,
     /// and how long after that the module was back in the robot at most, in ms.
     pub babble_recovery_ms: f64,
+    /// How long it takes at most from a task's hanging, whichever it is, until the watchdog has its MCU back in the robot, in ms.
+    pub watchdog_recovery_ms: f64,
 }
 
 const SECOND: u64 = CLOCK_HZ as u64;
@@ -88,6 +93,7 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchErr
         let links =
             [0.0, 1e-4, 1e-3].map(|bit_errors| scope.spawn(move || link_efficiency(tests, bit_errors)));
         let babble = scope.spawn(move || babble::measure(images));
+        let watchdog = scope.spawn(move || watchdog_recovery(directory));
         let arq = scope.spawn(|| arq::million_at_loss(0.3));
         let step = step::measure(images)?;
         let bridge_efficiency = bridge_efficiency(tests)?;
@@ -108,6 +114,7 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchErr
             bridge_efficiency,
             babble_pid_missed: babble.missed,
             babble_recovery_ms: milliseconds(babble.recovery),
+            watchdog_recovery_ms: join(watchdog)?,
         })
     })
 }
@@ -158,6 +165,17 @@ fn load(engine: &Engine, before: [u64; 2], cycles: u64) -> Result<f64, BenchErro
     let now = awake(engine)?;
     let longest = now.into_iter().zip(before).map(|(now, before)| now - before).max();
     Ok(longest.unwrap_or(0) as f64 / cycles as f64)
+}
+
+/// A healthy module is never reset.
+fn expect_no_reset(engine: &Engine) -> Result<(), BenchError> {
+    let module = module(engine)?;
+    match Controller::ALL.into_iter().find(|&mcu| module.mcu(mcu).resets() > 0) {
+        None => Ok(()),
+        Some(mcu) => {
+            Err(unmeasurable("firmware", format!("the watchdog resets the {mcu:?} of a healthy module")))
+        }
+    }
 }
 
 impl From<RobotError> for BenchError {

@@ -4,7 +4,7 @@ use simulation::Face;
 use tasks::dock::Dock;
 
 use super::control::{Control, TURN};
-use super::{MEASURED, ModuleImages, SECOND, awake, load, module};
+use super::{MEASURED, ModuleImages, SECOND, awake, expect_no_reset, load, module};
 use crate::bench::BenchError;
 use crate::engine::Engine;
 use crate::module::Controller;
@@ -43,6 +43,7 @@ pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchEr
     for _ in 0..turns {
         control.turn(&mut engine);
     }
+    expect_no_reset(&engine)?;
     let rhythm = control.rhythm()?;
     let module = module(&engine)?;
     let framing_errors = Controller::ALL

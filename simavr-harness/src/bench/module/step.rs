@@ -5,7 +5,7 @@ use simulation::Face;
 use tasks::dock::Dock;
 use tasks::motor::Axis;
 
-use super::{MEASURED, MILLISECOND, ModuleImages, SECOND, awake, load, module};
+use super::{MEASURED, MILLISECOND, ModuleImages, SECOND, awake, expect_no_reset, load, module};
 use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
@@ -47,5 +47,6 @@ pub fn measure(images: &ModuleImages) -> Result<Step, BenchError> {
     let before = awake(&engine)?;
     engine.run_until(engine.cycle() + 10 * SECOND);
     let cpu = load(&engine, before, 10 * SECOND)?;
+    expect_no_reset(&engine)?;
     Ok(Step { overshoot_percent: swing / START * 100.0, error, cpu })
 }

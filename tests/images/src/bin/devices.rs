@@ -126,7 +126,7 @@ fn begin(boot: &mut Boot) -> Option<()> {
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
-            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE)
+            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE, |_| {})
         })
         .ok()?;
     let api = Api::new(&OFFICE, |_| {});

@@ -1,0 +1,67 @@
+//! The watchdog (ATmega128 datasheet, "Watchdog Timer"): it resets the MCU when it is not fed in time.
+//!
+//! It counts the clocks of an oscillator of its own, of about 1 MHz: how long that takes depends on supply and temperature.
+//! The datasheet has typical times only; in what follows they are those at 5 V. After any reset it is off.
+
+use core::arch::asm;
+
+use kernel::Boot;
+
+/// How long the watchdog waits: the three bits WDP.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+pub(crate) enum Patience {
+    /// 16,384 clocks, 16 ms.
+    Shortest = 0,
+    /// 131,072 clocks, 0.13 s.
+    Tenth = 3,
+}
+
+/// The watchdog, not started.
+pub struct Watchdog(());
+
+/// Feeds the watchdog.
+pub struct Feeder(());
+
+impl Watchdog {
+    pub(crate) const fn new() -> Self {
+        Watchdog(())
+    }
+
+    /// Starts it: from now on it has to be fed every 0.13 s.
+    pub fn start(self, _: &mut Boot) -> Feeder {
+        // SAFETY: no task runs yet, so interrupts are masked.
+        unsafe { start(Patience::Tenth) };
+        Feeder(())
+    }
+}
+
+impl Feeder {
+    /// Lets it wait for as long again.
+    #[inline(always)]
+    pub fn feed(&mut self) {
+        // SAFETY: the watchdog touches no memory.
+        unsafe { asm!("wdr", options(nomem, nostack, preserves_flags)) }
+    }
+}
+
+/// Starts the watchdog, or lets it start over with another patience.
+///
+/// # Safety
+/// Interrupts must be masked: a new patience counts only within four cycles of WDCE (datasheet, "Timed Sequences for
+/// Changing the Configuration of the Watchdog Timer").
+pub(crate) unsafe fn start(patience: Patience) {
+    const WDCE: u8 = 1 << 4;
+    const WDE: u8 = 1 << 3;
+    // SAFETY: the watchdog touches no memory.
+    unsafe {
+        asm!(
+            "wdr",
+            "out 0x21, {change}", // WDTCR
+            "out 0x21, {enable}",
+            change = in(reg) WDCE | WDE,
+            enable = in(reg) WDE | patience as u8,
+            options(nomem, nostack, preserves_flags)
+        );
+    }
+}
