@@ -43,7 +43,7 @@ impl Behaviour {
             None if message.from().task() == TaskCode::AC_RECEIVE => {
                 learn(task, controller, message.payload())
             }
-            None => hear(task, controller, message.payload()),
+            None => hear(task, controller, &mut self.joints, message.payload()),
         };
         // Its buffer is needed for what goes out.
         drop(message);
@@ -101,9 +101,15 @@ fn learn(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option
 }
 
 /// A task of this module orders the robot about, or a device reports. `None` if it is neither.
-fn hear(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
+fn hear(
+    task: &mut Task,
+    controller: &mut Controller,
+    joints: &mut Joints,
+    payload: &[u8],
+) -> Option<Response> {
     // No rule asks for reports yet.
-    if Report::from_payload(payload).is_some() {
+    if let Some(report) = Report::from_payload(payload) {
+        joints.hear(report);
         return Some(NOTHING);
     }
     match Hormone::from_payload(payload)? {

@@ -4,7 +4,8 @@ use kernel::Task;
 use tasks::api::Api;
 use tasks::message::TaskCode;
 use tasks::motor::Axis;
-use tasks::request::Request;
+use tasks::motor::joint::State;
+use tasks::request::{Report, Request};
 
 use crate::action::Posture;
 
@@ -20,6 +21,15 @@ impl Joints {
     /// No joint was told anything.
     pub const fn new() -> Self {
         Joints { told: [None; 3] }
+    }
+
+    /// A joint that is off has forgotten what it was told: its MCU was reset, or somebody else relaxed it.
+    pub fn hear(&mut self, report: Report) {
+        if let Report::Joint(axis, State::Off) = report
+            && let Some(told) = self.told.get_mut(usize::from(axis.index()))
+        {
+            *told = None;
+        }
     }
 
     /// Has each joint turn to its angle of `posture`, if that is news to it. What finds no room is told the next time.

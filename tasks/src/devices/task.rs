@@ -33,9 +33,10 @@ pub struct Client {
 }
 
 impl Client {
-    /// Of a joint that nobody has asked anything.
+    /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was reset, others do not
+    /// know it yet.
     pub const fn of(axis: Axis) -> Self {
-        Client { axis, client: TaskCode::HORMONE, told: State::Off }
+        Client { axis, client: TaskCode::HORMONE, told: State::Moving }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Joints of whole modules on their plants: what the images make of an action.
 
 use plants::joint::{Joint, PotentiometerFault};
-use simavr_harness::{Controller, Engine, RobotBuilder};
+use simavr_harness::{Controller, Engine, Reset, RobotBuilder};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::motor::Axis;
 
@@ -56,6 +56,24 @@ fn joints_go_straight_and_rest_there() {
     *spine.body_mut().joint_mut(Axis::Back) = Joint::at(-8.0);
     engine.run_until(engine.cycle() + 2_000 * MILLISECOND);
     assert!(angles(&engine)[2].abs() <= 0.3, "{:?}", angles(&engine));
+}
+
+/// HORMONE on the master has told the slave's joint long ago where to be.
+#[test]
+fn a_joint_whose_mcu_was_reset_is_told_again() {
+    let mut engine = bent_chain();
+    engine.run_until(3_000 * MILLISECOND);
+    for mcu in Controller::ALL {
+        let spine = engine.robot_mut().module_mut(SPINE).expect("there is one");
+        spine.mcu_mut(mcu).reset(Reset::External);
+        Axis::ALL.into_iter().for_each(|axis| *spine.body_mut().joint_mut(axis) = Joint::at(-8.0));
+        engine.run_until(engine.cycle() + 2_000 * MILLISECOND);
+        assert!(
+            angles(&engine).into_iter().all(|angle| angle.abs() <= 0.3),
+            "{mcu:?}: {:?}",
+            angles(&engine)
+        );
+    }
 }
 
 #[test]

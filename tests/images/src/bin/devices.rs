@@ -72,6 +72,10 @@ fn hear(task: &mut Task) {
 
 fn behave(task: &mut Task, api: Api) -> Never {
     task.delay(20); // until the slave runs too
+    // All joints are off.
+    for _ in Axis::ALL {
+        hear(task);
+    }
     for code in 0..Sensor::COUNT {
         if let Some(sensor) = Sensor::from_code(code) {
             ask(task, api, Request::Read(sensor));
