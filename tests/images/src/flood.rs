@@ -125,15 +125,11 @@ fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
     loop {
         while SINK.take(task).is_some() {}
         count = count.wrapping_add(1);
-        let message = if count.is_multiple_of(HORMONE) {
-            // In a rhythm of its own, so that it is taken up whenever it comes.
-            let name = GaitName::Centipede as u8;
-            let pace = Pace { name, data: Data::A, rhythm: count, lifetime: None };
-            Message::new(to, from, Hormone::Pace(pace).to_payload().bytes())
-        } else {
-            Message::new(to, from, &[0xff; MAX_PAYLOAD])
-        };
-        if let Ok(message) = message {
+        // Each hormone in a rhythm of its own, so that it is taken up whenever it comes.
+        let pace = Pace { name: GaitName::Centipede as u8, data: Data::A, rhythm: count, lifetime: None };
+        let hormone = Hormone::Pace(pace).to_payload();
+        let payload = if count.is_multiple_of(HORMONE) { hormone.bytes() } else { &[0xff; MAX_PAYLOAD] };
+        if let Ok(message) = Message::new(to, from, payload) {
             // One that finds no room is one of too many.
             let _ = api.send(task, message);
         }
