@@ -131,19 +131,24 @@ impl Timer {
     ) {
         let deadline = now(context).wrapping_add(ticks.clamp(1, LONGEST));
         loop {
-            disarm(context, self);
             match arm(context, self, deadline, Target::semaphore(semaphore)) {
                 Arming::Done => return,
                 Arming::Passed => return semaphore.post(context),
-                // By another task just now.
-                Arming::Already => {}
+                Arming::Already => {
+                    disarm(context, self);
+                }
             }
         }
     }
 
     /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted.
     pub fn cancel(&'static self, context: &mut impl ThreadContext) -> bool {
-        disarm(context, self)
+        self.is_running(context) && disarm(context, self)
+    }
+
+    /// Whether the timer is armed.
+    pub fn is_running(&self, context: &mut impl Context) -> bool {
+        context.mask(|masked| self.is_armed(masked))
     }
 
     pub(crate) fn is_armed(&self, masked: &Masked) -> bool {

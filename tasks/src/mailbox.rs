@@ -56,6 +56,18 @@ impl Mailbox {
         self.timer.start(task, ticks, &self.wake);
     }
 
+    /// As [`wake_in`](Self::wake_in), unless an alarm is set already: that one stays.
+    pub fn wake_within(&'static self, task: &mut Task, ticks: Ticks) {
+        if !self.timer.is_running(task) {
+            self.wake_in(task, ticks);
+        }
+    }
+
+    /// Unsets the alarm, if there is one.
+    pub fn cancel_alarm(&'static self, task: &mut Task) {
+        self.timer.cancel(task);
+    }
+
     /// Messages refused for want of room, up to 65,535.
     pub fn refused(&self, task: &mut Task) -> u16 {
         self.queue.refused(task)

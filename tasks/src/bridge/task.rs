@@ -76,11 +76,12 @@ pub fn run(
         if outcome == Some(Transfer::Done) {
             sending.phase = Phase::Idle;
         }
-        if sending.phase == Phase::Idle
-            && let Some(packet) = next.take()
-        {
-            bus.send(task, packet);
-            sending.begin(task);
+        if sending.phase == Phase::Idle {
+            next.prepare(task, bridge);
+            if let Some(packet) = next.take() {
+                bus.send(task, packet);
+                sending.begin(task);
+            }
         }
         let received = bus.receive(task, &mut incoming);
         sending.look_after(task, bridge, &mut bus, outcome);
@@ -88,13 +89,13 @@ pub fn run(
             take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
         }
         next.prepare(task, bridge);
+        let left = sending.left(task);
         match sending.phase {
             Phase::Idle if next.is_ready() => bridge.mailbox().wake(task),
-            Phase::Idle => {}
-            Phase::OnBus | Phase::Pausing => {
-                let left = sending.left(task);
-                bridge.mailbox().wake_in(task, left);
-            }
+            Phase::Idle => bridge.mailbox().cancel_alarm(task),
+            // The alarm of the packet before rings before this one's, and is set anew then.
+            Phase::OnBus => bridge.mailbox().wake_within(task, left),
+            Phase::Pausing => bridge.mailbox().wake_in(task, left),
         }
     }
 }
@@ -190,6 +191,7 @@ impl Next {
     }
 
     /// Makes a packet of the first message that waits, unless there is one already.
+    #[inline(never)] // it is called twice
     fn prepare(&mut self, task: &mut Task, bridge: &'static Bridge) {
         if self.length == 0
             && let Some(message) = bridge.mailbox().take(task)

@@ -7,7 +7,7 @@ use super::arq::Timeout;
 use super::backoff::Backoff;
 use super::cobs::WireBuffer;
 use super::frame::{Frame, Label};
-use super::port::Port;
+use super::port::{Port, State};
 use crate::device::Transmit;
 use crate::message::{Buffered, Letter};
 
@@ -27,14 +27,18 @@ pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16)
         waiting: None,
     };
     let mut outstanding = None;
+    // When the alarm rings that is set.
+    let mut alarm = None;
     loop {
         port.mailbox().wait(task);
         if sender.line.is_busy(task) {
             port.mailbox().wake_in(task, 1);
+            alarm = None;
             continue;
         }
         if let Some(label) = port.take_ack_due(task) {
             sender.transmit(task, Frame::Ack(label));
+            port.count(task, |counters| &mut counters.frames_sent);
         }
         outstanding = outstanding.and_then(|message| sender.look_after(task, message));
         while outstanding.is_none()
@@ -42,12 +46,19 @@ pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16)
         {
             outstanding = sender.begin(task, message);
         }
-        let alarm = match &outstanding {
-            Some(Outstanding { deadline, .. }) => left(task, *deadline),
+        let due = match &outstanding {
+            Some(Outstanding { deadline, .. }) => Some(*deadline),
             None => sender.look_after_datagram(task),
         };
-        if let Some(ticks) = alarm {
-            port.mailbox().wake_in(task, ticks);
+        if due != alarm {
+            match due {
+                Some(time) => {
+                    let left = left(task, time).unwrap_or(0);
+                    port.mailbox().wake_in(task, left);
+                }
+                None => port.mailbox().cancel_alarm(task),
+            }
+            alarm = due;
         }
     }
 }
@@ -90,24 +101,30 @@ impl<Line: Transmit> Sender<Line> {
             }
             return None;
         }
-        let label = self.port.with(task, |state| state.endpoint.sender.start());
+        let label = self.port.with(task, |state| {
+            state.counters.frames_sent = state.counters.frames_sent.wrapping_add(1);
+            state.endpoint.sender.start()
+        });
         self.is_repeated = false;
         Some(self.send(task, message, label, ACK_TIMEOUT))
     }
 
-    /// Sends the datagram that waits, if its moment has come. If not, returns how many ticks are left.
+    /// Sends the datagram that waits, if its moment has come. If not, returns when that is.
     fn look_after_datagram(&mut self, task: &mut Task) -> Option<Ticks> {
-        let waiting = self.waiting.take()?;
-        let left = left(task, waiting.moment);
-        match left {
-            None => self.send_datagram(task, &waiting.datagram),
-            Some(_) => self.waiting = Some(waiting),
+        let moment = self.waiting.as_ref()?.moment;
+        if left(task, moment).is_some() {
+            return Some(moment);
         }
-        left
+        let waiting = self.waiting.take()?;
+        self.send_datagram(task, &waiting.datagram);
+        None
     }
 
     fn send_datagram(&mut self, task: &mut Task, datagram: &Letter) {
-        let signature = self.port.with(task, |state| state.endpoint.sign_datagram());
+        let signature = self.port.with(task, |state| {
+            state.counters.frames_sent = state.counters.frames_sent.wrapping_add(1);
+            state.endpoint.sign_datagram()
+        });
         let (to, payload) = (datagram.to().task(), datagram.payload());
         self.transmit(task, Frame::Datagram { signature, to, payload });
     }
@@ -123,7 +140,10 @@ impl<Line: Transmit> Sender<Line> {
         let Outstanding { message, label, .. } = outstanding;
         match self.port.with(task, |state| state.endpoint.sender.on_timeout())? {
             Timeout::Retransmit => {
-                self.port.count(task, |counters| &mut counters.retries);
+                self.port.with(task, |State { counters, .. }| {
+                    counters.retries = counters.retries.wrapping_add(1);
+                    counters.frames_sent = counters.frames_sent.wrapping_add(1);
+                });
                 // Two ends that have collided again and again repeat after the same time.
                 let part = if self.is_repeated { Ticks::from(self.backoff.next_ms()) } else { 0 };
                 self.is_repeated = true;
@@ -154,7 +174,6 @@ impl<Line: Transmit> Sender<Line> {
         // The router lets nothing come here that no frame can say. If it did, nothing would go out.
         if is_there || frame.encode(&mut self.wire).is_ok() {
             self.line.transmit(task, self.wire.bytes());
-            self.port.count(task, |counters| &mut counters.frames_sent);
         }
     }
 }
