@@ -49,7 +49,7 @@ fn hold_up(task: &mut Task) -> Never {
 fn echo(task: &mut Task, mut receiver: Receiver, mut transmitter: Transmitter) -> Never {
     let mut frame = [0; 32];
     loop {
-        let length = receiver.receive(task, &mut frame);
+        let length = receiver.wait(task, &mut frame);
         if receiver.overruns(task) != 0 {
             mark(LOST);
         }
