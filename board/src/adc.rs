@@ -12,6 +12,8 @@
 //! comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks that wait for them delay it.
 //! While there is nothing to measure there are no rounds.
 
+use core::mem::offset_of;
+
 use avr_device::atmega128a::{ADC, TC2};
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore};
 
@@ -30,7 +32,8 @@ pub struct Input(u8);
 
 impl Input {
     const LAST_OF_JOINTS: u8 = 3;
-    const FIRST_DOCK: u8 = 4;
+    #[doc(hidden)]
+    pub const FIRST_DOCK: u8 = 4;
     const MULTIPLEXED: u8 = 8;
 
     /// The input at pin ADC0 to ADC6.
@@ -57,14 +60,16 @@ impl Input {
 }
 
 /// ADMUX: full scale is AVCC.
-const REFERENCE: u8 = 1 << 6; // REFS0
+#[doc(hidden)]
+pub const REFERENCE: u8 = 1 << 6; // REFS0
 
 /// ADMUX: the pin of the multiplexer's output.
 const MULTIPLEXER: u8 = 7;
 
 /// ADCSRA: begin a conversion. The converter and its interrupt are on; its clock of 125 kHz lies within the 50 to 200 kHz
 /// that 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
-const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
+#[doc(hidden)]
+pub const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
 
 /// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
@@ -81,7 +86,8 @@ const TOP: u8 = {
 };
 
 /// The rounds.
-struct Rounds {
+#[doc(hidden)]
+pub struct Rounds {
     /// What is being converted.
     input: MaskedCell<u8>,
     /// The docks that are watched, and those that were asked for: a bit for each place.
@@ -103,7 +109,8 @@ struct Rounds {
     trip: MaskedCell<Option<&'static Semaphore>>,
 }
 
-static ROUNDS: Rounds = Rounds {
+#[doc(hidden)]
+pub static ROUNDS: Rounds = Rounds {
     input: MaskedCell::new(0),
     watched: MaskedCell::new(0),
     wanted_docks: MaskedCell::new(0),
@@ -118,6 +125,15 @@ static ROUNDS: Rounds = Rounds {
 };
 
 impl Rounds {
+    #[doc(hidden)]
+    pub const INPUT: usize = offset_of!(Rounds, input);
+    #[doc(hidden)]
+    pub const READINGS: usize = offset_of!(Rounds, readings);
+    #[doc(hidden)]
+    pub const PERIOD: usize = offset_of!(Rounds, period);
+    #[doc(hidden)]
+    pub const WITHOUT_CURRENTS: usize = offset_of!(Rounds, without_currents);
+
     /// Whether the joints are measured in this round only.
     fn looks_once(masked: &Masked) -> bool {
         ROUNDS.joints.get(masked).is_some() && ROUNDS.period.get(masked).is_none()
@@ -322,7 +338,7 @@ pub fn round(interrupt: &mut Interrupt) {
     }
 }
 
-/// The interrupt "ADC Conversion Complete".
+/// The interrupt "ADC Conversion Complete", but for the joints' inputs where others follow.
 #[doc(hidden)]
 #[inline(always)]
 pub fn conversion_complete(interrupt: &mut Interrupt) {
@@ -333,15 +349,10 @@ pub fn conversion_complete(interrupt: &mut Interrupt) {
             last.set(masked, reading);
         }
         match input {
-            0 => {
+            0..Input::FIRST_DOCK => {
                 if Rounds::looks_once(masked) {
                     ROUNDS.joints.set(masked, None);
                 }
-                None
-            }
-            1..Input::FIRST_DOCK => {
-                let leaves_out = ROUNDS.without_currents.get(masked);
-                convert(masked, if leaves_out { (input - 1) & !1 } else { input - 1 });
                 None
             }
             Input::FIRST_DOCK..Input::MULTIPLEXED => {
@@ -365,4 +376,91 @@ pub fn conversion_complete(interrupt: &mut Interrupt) {
     if let Some(trip) = trip {
         trip.post(interrupt);
     }
+}
+
+/// Defines the vector of "ADC Conversion Complete". Where the joints' inputs follow each other it begins the next conversion
+/// itself: 62 cycles, with the interrupt's own 7.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! conversion_interrupt {
+    ($vector:ident) => {
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $vector() -> ! {
+            extern "C" fn complete() {
+                // SAFETY: only the vector calls this, with interrupts masked.
+                $crate::adc::conversion_complete(&mut unsafe { $crate::kernel::Interrupt::assume() });
+            }
+            // SAFETY: the hardware comes here. The rounds are touched with interrupts masked only; what is changed besides is
+            // saved, and `kernel_enter_with_status` restores all that the handler may change.
+            unsafe { core::arch::asm!(
+                "push r31",                    // 2
+                "push r30",                    // 2
+                "push r0",                     // 2
+                "in r0, 0x3f",                 // 1: SREG, to the end
+                "push r24",                    // 2
+                "lds r24, {rounds}+{input}",   // 2
+                "subi r24, 1",                 // 1: the input that comes next
+                "cpi r24, {first_dock} - 1",   // 1: a joint's?
+                "brsh 2f",                     // 1, or 2
+                "mov r30, r24",                // 1: Z = where the reading goes
+                "lsl r30",                     // 1
+                "ldi r31, 0",                  // 1
+                "subi r30, lo8(-({rounds}+{readings}+2))", // 1
+                "sbci r31, hi8(-({rounds}+{readings}+2))", // 1
+                "push r25",                    // 2
+                "in r25, 0x04",                // 1: ADCL
+                "st Z, r25",                   // 2
+                "in r25, 0x05",                // 1: ADCH
+                "std Z+1, r25",                // 2
+                "lds r25, {rounds}+{without_currents}", // 2
+                "sbrc r25, 0",                 // 1, or 2
+                "andi r24, 0xfe",              // 1: the odd ones are currents
+                "sts {rounds}+{input}, r24",   // 2
+                "ori r24, {reference}",        // 1
+                "out 0x07, r24",               // 1: ADMUX
+                "ldi r24, {start}",            // 1
+                "out 0x06, r24",               // 1: ADCSRA
+                "pop r25",                     // 2
+                "pop r24",                     // 2
+                "out 0x3f, r0",                // 1
+                "pop r0",                      // 2
+                "pop r30",                     // 2
+                "pop r31",                     // 2
+                "reti",                        // 4
+                // A dock's, or the last one of the joints: then nothing is left to do while these are controlled.
+                "2:",
+                "lds r30, {rounds}+{period}+1", // 2: 0 if they are not
+                "tst r30",                     // 1
+                "breq 3f",                     // 1, or 2
+                "cpi r24, 0xff",               // 1
+                "brne 3f",                     // 1, or 2
+                "in r24, 0x04",                // 1: ADCL
+                "sts {rounds}+{readings}, r24", // 2
+                "in r24, 0x05",                // 1: ADCH
+                "sts {rounds}+{readings}+1, r24", // 2
+                "pop r24",                     // 2
+                "out 0x3f, r0",                // 1
+                "pop r0",                      // 2
+                "pop r30",                     // 2
+                "pop r31",                     // 2
+                "reti",                        // 4
+                "3:",
+                "pop r24",                     // 2
+                "ldi r30, lo8(gs({complete}))", // 1
+                "ldi r31, hi8(gs({complete}))", // 1
+                "jmp {enter}",                 // 3
+                rounds = sym $crate::adc::ROUNDS,
+                input = const $crate::adc::Rounds::INPUT,
+                readings = const $crate::adc::Rounds::READINGS,
+                period = const $crate::adc::Rounds::PERIOD,
+                without_currents = const $crate::adc::Rounds::WITHOUT_CURRENTS,
+                first_dock = const $crate::adc::Input::FIRST_DOCK,
+                reference = const $crate::adc::REFERENCE,
+                start = const $crate::adc::START,
+                complete = sym complete,
+                enter = sym $crate::kernel::arch::kernel_enter_with_status,
+                options(noreturn),
+            ) }
+        }
+    };
 }

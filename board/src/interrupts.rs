@@ -78,8 +78,8 @@ macro_rules! vectors {
     (Adc for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_9(interrupt) { $crate::adc::round(interrupt) }
-            fn __vector_21(interrupt) { $crate::adc::conversion_complete(interrupt) }
         }
+        $crate::conversion_interrupt!(__vector_21);
         // SAFETY: TIMER2_COMP and ADC, above.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
     };
