@@ -96,7 +96,7 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::external::External> for $name {}
     };
     (Twi for $name:ident) => {
-        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed);
+        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed, $crate::twi::wake);
         // SAFETY: TWI, above.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
     };

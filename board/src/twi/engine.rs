@@ -232,8 +232,11 @@ impl Engine {
     #[inline(always)]
     pub fn catch_up(&mut self, sent: u8, received: u8) {
         match self.outgoing {
-            Outgoing::Waiting { length } | Outgoing::Sending { length, .. } if sent > 0 => {
-                self.outgoing = Outgoing::Sending { next: sent.min(length), length };
+            Outgoing::Waiting { length } | Outgoing::Sending { length, .. } => {
+                self.outgoing = match sent {
+                    0 => Outgoing::Waiting { length }, // or the other MCU came first
+                    sent => Outgoing::Sending { next: sent.min(length), length },
+                };
             }
             _ => {}
         }
@@ -242,6 +245,17 @@ impl Engine {
                 self.incoming = Incoming::Filling { length: received };
             }
             _ => {}
+        }
+    }
+
+    /// Takes notice of the end of packets that had an answer without the engine: of the one that goes out, and how, and of the
+    /// one that comes.
+    pub fn settle(&mut self, sent: Option<Transfer>, is_received: bool) {
+        if let Some(outcome) = sent {
+            self.end(outcome);
+        }
+        if is_received {
+            self.complete();
         }
     }
 

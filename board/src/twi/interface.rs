@@ -1,5 +1,7 @@
 //! Packets: what the bridge task calls, and the interrupt.
 
+use core::mem::offset_of;
+
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::{Bus, Transfer};
 
@@ -8,12 +10,13 @@ use super::registers::{
     ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data,
     set_own_address, status,
 };
-use super::stream::{self, Stream};
+use super::stream::{self, Ended, Stream};
 use super::wires::{self, Wire};
 use crate::interrupts::Serves;
 
 /// What the task and the interrupt share.
-struct Shared {
+#[doc(hidden)]
+pub struct Packets {
     engine: MaskedCell<Engine>,
     /// SLA+W of the other MCU, and what it is to get.
     outgoing: [MaskedCell<u8>; 1 + CAPACITY],
@@ -23,7 +26,8 @@ struct Shared {
     signal: MaskedCell<Option<&'static Semaphore>>,
 }
 
-static SHARED: Shared = Shared {
+#[doc(hidden)]
+pub static PACKETS: Packets = Packets {
     engine: MaskedCell::new(Engine::new()),
     outgoing: [const { MaskedCell::new(0) }; 1 + CAPACITY],
     length: MaskedCell::new(0),
@@ -31,7 +35,39 @@ static SHARED: Shared = Shared {
     signal: MaskedCell::new(None),
 };
 
-impl Shared {
+impl Packets {
+    #[doc(hidden)]
+    pub const OUTGOING: usize = offset_of!(Packets, outgoing);
+    #[doc(hidden)]
+    pub const LENGTH: usize = offset_of!(Packets, length);
+
+    /// Lets the engine know of what the vector has ended.
+    #[inline(always)]
+    fn settle(&'static self, masked: &Masked) {
+        let ended = stream::ENDED.get(masked);
+        if ended != Ended::NOTHING {
+            stream::ENDED.set(masked, Ended::NOTHING);
+            self.settle_with(masked, ended);
+        }
+    }
+
+    /// Not inlined: there is one of it for all who ask the engine.
+    #[inline(never)]
+    fn settle_with(&'static self, masked: &Masked, ended: Ended) {
+        let mut engine = self.engine.get(masked);
+        self.catch_up(masked, &mut engine);
+        engine.settle(ended.sent(), ended.is_received());
+        self.engine.set(masked, engine);
+    }
+
+    /// Tells `engine` which bytes the vector has sent and stored.
+    #[inline(always)]
+    fn catch_up(&'static self, masked: &Masked, engine: &mut Engine) {
+        let sent = stream::OUTGOING.get(masked).index(&self.outgoing);
+        let received = stream::INCOMING.get(masked).index(&self.incoming);
+        engine.catch_up(sent, received);
+    }
+
     /// Tells the vector which bytes it may send.
     #[inline(always)]
     fn arm_outgoing(&'static self, masked: &Masked, engine: &Engine) {
@@ -69,11 +105,11 @@ impl Twi {
         set_bit_rate();
         set_own_address(own);
         context.mask(|masked| {
-            if let Some(address) = SHARED.outgoing.first() {
+            if let Some(address) = PACKETS.outgoing.first() {
                 address.set(masked, other << 1);
             }
-            SHARED.arm_incoming(masked, &Engine::new());
-            SHARED.signal.set(masked, Some(signal));
+            PACKETS.arm_incoming(masked, &Engine::new());
+            PACKETS.signal.set(masked, Some(signal));
             request(masked, ENABLED | ACKNOWLEDGE);
         });
         Interface(())
@@ -86,27 +122,28 @@ pub struct Interface(());
 impl Bus for Interface {
     /// While a transfer is under way, or its outcome was not taken, `bytes` are ignored.
     fn send(&mut self, task: &mut Task, bytes: &[u8]) {
-        if !task.mask(|masked| SHARED.engine.get(masked).is_idle()) {
+        task.mask(|masked| PACKETS.settle(masked));
+        if !task.mask(|masked| PACKETS.engine.get(masked).is_idle()) {
             return;
         }
         // Byte by byte, so that interrupts are never masked for long: in this state the interrupt reads none.
-        let [_, cells @ ..] = &SHARED.outgoing;
+        let [_, cells @ ..] = &PACKETS.outgoing;
         for (cell, byte) in cells.iter().zip(bytes) {
             task.mask(|masked| cell.set(masked, *byte));
         }
-        task.mask(|masked| SHARED.length.set(masked, 1 + bytes.len().min(CAPACITY) as u8));
+        task.mask(|masked| PACKETS.length.set(masked, 1 + bytes.len().min(CAPACITY) as u8));
         self.send_again(task);
     }
 
     /// While a transfer is under way, or its outcome was not taken, nothing happens.
     fn send_again(&mut self, task: &mut Task) {
         task.mask(|masked| {
-            let length = SHARED.length.get(masked);
-            let mut engine = SHARED.engine.get(masked);
+            let length = PACKETS.length.get(masked);
+            let mut engine = PACKETS.engine.get(masked);
             if engine.is_idle() {
                 engine.send(length);
-                SHARED.engine.set(masked, engine);
-                SHARED.arm_outgoing(masked, &engine);
+                PACKETS.engine.set(masked, engine);
+                PACKETS.arm_outgoing(masked, &engine);
                 request(masked, START);
             }
         });
@@ -128,36 +165,39 @@ impl Bus for Interface {
         wires::pull(task, Wire::Clock, false);
         wires::pull(task, Wire::Data, false);
         task.mask(|masked| {
-            let mut engine = SHARED.engine.get(masked);
+            PACKETS.settle(masked);
+            let mut engine = PACKETS.engine.get(masked);
             engine.reset();
-            SHARED.engine.set(masked, engine);
-            SHARED.arm_outgoing(masked, &engine);
-            SHARED.arm_incoming(masked, &engine);
+            PACKETS.engine.set(masked, engine);
+            PACKETS.arm_outgoing(masked, &engine);
+            PACKETS.arm_incoming(masked, &engine);
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
             set_control(masked, ENABLED | acknowledge);
         });
     }
 
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer> {
+        task.mask(|masked| PACKETS.settle(masked));
         task.mask(|masked| {
-            let mut engine = SHARED.engine.get(masked);
+            let mut engine = PACKETS.engine.get(masked);
             let outcome = engine.outcome();
-            SHARED.engine.set(masked, engine);
+            PACKETS.engine.set(masked, engine);
             outcome
         })
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
-        let length = usize::from(task.mask(|masked| SHARED.engine.get(masked).received())?);
+        task.mask(|masked| PACKETS.settle(masked));
+        let length = usize::from(task.mask(|masked| PACKETS.engine.get(masked).received())?);
         // Likewise: a packet that is whole stays so until it is released.
-        for (slot, cell) in buffer.iter_mut().zip(&SHARED.incoming).take(length) {
+        for (slot, cell) in buffer.iter_mut().zip(&PACKETS.incoming).take(length) {
             *slot = task.mask(|masked| cell.get(masked));
         }
         task.mask(|masked| {
-            let mut engine = SHARED.engine.get(masked);
+            let mut engine = PACKETS.engine.get(masked);
             engine.release();
-            SHARED.engine.set(masked, engine);
-            SHARED.arm_incoming(masked, &engine);
+            PACKETS.engine.set(masked, engine);
+            PACKETS.arm_incoming(masked, &engine);
             request(masked, ACKNOWLEDGE);
         });
         Some(length.min(buffer.len()))
@@ -171,31 +211,39 @@ pub fn status_changed(interrupt: &mut Interrupt) {
     answer(interrupt, status(), false);
 }
 
+/// The vector has ended a packet.
+#[doc(hidden)]
+#[inline(always)]
+pub fn wake(interrupt: &mut Interrupt) {
+    if let Some(signal) = interrupt.mask(|masked| PACKETS.signal.get(masked)) {
+        signal.post(interrupt);
+    }
+}
+
 /// The state of the packets.
 #[inline(always)]
 pub(super) fn engine(masked: &Masked) -> Engine {
-    SHARED.engine.get(masked)
+    PACKETS.engine.get(masked)
 }
 
 /// Answers `status`. `transaction_waits`: whether one wants the bus when no packet has it.
 #[inline(always)]
 pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: bool) {
     let signal = interrupt.mask(|masked| {
-        let mut engine = SHARED.engine.get(masked);
-        let sent = stream::OUTGOING.get(masked).index(&SHARED.outgoing);
-        let received = stream::INCOMING.get(masked).index(&SHARED.incoming);
-        engine.catch_up(sent, received);
+        PACKETS.settle(masked);
+        let mut engine = PACKETS.engine.get(masked);
+        PACKETS.catch_up(masked, &mut engine);
         let answer = engine.answer(status);
         match answer.data {
             Data::None => {}
             Data::Send(index) => {
-                if let Some(cell) = SHARED.outgoing.get(usize::from(index)) {
+                if let Some(cell) = PACKETS.outgoing.get(usize::from(index)) {
                     set_data(cell.get(masked));
                 }
             }
             Data::Ones => set_data(0xff),
             Data::Store(index) => {
-                if let Some(cell) = SHARED.incoming.get(usize::from(index)) {
+                if let Some(cell) = PACKETS.incoming.get(usize::from(index)) {
                     cell.set(masked, data());
                 }
             }
@@ -206,10 +254,10 @@ pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: b
         let stop = if answer.stops { STOP } else { 0 };
         set_control(masked, ENABLED | INTERRUPT | start | acknowledge | stop);
         // The bus goes on, and the vector waits for this handler.
-        SHARED.engine.set(masked, engine);
-        SHARED.arm_outgoing(masked, &engine);
-        SHARED.arm_incoming(masked, &engine);
-        if answer.signals { SHARED.signal.get(masked) } else { None }
+        PACKETS.engine.set(masked, engine);
+        PACKETS.arm_outgoing(masked, &engine);
+        PACKETS.arm_incoming(masked, &engine);
+        if answer.signals { PACKETS.signal.get(masked) } else { None }
     });
     if let Some(signal) = signal {
         signal.post(interrupt);

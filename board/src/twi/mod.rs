@@ -11,7 +11,8 @@ mod i2c;
 #[cfg(target_arch = "avr")]
 mod interface;
 #[cfg(target_arch = "avr")]
-mod registers;
+#[doc(hidden)]
+pub mod registers;
 pub mod status;
 #[cfg(target_arch = "avr")]
 #[doc(hidden)]
@@ -23,7 +24,4 @@ mod wires;
 #[cfg(target_arch = "avr")]
 pub use i2c::{I2c, Master, status_changed_with_i2c};
 #[cfg(target_arch = "avr")]
-pub use interface::{Interface, Twi, status_changed};
-#[cfg(target_arch = "avr")]
-#[doc(hidden)]
-pub use registers::GO_ON;
+pub use interface::{Interface, PACKETS, Packets, Twi, status_changed, wake};

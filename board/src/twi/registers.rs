@@ -24,9 +24,12 @@ pub const ACKNOWLEDGE: u8 = 1 << 6; // TWEA
 /// TWCR: there is a new status. Writing one clears it, and the interface goes on.
 pub const INTERRUPT: u8 = 1 << 7; // TWINT
 
+/// TWCR: an answer without an acknowledgement.
+pub const PAUSE: u8 = ENABLED | INTERRUPT;
+
 /// TWCR: the answer in the middle of a packet. A START that waits for the other MCU's packet is asked for again when
 /// that has ended.
-pub const GO_ON: u8 = ENABLED | INTERRUPT | ACKNOWLEDGE;
+pub const GO_ON: u8 = PAUSE | ACKNOWLEDGE;
 
 fn registers() -> TWI {
     // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it comes.

@@ -300,7 +300,20 @@ fn bytes_that_went_by_without_an_answer_count_as_if_they_had_one() {
             engine.answer(status::DATA_ACKNOWLEDGED);
         }
         assert_eq!(engine.outgoing, Ended(Done));
+        let mut quick = Engine { outgoing: Waiting { length }, incoming: Free };
+        quick.catch_up(length, 0);
+        quick.settle(Some(Done), false);
+        assert_eq!(quick, engine);
     }
+    // The address is refused, or the other MCU comes first.
+    let mut quick = Engine { outgoing: Waiting { length: 5 }, incoming: Free };
+    quick.catch_up(1, 0);
+    assert_eq!(quick.outgoing, Sending { next: 1, length: 5 });
+    quick.settle(Some(Refused), false);
+    assert_eq!(quick.outgoing, Ended(Refused));
+    let mut quick = Engine { outgoing: Sending { next: 1, length: 5 }, incoming: Free };
+    quick.catch_up(0, 3);
+    assert_eq!(quick, Engine { outgoing: Waiting { length: 5 }, incoming: Filling { length: 3 } });
     let mut engine = Engine::new();
     assert_eq!(engine.storable(), (0, STORABLE));
     engine.answer(status::ADDRESSED);
@@ -311,6 +324,10 @@ fn bytes_that_went_by_without_an_answer_count_as_if_they_had_one() {
         let mut quick = Engine::new();
         quick.catch_up(0, stored);
         assert_eq!(quick, engine, "after {stored} bytes");
+        quick.settle(None, true);
+        let mut slow = engine;
+        slow.answer(status::STOP);
+        assert_eq!(quick, slow, "a packet of {stored} bytes");
     }
     engine.answer(status::RECEIVED);
     assert!(!engine.acknowledges(), "the last one that fits is answered by the engine");
