@@ -53,15 +53,16 @@ macro_rules! vectors {
     };
     (Usart0 for $name:ident) => {
         $crate::receive_interrupt!(__vector_18, $crate::usart::Usart0, $crate::usart::PORT0, 0x2b, 0x2c);
-        $crate::vectors!(usart $crate::usart::Usart0, __vector_19, __vector_20 for $name);
+        $crate::transmit_interrupt!(__vector_19, $crate::usart::Usart0, $crate::usart::PORT0, 0x2c);
+        $crate::vectors!(usart $crate::usart::Usart0, __vector_20 for $name);
     };
     (Usart1 for $name:ident) => {
         $crate::receive_interrupt!(__vector_30, $crate::usart::Usart1, $crate::usart::PORT1, 0x9b, 0x9c);
-        $crate::vectors!(usart $crate::usart::Usart1, __vector_31, __vector_32 for $name);
+        $crate::transmit_interrupt!(__vector_31, $crate::usart::Usart1, $crate::usart::PORT1, 0x9c);
+        $crate::vectors!(usart $crate::usart::Usart1, __vector_32 for $name);
     };
-    (usart $usart:ty, $data_register_empty:ident, $transmit_complete:ident for $name:ident) => {
+    (usart $usart:ty, $transmit_complete:ident for $name:ident) => {
         $crate::kernel::interrupt! {
-            fn $data_register_empty(interrupt) { $crate::usart::data_register_empty::<$usart>(interrupt) }
             fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
         }
         // SAFETY: RX, UDRE and TX, above.

@@ -70,7 +70,7 @@ pub fn receive_complete<U: Usart>(interrupt: &mut Interrupt) {
     U::port().put(interrupt, byte);
 }
 
-/// The interrupt "USART, Data Register Empty".
+/// The interrupt "USART, Data Register Empty", where a frame ends.
 #[doc(hidden)]
 #[inline(always)]
 pub fn data_register_empty<U: Usart>(interrupt: &mut Interrupt) {

@@ -1,9 +1,10 @@
-//! The vector of "USART, Rx Complete": in the middle of a frame it stores the byte itself.
+//! The vectors of "USART, Rx Complete" and "USART, Data Register Empty": in the middle of a frame they store or send the byte
+//! themselves.
 //!
 //! An interrupt of the kernel would take more than twice as long, for each byte of each line. The kernel is entered only at the
 //! end of a frame, and where something is wrong.
 
-/// Defines the vector, for the USART with UCSRnA and UDRn at the addresses `status` and `data`.
+/// Defines the vector of a byte that has come, for the USART with UCSRnA and UDRn at the addresses `status` and `data`.
 ///
 /// 78 cycles in the middle of a frame, with the interrupt's own 7.
 #[doc(hidden)]
@@ -80,6 +81,63 @@ macro_rules! receive_interrupt {
                 pause = const $crate::serial::inbox::PAUSE,
                 receive = sym receive,
                 wake = sym wake,
+                enter = sym $crate::kernel::arch::kernel_enter_with_status,
+                options(noreturn),
+            ) }
+        }
+    };
+}
+
+/// Defines the vector of a byte that may be sent, for the USART with UDRn at the address `data`.
+///
+/// 54 cycles in the middle of a frame, with the interrupt's own 7.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! transmit_interrupt {
+    ($vector:ident, $usart:ty, $port:path, $data:literal) => {
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $vector() -> ! {
+            extern "C" fn end() {
+                // SAFETY: only the vector calls this, with interrupts masked.
+                $crate::usart::data_register_empty::<$usart>(&mut unsafe { $crate::kernel::Interrupt::assume() });
+            }
+            // SAFETY: the hardware comes here. The outbox, which holds so many bytes as it says, is touched with interrupts masked
+            // only; what is changed besides is saved, and `kernel_enter_with_status` restores all that a handler may change.
+            unsafe { core::arch::asm!(
+                "push r31",                // 2
+                "push r30",                // 2
+                "push r0",                 // 2
+                "in r0, 0x3f",             // 1: SREG, to the end
+                "push r24",                // 2
+                "lds r30, {port}+{left}",  // 2: Z = the bytes left
+                "lds r31, {port}+{left}+1", // 2
+                "sbiw r30, 2",             // 2
+                "brcs 2f",                 // 1, or 2: the last, or none
+                "adiw r30, 1",             // 2
+                "sts {port}+{left}, r30",  // 2
+                "sts {port}+{left}+1, r31", // 2
+                "lds r30, {port}+{next}",  // 2: Z = the byte's address
+                "lds r31, {port}+{next}+1", // 2
+                "ld r24, Z+",              // 2
+                "sts {data}, r24",         // 2
+                "sts {port}+{next}, r30",  // 2
+                "sts {port}+{next}+1, r31", // 2
+                "pop r24",                 // 2
+                "out 0x3f, r0",            // 1
+                "pop r0",                  // 2
+                "pop r30",                 // 2
+                "pop r31",                 // 2
+                "reti",                    // 4
+                "2:",
+                "pop r24",                 // 2
+                "ldi r30, lo8(gs({end}))", // 1
+                "ldi r31, hi8(gs({end}))", // 1
+                "jmp {enter}",             // 3
+                data = const $data,
+                port = sym $port,
+                next = const $crate::serial::outbox::offset::NEXT,
+                left = const $crate::serial::outbox::offset::LEFT,
+                end = sym end,
                 enter = sym $crate::kernel::arch::kernel_enter_with_status,
                 options(noreturn),
             ) }
