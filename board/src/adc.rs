@@ -196,13 +196,14 @@ impl Rhythm {
             ROUNDS.period.set(masked, Some(period));
             ROUNDS.joints.set(masked, Some(highest.0));
             go_on(masked);
+            joints::control(masked, true);
         });
     }
 
     /// Ends that, once the last drives are in effect.
     pub fn end(&mut self, context: &mut impl Context) {
         context.mask(|masked| {
-            joints::apply(masked);
+            joints::control(masked, false);
             ROUNDS.period.set(masked, None);
             ROUNDS.joints.set(masked, None);
         });
@@ -311,15 +312,13 @@ fn convert_joints(masked: &Masked) -> bool {
     true
 }
 
-/// The interrupt "Timer/Counter2 Compare Match": a round begins.
+/// The interrupt "Timer/Counter2 Compare Match": a round begins, the vector has seen to the joints.
 #[doc(hidden)]
 #[inline(always)]
 pub fn round(interrupt: &mut Interrupt) {
     let period = interrupt.mask(|masked| {
+        joints::await_next(masked);
         let period = ROUNDS.period.get(masked);
-        if period.is_some() {
-            joints::begin_period(masked);
-        }
         let wanted = ROUNDS.wanted.get(masked);
         if wanted != 0 {
             let mut number = 0;
@@ -458,6 +457,38 @@ macro_rules! conversion_interrupt {
                 reference = const $crate::adc::REFERENCE,
                 start = const $crate::adc::START,
                 complete = sym complete,
+                enter = sym $crate::kernel::arch::kernel_enter_with_status,
+                options(noreturn),
+            ) }
+        }
+    };
+}
+
+/// Defines the vector of "Timer/Counter2 Compare Match": the joints' period begins before anything else.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! round_interrupt {
+    ($vector:ident) => {
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $vector() -> ! {
+            extern "C" fn round() {
+                // SAFETY: only the vector calls this, with interrupts masked.
+                $crate::adc::round(&mut unsafe { $crate::kernel::Interrupt::assume() });
+            }
+            // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler may change.
+            unsafe { core::arch::asm!(
+                "push r31",                 // 2
+                "push r30",                 // 2
+                "push r0",                  // 2
+                "in r0, 0x3f",              // 1: SREG, to the end
+                "push r24",                 // 2
+                "call {begin_period}",      // 40
+                "pop r24",                  // 2
+                "ldi r30, lo8(gs({round}))", // 1
+                "ldi r31, hi8(gs({round}))", // 1
+                "jmp {enter}",              // 3
+                begin_period = sym $crate::joints::begin_period,
+                round = sym round,
                 enter = sym $crate::kernel::arch::kernel_enter_with_status,
                 options(noreturn),
             ) }

@@ -77,9 +77,7 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::soft_uart::SoftUart> for $name {}
     };
     (Adc for $name:ident) => {
-        $crate::kernel::interrupt! {
-            fn __vector_9(interrupt) { $crate::adc::round(interrupt) }
-        }
+        $crate::round_interrupt!(__vector_9);
         $crate::conversion_interrupt!(__vector_21);
         // SAFETY: TIMER2_COMP and ADC, above.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
