@@ -77,12 +77,12 @@ mod stack {
     use super::Stack;
 
     pub static RECEIVE: Stack<291> = Stack::new();
-    pub static SEND_USART0: Stack<224> = Stack::new();
-    pub static SEND_USART1: Stack<224> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<224> = Stack::new();
+    pub static SEND_USART0: Stack<226> = Stack::new();
+    pub static SEND_USART1: Stack<226> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<226> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<270> = Stack::new();
-    pub static BRIDGE: Stack<167> = Stack::new();
+    pub static BRIDGE: Stack<156> = Stack::new();
     pub static BEHAVIOURS: Stack<401> = Stack::new();
 }
 

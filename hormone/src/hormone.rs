@@ -11,6 +11,8 @@
 
 use core::num::NonZeroU8;
 
+use tasks::message::Kind;
+
 pub use crate::data::Data;
 use crate::election::Token;
 use crate::order::{Course, Order, What};
@@ -50,6 +52,14 @@ impl Payload {
 }
 
 impl Hormone {
+    /// How links carry it: of beats that were not sent yet, the last one alone matters.
+    pub fn kind(self) -> Kind {
+        match self {
+            Hormone::Pace(_) => Kind::Latest,
+            Hormone::Order(_) | Hormone::Token(_) => Kind::Lasting,
+        }
+    }
+
     /// The hormone as a message payload.
     pub fn to_payload(self) -> Payload {
         let (bytes, length) = match self {

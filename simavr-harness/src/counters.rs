@@ -29,7 +29,7 @@ pub(crate) fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
     })
 }
 
-fn link_counters(words: &[u16; 11]) -> LinkCounters {
+fn link_counters(words: &[u16; 12]) -> LinkCounters {
     let [
         frames_sent,
         frames_received,
@@ -42,6 +42,7 @@ fn link_counters(words: &[u16; 11]) -> LinkCounters {
         refused,
         no_buffer,
         overruns,
+        replaced,
     ] = *words;
     LinkCounters {
         frames_sent,
@@ -55,6 +56,7 @@ fn link_counters(words: &[u16; 11]) -> LinkCounters {
         refused,
         no_buffer,
         overruns,
+        replaced,
     }
 }
 

@@ -118,6 +118,33 @@ impl Address {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct TooLong;
 
+/// What a link does with a message: bits 7 and 6 of a byte whose others may hold the length of the payload.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[repr(u8)]
+pub enum Kind {
+    /// Has it acknowledged, and repeats it until then or gives up.
+    Lasting = 0,
+    /// Likewise; but one that was not sent yet gives way to a newer one for the same task, which follows it.
+    Latest = 0x40,
+    /// Sends it once and forgets it: for what is soon said again, as probes are.
+    Datagram = 0x80,
+}
+
+impl Kind {
+    const BITS: u8 = 0xC0;
+
+    /// The kind in a byte; `None` if there is no such.
+    pub const fn of_byte(byte: u8) -> Option<Kind> {
+        match byte & Self::BITS {
+            0 => Some(Kind::Lasting),
+            0x40 => Some(Kind::Latest),
+            0x80 => Some(Kind::Datagram),
+            _ => None,
+        }
+    }
+}
+
 /// What one task sends to another. Beyond a dock it is acknowledged and repeated until it arrives
 /// or the link gives up, unless it was made as a [datagram](Message::datagram).
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -125,27 +152,28 @@ pub struct TooLong;
 pub struct Message<'a> {
     to: Address,
     from: Address,
-    is_datagram: bool,
+    kind: Kind,
     payload: &'a [u8],
 }
 
 impl<'a> Message<'a> {
     /// A message of up to [`MAX_PAYLOAD`] bytes.
     pub fn new(to: Address, from: Address, payload: &'a [u8]) -> Result<Self, TooLong> {
-        Self::of_kind(to, from, payload, false)
+        Self::of_kind(to, from, payload, Kind::Lasting)
     }
 
     /// A message that a link sends once and forgets: for what is soon said again, as probes are.
     pub fn datagram(to: Address, from: Address, payload: &'a [u8]) -> Result<Self, TooLong> {
-        Self::of_kind(to, from, payload, true)
+        Self::of_kind(to, from, payload, Kind::Datagram)
     }
 
+    /// A message of this kind, of up to [`MAX_PAYLOAD`] bytes.
     #[inline(always)]
-    fn of_kind(to: Address, from: Address, payload: &'a [u8], is_datagram: bool) -> Result<Self, TooLong> {
+    pub fn of_kind(to: Address, from: Address, payload: &'a [u8], kind: Kind) -> Result<Self, TooLong> {
         if payload.len() > MAX_PAYLOAD {
             return Err(TooLong);
         }
-        Ok(Message { to, from, is_datagram, payload })
+        Ok(Message { to, from, kind, payload })
     }
 
     pub fn to(&self) -> Address {
@@ -162,8 +190,8 @@ impl<'a> Message<'a> {
         self.payload
     }
 
-    pub fn is_datagram(&self) -> bool {
-        self.is_datagram
+    pub fn kind(&self) -> Kind {
+        self.kind
     }
 }
 
@@ -173,14 +201,12 @@ impl<'a> Message<'a> {
 pub struct Letter {
     to: Address,
     from: Address,
-    /// Payload bytes in bits 4..0, [`Self::DATAGRAM`] in bit 7: a letter lives in RAM by the dozen.
+    /// Payload bytes in bits 4..0, the [`Kind`] in bits 7 and 6: a letter lives in RAM by the dozen.
     length: u8,
     payload: [u8; MAX_PAYLOAD],
 }
 
 impl Letter {
-    const DATAGRAM: u8 = 0x80;
-
     /// Paper: all bytes 0, which costs least to make.
     pub(crate) const BLANK: Letter =
         Letter { to: Address(0), from: Address(0), length: 0, payload: [0; MAX_PAYLOAD] };
@@ -194,9 +220,9 @@ impl Letter {
 
     /// Writes `message` over what was there.
     pub(crate) fn write(&mut self, message: Message) {
-        let Message { to, from, is_datagram, payload } = message;
+        let Message { to, from, kind, payload } = message;
         (self.to, self.from) = (to, from);
-        self.length = payload.len() as u8 | if is_datagram { Self::DATAGRAM } else { 0 };
+        self.length = payload.len() as u8 | kind as u8;
         for (slot, byte) in self.payload.iter_mut().zip(payload) {
             *slot = *byte;
         }
@@ -204,7 +230,7 @@ impl Letter {
 
     /// What is written.
     pub fn message(&self) -> Message<'_> {
-        Message { to: self.to, from: self.from, is_datagram: self.is_datagram(), payload: self.payload() }
+        Message { to: self.to, from: self.from, kind: self.kind(), payload: self.payload() }
     }
 
     /// As [`Message::to`].
@@ -219,13 +245,19 @@ impl Letter {
 
     /// As [`Message::payload`].
     pub fn payload(&self) -> &[u8] {
-        let length = usize::from(self.length & !Self::DATAGRAM);
+        let length = usize::from(self.length & !Kind::BITS);
         self.payload.get(..length).unwrap_or(&self.payload)
     }
 
-    /// As [`Message::is_datagram`].
-    pub fn is_datagram(&self) -> bool {
-        self.length & Self::DATAGRAM != 0
+    /// As [`Message::kind`].
+    pub fn kind(&self) -> Kind {
+        Kind::of_byte(self.length).unwrap_or(Kind::Lasting)
+    }
+
+    /// Whether it takes the place of `older`, which was not sent yet.
+    pub fn replaces(&self, older: &Letter) -> bool {
+        let kinds = [self.kind(), older.kind()];
+        kinds == [Kind::Latest; 2] && (self.to, self.from) == (older.to, older.from)
     }
 }
 
@@ -280,20 +312,31 @@ mod tests {
         let from = Address::here(TaskCode::HORMONE);
         let bytes: [u8; MAX_PAYLOAD + 1] = core::array::from_fn(|index| index as u8 + 1);
         for length in 0..=MAX_PAYLOAD {
-            for (message, is_datagram) in [
-                (Message::new(to, from, &bytes[..length]).unwrap(), false),
-                (Message::datagram(to, from, &bytes[..length]).unwrap(), true),
-            ] {
+            for kind in [Kind::Lasting, Kind::Latest, Kind::Datagram] {
+                let message = Message::of_kind(to, from, &bytes[..length], kind).unwrap();
                 assert_eq!((message.to(), message.from()), (to, from));
-                assert_eq!((message.payload(), message.is_datagram()), (&bytes[..length], is_datagram));
+                assert_eq!((message.payload(), message.kind()), (&bytes[..length], kind));
                 let mut letter = Letter::of(Message::new(from, to, &[0xEE; MAX_PAYLOAD]).unwrap());
                 letter.write(message);
                 assert_eq!(letter.message(), message);
                 assert_eq!((letter.to(), letter.from()), (to, from));
-                assert_eq!((letter.payload(), letter.is_datagram()), (&bytes[..length], is_datagram));
+                assert_eq!((letter.payload(), letter.kind()), (&bytes[..length], kind));
             }
         }
         assert_eq!(Message::new(to, from, &bytes), Err(TooLong));
         assert_eq!(Message::datagram(to, from, &bytes), Err(TooLong));
+    }
+
+    #[test]
+    fn the_latest_replaces_its_like_alone() {
+        let (to, from) = (Address::beyond(Dock::Back, TaskCode::HORMONE), Address::here(TaskCode::HORMONE));
+        let letter = |to, kind| Letter::of(Message::of_kind(to, from, &[1], kind).unwrap());
+        let newer = letter(to, Kind::Latest);
+        assert!(newer.replaces(&letter(to, Kind::Latest)));
+        assert!(!newer.replaces(&letter(Address::here(TaskCode::HORMONE), Kind::Latest)));
+        for kind in [Kind::Lasting, Kind::Datagram] {
+            assert!(!newer.replaces(&letter(to, kind)));
+            assert!(!letter(to, kind).replaces(&newer));
+        }
     }
 }

@@ -128,7 +128,7 @@ fn follow(task: &mut Task, controller: &mut Controller, response: Response, api:
         for dock in docks.iter() {
             let to = Address::beyond(dock, TaskCode::HORMONE);
             let from = Address::here(TaskCode::HORMONE);
-            let Ok(message) = Message::new(to, from, payload.bytes()) else { continue };
+            let Ok(message) = Message::of_kind(to, from, payload.bytes(), hormone.kind()) else { continue };
             match api.send(task, message) {
                 Ok(()) => {
                     controller.sent();

@@ -188,7 +188,9 @@ impl Behaviours {
                 let to = Address::beyond(dock, TaskCode::HORMONE);
                 let from = Address::here(TaskCode::HORMONE);
                 let payload = hormone.to_payload();
-                let Ok(message) = Message::new(to, from, payload.bytes()) else { continue };
+                let Ok(message) = Message::of_kind(to, from, payload.bytes(), hormone.kind()) else {
+                    continue;
+                };
                 self.controller.sent();
                 if let Hormone::Pace(pace) = hormone {
                     doing.events.push((at, Event::HormoneSent(dock, pace.data)));

@@ -14,7 +14,7 @@ use tasks::link::port::{RETRY_LIMIT, ROOM};
 use tasks::link::receive::SILENCE;
 use tasks::link::send::ACK_TIMEOUT;
 use tasks::link::signature::Signature;
-use tasks::message::{Address, Letter, Message, TaskCode};
+use tasks::message::{Address, Kind, Letter, Message, TaskCode};
 
 use super::time::{CHARACTER, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
 
@@ -207,8 +207,8 @@ impl Port {
                 }
             }
         }
-        while let Some(message) = self.mailbox.pop_front() {
-            if !message.is_datagram() {
+        while let Some(message) = self.next_message() {
+            if message.kind() != Kind::Datagram {
                 let label = self.endpoint.sender.start();
                 self.is_repeated = false;
                 return Some(self.send_data(now, label, message, u64::from(ACK_TIMEOUT), tick));
@@ -220,6 +220,16 @@ impl Port {
         }
         let waiting = self.waiting.take_if(|waiting| waiting.moment <= now)?;
         Some(self.send_datagram(now, waiting.datagram))
+    }
+
+    /// The next message to be sent, as the sending task chooses it.
+    fn next_message(&mut self) -> Option<Letter> {
+        let mut next = self.mailbox.pop_front()?;
+        while self.mailbox.front().is_some_and(|after| after.replaces(&next)) {
+            next = self.mailbox.pop_front()?;
+            count(&mut self.counters.replaced);
+        }
+        Some(next)
     }
 
     fn send_datagram(&mut self, now: u64, datagram: Letter) -> Flight {

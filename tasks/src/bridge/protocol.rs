@@ -5,18 +5,19 @@
 //!   | length | to | from | payload, 0..=16 B | CRC-8 |
 //!   +--------+----+------+-------------------+-------+
 //!
-//!   length      bits 4..0 bytes of payload; bit 7 the message is a datagram; bits 6..5 zero
+//!   length      bits 4..0 bytes of payload; bits 7..6 its kind: 0 lasting, 1 latest, 2 datagram; bit 5 zero
 //! ```
 //!
 //! I2C acknowledges each byte but does not check it, hence the CRC. Both addresses cross unchanged:
 //! the two MCUs are one module, and to both "here" means that module.
 
-use crate::message::{Address, MAX_PAYLOAD, Message};
+use crate::message::{Address, Kind, MAX_PAYLOAD, Message};
 
 /// The most bytes of a transfer.
 pub const MAX_PACKET: usize = 3 + MAX_PAYLOAD + 1;
 
-const DATAGRAM: u8 = 0x80;
+/// The bits of the first byte that are no kind.
+const LENGTH: u8 = 0x3F;
 
 /// Why a transfer is no message.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -32,8 +33,7 @@ pub enum PacketError {
 /// The message as bytes to transfer, laid out in `packet`.
 pub fn encode<'p>(message: Message, packet: &'p mut [u8; MAX_PACKET]) -> &'p [u8] {
     let payload = message.payload();
-    let datagram = if message.is_datagram() { DATAGRAM } else { 0 };
-    let header = [payload.len() as u8 | datagram, message.to().byte(), message.from().byte()];
+    let header = [payload.len() as u8 | message.kind() as u8, message.to().byte(), message.from().byte()];
     let mut crc = Crc8::new();
     let mut slots = packet.iter_mut();
     for bytes in [&header[..], payload] {
@@ -53,7 +53,8 @@ pub fn decode(packet: &[u8]) -> Result<Message<'_>, PacketError> {
     let [length, to, from, payload @ .., _] = packet else {
         return Err(PacketError::Length);
     };
-    if usize::from(length & !DATAGRAM) != payload.len() {
+    let kind = Kind::of_byte(*length).ok_or(PacketError::Length)?;
+    if usize::from(length & LENGTH) != payload.len() {
         return Err(PacketError::Length);
     }
     let mut crc = Crc8::new();
@@ -65,8 +66,7 @@ pub fn decode(packet: &[u8]) -> Result<Message<'_>, PacketError> {
     }
     let to = Address::from_byte(*to).ok_or(PacketError::Address)?;
     let from = Address::from_byte(*from).ok_or(PacketError::Address)?;
-    let make = if length & DATAGRAM != 0 { Message::datagram } else { Message::new };
-    make(to, from, payload).map_err(|_| PacketError::Length)
+    Message::of_kind(to, from, payload, kind).map_err(|_| PacketError::Length)
 }
 
 /// CRC-8 of ITU-T I.432.1: polynomial 0x07, initial value 0, inverted by 0x55 so that a bus stuck
@@ -203,7 +203,7 @@ mod tests {
         too_long.extend([0; MAX_PAYLOAD + 1]);
         too_long.push(crc8(&too_long));
         assert_eq!(decode(&too_long), Err(PacketError::Length));
-        for reserved in [0x20, 0x40, 0x60] {
+        for reserved in [0x20, 0x60, 0xA0, 0xC0, 0xE0] {
             let covered = [reserved, TO.byte(), FROM.byte()];
             let bytes = [&covered[..], &[crc8(&covered)]].concat();
             assert_eq!(decode(&bytes), Err(PacketError::Length));

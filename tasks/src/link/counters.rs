@@ -28,6 +28,8 @@ pub struct LinkCounters {
     pub no_buffer: u16,
     /// Bytes lost because nobody took them from the line in time.
     pub overruns: u16,
+    /// Messages not sent because a newer one took their place.
+    pub replaced: u16,
 }
 
 impl LinkCounters {
@@ -45,6 +47,7 @@ impl LinkCounters {
             refused: 0,
             no_buffer: 0,
             overruns: 0,
+            replaced: 0,
         }
     }
 }
@@ -56,7 +59,7 @@ mod tests {
 
     #[test]
     fn readers_of_ram_find_each_count_in_its_place() {
-        assert_eq!(size_of::<LinkCounters>(), 22);
+        assert_eq!(size_of::<LinkCounters>(), 24);
         assert_eq!(
             [
                 offset_of!(LinkCounters, frames_sent),
@@ -70,8 +73,9 @@ mod tests {
                 offset_of!(LinkCounters, refused),
                 offset_of!(LinkCounters, no_buffer),
                 offset_of!(LinkCounters, overruns),
+                offset_of!(LinkCounters, replaced),
             ],
-            [0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20]
+            [0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22]
         );
     }
 }

@@ -9,7 +9,7 @@ use super::cobs::WireBuffer;
 use super::frame::{Frame, Label};
 use super::port::{Port, State};
 use crate::device::Transmit;
-use crate::message::{Buffered, Letter};
+use crate::message::{Buffered, Kind, Letter};
 
 /// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that heard the
 /// message was not sending, so the ACK is the next that it sends; once something comes in, its end is waited for.
@@ -25,6 +25,7 @@ pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16)
         backoff: Backoff::new(seed),
         is_repeated: false,
         waiting: None,
+        held: None,
     };
     let mut outstanding = None;
     // When the alarm rings that is set.
@@ -42,7 +43,7 @@ pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16)
         }
         outstanding = outstanding.and_then(|message| sender.look_after(task, message));
         while outstanding.is_none()
-            && let Some(message) = port.mailbox().take(task)
+            && let Some(message) = sender.next(task)
         {
             outstanding = sender.begin(task, message);
         }
@@ -88,13 +89,27 @@ struct Sender<Line> {
     /// Whether the message under way was sent before.
     is_repeated: bool,
     waiting: Option<Waiting>,
+    /// The message that follows the one under way.
+    held: Option<Buffered>,
 }
 
 impl<Line: Transmit> Sender<Line> {
+    /// The next message to be sent: of several in a row of which the newest alone matters, that.
+    fn next(&mut self, task: &mut Task) -> Option<Buffered> {
+        let mut next = self.held.take().or_else(|| self.port.mailbox().take(task))?;
+        while next.kind() == Kind::Latest {
+            self.held = self.port.mailbox().take(task);
+            let Some(newer) = self.held.take_if(|after| after.replaces(&next)) else { break };
+            next = newer;
+            self.port.count(task, |counters| &mut counters.replaced);
+        }
+        Some(next)
+    }
+
     /// Sends a message for the first time, or lets it wait if it is a datagram. What comes back is still to be
     /// acknowledged.
     fn begin(&mut self, task: &mut Task, message: Buffered) -> Option<Outstanding> {
-        if message.is_datagram() {
+        if message.kind() == Kind::Datagram {
             let moment = now(task).wrapping_add(Ticks::from(self.backoff.next_ms()));
             if let Some(before) = self.waiting.replace(Waiting { datagram: message, moment }) {
                 self.send_datagram(task, &before.datagram);
