@@ -1,5 +1,6 @@
 //! The robot that runs natively: it walks, through what happens to it, and the same each time.
 
+use hormone::action::Action;
 use hormone::event::Event as Behaviour;
 use hormone::gait::GaitName;
 use hormone::hormone::{Data, Hormone};
@@ -236,4 +237,30 @@ fn neighbours_may_have_any_indices() {
     let run = run(robot, "", 3);
     assert_eq!(faults(&run), [""; 0]);
     assert_eq!(run.observer.hops.lost(), 0);
+}
+
+/// The engine in simavr tells the same story: tests/simavr.
+#[test]
+fn a_chain_becomes_a_ring_and_a_chain_again() {
+    for seed in 1..=3 {
+        let scenario =
+            Scenario::from_toml(include_str!("../../robots/ring.toml")).expect("the file is right");
+        let robot = Native::new(scenario.wiring, seed, 40 * MILLISECOND);
+        let mut run = Run::new(robot, scenario.timeline, PERIOD);
+        let mut to = |seconds: u64| {
+            while run.step(seconds * SECOND).expect("the events can happen") {}
+            assert_eq!(faults(&run), [""; 0]);
+            let actions = (0..6).filter_map(|module| run.robot.status(module)).map(|status| status.action);
+            (actions.collect::<Vec<_>>(), count(&run.robot, Spine), run.observer.own_changes.clone())
+        };
+        let (actions, spines, _) = to(4);
+        assert_eq!((actions, spines), (vec![Action::Wave; 6], 4));
+        let (actions, spines, changes) = to(16);
+        assert_eq!((actions, spines), (vec![Action::Roll; 6], 6));
+        assert_eq!(changes[0].change, Change::Attach(face(5, Back), face(0, Front)));
+        let (actions, spines, changes) = to(24);
+        assert_eq!((actions, spines), (vec![Action::Wave; 6], 4));
+        assert!(matches!(changes[1].change, Change::Detach(Face { dock: Front, .. })));
+        assert_eq!(changes.len(), 2);
+    }
 }

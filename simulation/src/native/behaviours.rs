@@ -2,6 +2,7 @@
 
 use std::hash::{Hash, Hasher};
 
+use hormone::action::{Docking, Posture};
 use hormone::controller::{Controller, Outgoing, Response};
 use hormone::event::Event;
 use hormone::gait::GaitName;
@@ -26,6 +27,8 @@ pub struct Behaviours {
     probe_at: u64,
     look_at: u64,
     beat_at: Option<u64>,
+    /// What the docks were asked for last.
+    asked: Option<Docking>,
 }
 
 impl Hash for Behaviours {
@@ -37,12 +40,14 @@ impl Hash for Behaviours {
     }
 }
 
-/// What behaviours do: both lists are of the same moment.
+/// What behaviours do: all lists are of the same moment.
 #[derive(Default)]
 pub struct Doing {
     pub events: Vec<(u64, Event)>,
     /// Messages to be sent, and when.
     pub messages: Vec<(u64, Letter)>,
+    /// What docks are asked for.
+    pub dockings: Vec<(u64, Docking)>,
 }
 
 impl Behaviours {
@@ -58,11 +63,17 @@ impl Behaviours {
             probe_at: first_tick,
             look_at: first_tick,
             beat_at: None,
+            asked: None,
         }
     }
 
     pub fn status(&self) -> &Status {
         self.controller.status()
+    }
+
+    /// Where the joints are told to be; `None` if they stay where they are.
+    pub fn posture(&self, now: u64) -> Option<Posture> {
+        self.controller.posture(self.clock(now))
     }
 
     /// When a timer is next up.
@@ -174,6 +185,11 @@ impl Behaviours {
         let clock = self.clock(now);
         while let Some(response) = self.controller.timer(clock) {
             self.follow(now + WAKE, response, doing);
+        }
+        let wanted = self.status().action.docking();
+        if wanted != self.asked {
+            self.asked = wanted;
+            doing.dockings.extend(wanted.map(|docking| (now, docking)));
         }
         let wait = self.controller.next_due(clock);
         self.beat_at = wait.map(|wait| self.tick(now) + u64::from(wait.max(1)) * TICK);

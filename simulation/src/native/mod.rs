@@ -6,6 +6,7 @@
 //! want at once, and no interrupt.
 
 mod behaviours;
+mod docking;
 mod module;
 mod port;
 mod time;
@@ -25,6 +26,7 @@ use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Face, Wiring, WiringError};
+use docking::{Due, SOONEST};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use module::{Module, Output};
@@ -52,6 +54,9 @@ pub struct Native {
     tile: usize,
     now: u64,
     deeds: Vec<Deed>,
+    /// What docks have been asked for, in no particular order.
+    dockings: Vec<Due>,
+    changes: Vec<Event>,
     output: Output,
     commands: u8,
 }
@@ -89,6 +94,8 @@ impl Native {
             tile: TILE,
             now: 0,
             deeds: Vec::new(),
+            dockings: Vec::new(),
+            changes: Vec::new(),
             output: Output::default(),
             commands: 0,
         };
@@ -138,6 +145,7 @@ impl Native {
         self.due[index] = self.modules[index].run(start, end, &mut output);
         let deed = |(cycle, event)| Deed { cycle, module: index, event };
         self.deeds.extend(output.events.drain(..).map(deed));
+        self.dockings.extend(output.dockings.drain(..).map(|(at, docking)| Due::new(index, docking, at)));
         for (dock, flight) in output.flights.drain(..) {
             self.fly(Face { module: index, dock }, flight);
         }
@@ -216,10 +224,12 @@ impl Robot for Native {
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
             &Change::Reset { module, mcus } => {
+                self.dockings.retain(|due| due.module != module);
                 self.modules[module].reset(self.now, mcus);
                 self.due[module] = self.now;
             }
             &Change::Kill(module) => {
+                self.dockings.retain(|due| due.module != module);
                 self.modules[module].is_on = false;
                 self.due[module] = u64::MAX;
             }
@@ -239,8 +249,14 @@ impl Robot for Native {
     }
 
     fn run_until(&mut self, cycle: u64) {
-        self.run_tiles(cycle);
-        self.now = self.now.max(cycle);
+        while self.now < cycle {
+            // What docks are asked for meanwhile is not due before that is over.
+            let due = self.dockings.iter().map(|due| due.at).min().unwrap_or(u64::MAX);
+            let end = cycle.min(due).min(self.now + SOONEST);
+            self.run_tiles(end);
+            self.now = end;
+            self.settle_docks();
+        }
     }
 
     fn take_deeds(&mut self) -> Vec<Deed> {
@@ -252,7 +268,7 @@ impl Robot for Native {
     }
 
     fn take_changes(&mut self) -> Vec<Event> {
-        Vec::new()
+        std::mem::take(&mut self.changes)
     }
 
     fn status(&self, module: usize) -> Option<Status> {

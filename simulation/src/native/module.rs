@@ -4,6 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::mem;
 use std::ops::Range;
 
+use hormone::action::{Docking, Posture};
 use hormone::event::Event;
 use hormone::gait::GaitName;
 use hormone::status::Status;
@@ -79,6 +80,7 @@ impl Hash for Module {
 pub struct Output {
     pub flights: Vec<(Dock, Flight)>,
     pub events: Vec<(u64, Event)>,
+    pub dockings: Vec<(u64, Docking)>,
     doing: Doing,
 }
 
@@ -106,6 +108,11 @@ impl Module {
     /// What the module says of itself; `None` while its master's program does not run yet.
     pub fn status(&self, now: u64) -> Option<Status> {
         (self.live_since[Mcu::Master as usize] <= now).then(|| *self.behaviours.status())
+    }
+
+    /// Where the joints are told to be; `None` if they stay where they are.
+    pub fn posture(&self, now: u64) -> Option<Posture> {
+        self.behaviours.posture(now)
     }
 
     pub fn links(&self) -> impl Iterator<Item = &LinkCounters> {
@@ -164,6 +171,7 @@ impl Module {
     /// Takes over what the behaviours do.
     fn follow(&mut self, output: &mut Output) {
         output.events.append(&mut output.doing.events);
+        output.dockings.append(&mut output.doing.dockings);
         for (at, message) in output.doing.messages.drain(..) {
             insert(&mut self.inputs, at, Input::Sent(message));
         }

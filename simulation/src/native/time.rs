@@ -63,6 +63,12 @@ pub const NEXT: u64 = micros(260);
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
 
+/// From an action that lets a dock approach another until both are attached: a search, and the latch.
+pub const APPROACH: u64 = 1906 * MILLISECOND;
+
+/// From an action that releases a dock until nothing is attached there.
+pub const RELEASE: u64 = 794 * MILLISECOND;
+
 const fn micros(number: u64) -> u64 {
     number * MILLISECOND / 1000
 }

@@ -4,7 +4,7 @@ use hormone::action::Action::{Curl, Grasp, Roll, Wave};
 use hormone::event::Event as Behaviour;
 use hormone::module_type::ModuleType::{Head, Spine, Tail};
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{Change, Deed, Event, Face, Robot, Scenario};
+use simulation::{Change, Deed, Event, Face, Native, Robot, Run, Scenario};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock::{Back, Front};
 
@@ -153,4 +153,23 @@ fn the_number_of_threads_makes_no_difference() {
     assert_eq!(one.changes.len(), 1);
     assert_eq!(one.changes, two.changes);
     assert_eq!(one.engine.state_hash(), two.engine.state_hash());
+}
+
+/// The native engine, without latches and with joints that take no time, tells the same story at the same times.
+#[test]
+fn both_engines_tell_the_same_story() {
+    let Scenario { wiring, timeline } =
+        Scenario::from_toml(include_str!("../../../robots/ring.toml")).expect("the file is right");
+    let mut run = Run::new(Native::new(wiring, 1, 0), timeline, SECOND);
+    let mut story = Story::ring(1, 2);
+    let end = story.ordered_at(2) + OPEN;
+    story.run_until(end);
+    while run.step(end).expect("the events can happen") {}
+    let [simavr, native] = [&story.changes, &run.observer.own_changes];
+    assert_eq!((simavr.len(), native.len()), (2, 2));
+    for (one, other) in simavr.iter().zip(native) {
+        assert!(one.at.abs_diff(other.at) <= 50 * MILLISECOND, "{one:?} {other:?}");
+    }
+    // Who leads the ring, and lets go, is left to chance.
+    assert_eq!(simavr[0].change, native[0].change);
 }

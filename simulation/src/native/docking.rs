@@ -1,0 +1,65 @@
+//! Docks that attach and let go by themselves: without latches, and with joints that are where they were told to be. A module
+//! that was told nothing counts as straight.
+
+use hormone::action::Docking;
+use plants::dock::catches;
+
+use super::Native;
+use super::time::{APPROACH, RELEASE};
+use crate::change::Change;
+use crate::pose::Angles;
+use crate::robot::Robot;
+use crate::scenario::Event;
+use crate::wiring::Face;
+
+/// What a module wants of a dock, and when it has come to that.
+#[derive(Clone, Copy)]
+pub struct Due {
+    pub at: u64,
+    pub module: usize,
+    docking: Docking,
+}
+
+impl Due {
+    /// A module has asked for this at `asked_at`.
+    pub fn new(module: usize, docking: Docking, asked_at: u64) -> Self {
+        let takes = match docking {
+            Docking::Approach(_) => APPROACH,
+            Docking::Release(_) => RELEASE,
+        };
+        Due { at: asked_at + takes, module, docking }
+    }
+}
+
+/// What is asked for takes no less than this.
+pub const SOONEST: u64 = RELEASE;
+
+impl Native {
+    /// Does what has been asked of docks and is due by now.
+    pub(super) fn settle_docks(&mut self) {
+        let mut due: Vec<Due> = self.dockings.extract_if(.., |due| due.at <= self.now).collect();
+        due.sort_by_key(|due| (due.at, due.module));
+        for change in due.into_iter().filter_map(|due| self.outcome(due)).collect::<Vec<_>>() {
+            if self.change(&change).is_ok() {
+                self.changes.push(Event { at: self.now, change });
+            }
+        }
+    }
+
+    fn outcome(&self, Due { module, docking, .. }: Due) -> Option<Change> {
+        match docking {
+            Docking::Release(dock) => Some(Change::Detach(Face { module, dock })),
+            Docking::Approach(dock) => {
+                let at = Face { module, dock };
+                let mut facing = self.wiring().facing(at, |module| self.angles(module)).into_iter();
+                let near = facing.find(|facing| catches(facing.millimetres, facing.degrees))?;
+                Some(Change::Attach(at, near.face))
+            }
+        }
+    }
+
+    fn angles(&self, module: usize) -> Angles {
+        let posture = self.modules[module].posture(self.now);
+        posture.map_or([0.0; 3], |told| [told.motor0, told.roll, told.motor2].map(f64::from))
+    }
+}
