@@ -166,10 +166,15 @@ impl Controller {
                 Response { event: Some(Event::HormoneReceived(dock, pace.data)), ..response }
             }
             Hormone::Order(order) => self.order(Some(dock), order, now),
-            Hormone::Token(token) if self.is_in_ring() => match self.election.hear(token, now) {
-                Some(token) => self.send(Hormone::Token(token), BACK),
-                None => NOTHING,
-            },
+            Hormone::Token(token) if self.is_in_ring() => {
+                let has_led = self.is_leader();
+                let passed_on = self.election.hear(token, now);
+                if self.is_leader() && !has_led {
+                    // As in `become_type`.
+                    self.pacemaker.skip(now);
+                }
+                passed_on.map_or(NOTHING, |token| self.send(Hormone::Token(token), BACK))
+            }
             Hormone::Token(_) => self.dropped(),
         }
     }

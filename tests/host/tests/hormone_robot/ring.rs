@@ -8,7 +8,10 @@ use crate::robot::Robot;
 
 /// Within this time from the first beat that is missing there is a new leader and the ring rolls, in milliseconds: two
 /// rounds of silence, one of standing, and a Period.
-const ELECTED: u32 = 4_500;
+const ELECTED: u32 = 6_300;
+
+/// In this time whoever leads beats.
+const BEAT: u32 = 1_100;
 
 fn ring(modules: usize, seed: u64) -> Robot {
     let mut robot = Robot::new(RollingTrack.gait(), modules, seed);
@@ -85,7 +88,7 @@ fn when_the_leader_leaves_another_is_elected() {
     for seed in 0..10 {
         let mut robot = ring(7, seed);
         robot.run(ELECTED);
-        let [leader] = leaders(&robot, robot.now - 1_000)[..] else { panic!("one leader") };
+        let [leader] = leaders(&robot, robot.now - BEAT)[..] else { panic!("one leader") };
         let (before, after) = ((leader + 6) % 7, (leader + 1) % 7);
         robot.detach((before, Back));
         robot.detach((leader, Back));
@@ -108,7 +111,7 @@ fn two_rings_that_become_one_agree_on_a_leader() {
             }
         }
         robot.run(ELECTED);
-        assert_eq!(leaders(&robot, robot.now - 1_000).len(), 2);
+        assert_eq!(leaders(&robot, robot.now - BEAT).len(), 2);
         robot.detach((2, Back));
         robot.detach((5, Back));
         robot.attach((2, Back), (3, Front));
