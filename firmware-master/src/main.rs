@@ -76,14 +76,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<291> = Stack::new();
-    pub static SEND_USART0: Stack<226> = Stack::new();
-    pub static SEND_USART1: Stack<226> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<226> = Stack::new();
+    pub static RECEIVE: Stack<277> = Stack::new();
+    pub static SEND_USART0: Stack<227> = Stack::new();
+    pub static SEND_USART1: Stack<227> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<227> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<270> = Stack::new();
-    pub static BRIDGE: Stack<156> = Stack::new();
-    pub static BEHAVIOURS: Stack<401> = Stack::new();
+    pub static DEVICES: Stack<267> = Stack::new();
+    pub static BRIDGE: Stack<151> = Stack::new();
+    pub static BEHAVIOURS: Stack<399> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -61,13 +61,13 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<291> = Stack::new();
-    pub static SEND_USART0: Stack<226> = Stack::new();
-    pub static SEND_USART1: Stack<226> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<226> = Stack::new();
+    pub static RECEIVE: Stack<277> = Stack::new();
+    pub static SEND_USART0: Stack<227> = Stack::new();
+    pub static SEND_USART1: Stack<227> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<227> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<241> = Stack::new();
-    pub static BRIDGE: Stack<156> = Stack::new();
+    pub static DEVICES: Stack<238> = Stack::new();
+    pub static BRIDGE: Stack<151> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

@@ -77,17 +77,17 @@ fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
     if index >= array.len() {
         return None;
     }
-    let first = array.as_ptr().cast::<u8>().wrapping_add(index * size_of::<T>());
+    let mut from = array.as_ptr().cast::<u8>().wrapping_add(index * size_of::<T>());
     let mut value = MaybeUninit::<T>::uninit();
     for offset in 0..size_of::<T>() {
         let byte: u8;
         // SAFETY: `index` is in range, so the address lies in element `index`, which the contract of
-        // `Flash::new` places in program memory; `lpm` changes nothing but its destination register.
+        // `Flash::new` places in program memory; `lpm` changes nothing but its destination register and Z.
         unsafe {
             core::arch::asm!(
-                "lpm {byte}, Z", // 3 cycles: the byte at Z in the low 64 KB of flash
+                "lpm {byte}, Z+", // 3 cycles: the byte at Z in the low 64 KB of flash
                 byte = out(reg) byte,
-                in("Z") first.wrapping_add(offset),
+                inout("Z") from,
                 options(pure, readonly, nostack, preserves_flags),
             );
         }

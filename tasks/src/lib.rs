@@ -18,12 +18,14 @@
 //! | [`devices`] | the task that serves all of these but the joints' control            |
 //! | [`duty`]    | whether periodic tasks keep their periods                            |
 //! | [`request`] | what behaviours ask of devices, and what devices tell                |
+//! | [`counter`] | counts that one task keeps and anybody reads                         |
 //! | [`api`]     | all that a behaviour sees                                            |
 
 #![no_std]
 
 pub mod api;
 pub mod bridge;
+pub mod counter;
 pub mod device;
 pub mod devices;
 pub mod dock;

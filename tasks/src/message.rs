@@ -1,5 +1,8 @@
 //! What tasks send one another, and how a task is addressed.
 
+use core::mem::MaybeUninit;
+use core::ptr;
+
 use crate::dock::Dock;
 use crate::motor::Axis;
 
@@ -196,20 +199,20 @@ impl<'a> Message<'a> {
 }
 
 /// A message in writing, as it lies in a buffer.
-#[derive(Clone, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[derive(Clone)]
 pub struct Letter {
     to: Address,
     from: Address,
     /// Payload bytes in bits 4..0, the [`Kind`] in bits 7 and 6: a letter lives in RAM by the dozen.
     length: u8,
-    payload: [u8; MAX_PAYLOAD],
+    /// As many bytes of it as `length` says are written: to clear the others would cost more than to write these.
+    payload: [MaybeUninit<u8>; MAX_PAYLOAD],
 }
 
 impl Letter {
-    /// Paper: all bytes 0, which costs least to make.
+    /// Nothing is written on it yet.
     pub(crate) const BLANK: Letter =
-        Letter { to: Address(0), from: Address(0), length: 0, payload: [0; MAX_PAYLOAD] };
+        Letter { to: Address(0), from: Address(0), length: 0, payload: [MaybeUninit::uninit(); MAX_PAYLOAD] };
 
     /// A letter that says `message`.
     pub fn of(message: Message) -> Letter {
@@ -222,10 +225,10 @@ impl Letter {
     pub(crate) fn write(&mut self, message: Message) {
         let Message { to, from, kind, payload } = message;
         (self.to, self.from) = (to, from);
-        self.length = payload.len() as u8 | kind as u8;
         for (slot, byte) in self.payload.iter_mut().zip(payload) {
-            *slot = *byte;
+            slot.write(*byte);
         }
+        self.length = payload.len() as u8 | kind as u8;
     }
 
     /// What is written.
@@ -246,7 +249,10 @@ impl Letter {
     /// As [`Message::payload`].
     pub fn payload(&self) -> &[u8] {
         let length = usize::from(self.length & !Kind::BITS);
-        self.payload.get(..length).unwrap_or(&self.payload)
+        let written = self.payload.get(..length).unwrap_or(&[]);
+        // SAFETY: `write` alone sets the length, to the number of bytes that it has written; a message has no more than there is
+        // room for.
+        unsafe { &*(ptr::from_ref(written) as *const [u8]) }
     }
 
     /// As [`Message::kind`].
@@ -258,6 +264,19 @@ impl Letter {
     pub fn replaces(&self, older: &Letter) -> bool {
         let kinds = [self.kind(), older.kind()];
         kinds == [Kind::Latest; 2] && (self.to, self.from) == (older.to, older.from)
+    }
+}
+
+impl PartialEq for Letter {
+    fn eq(&self, other: &Letter) -> bool {
+        self.message() == other.message()
+    }
+}
+
+#[cfg(not(target_arch = "avr"))]
+impl core::fmt::Debug for Letter {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.message().fmt(f)
     }
 }
 

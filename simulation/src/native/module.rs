@@ -100,7 +100,7 @@ impl Module {
             inputs: Vec::new(),
             bus_until: live,
             crossing: [0; 2],
-            bridge: BridgeCounters::new(),
+            bridge: BridgeCounters::default(),
             random,
         }
     }

@@ -137,7 +137,7 @@ impl Port {
             sent: [0..0, 0..0],
             incoming: 0..0,
             heard_at: now,
-            counters: LinkCounters::new(),
+            counters: LinkCounters::default(),
         }
     }
 

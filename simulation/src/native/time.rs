@@ -38,7 +38,7 @@ pub fn transfer(payload: usize) -> u64 {
 pub const START: u64 = micros(3000);
 
 /// From the end of a frame until what it brings is in the mailbox that it is for, and an ACK goes out.
-pub const RECEIVE: u64 = micros(145);
+pub const RECEIVE: u64 = micros(132);
 
 /// From the end of an ACK until its message counts as delivered.
 pub const RECEIVE_ACK: u64 = micros(115);
@@ -47,14 +47,14 @@ pub const RECEIVE_ACK: u64 = micros(115);
 pub const SENT: u64 = micros(60);
 
 /// From a mailbox's message to the first bit on the wire.
-pub const SEND: u64 = micros(95);
+pub const SEND: u64 = micros(88);
 
 /// Of a transfer between the MCUs, beside the bus: before it, and after.
-pub const CROSS_BEFORE: u64 = micros(110);
-pub const CROSS_AFTER: u64 = micros(110);
+pub const CROSS_BEFORE: u64 = micros(100);
+pub const CROSS_AFTER: u64 = micros(100);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
-pub const WAKE: u64 = micros(135);
+pub const WAKE: u64 = micros(126);
 
 /// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
 pub const ACT: u64 = micros(165);

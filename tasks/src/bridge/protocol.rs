@@ -11,6 +11,9 @@
 //! I2C acknowledges each byte but does not check it, hence the CRC. Both addresses cross unchanged:
 //! the two MCUs are one module, and to both "here" means that module.
 
+use kernel::Task;
+
+use crate::counter::Counter;
 use crate::message::{Address, Kind, MAX_PAYLOAD, Message};
 
 /// The most bytes of a transfer.
@@ -105,37 +108,51 @@ impl Crc8 {
 #[repr(C)]
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct BridgeCounters {
+pub struct BridgeCounters<Count = u16> {
     /// Messages that crossed to the other MCU.
-    pub messages_sent: u16,
+    pub messages_sent: Count,
     /// Messages that came from the other MCU.
-    pub messages_received: u16,
+    pub messages_received: Count,
     /// Transfers begun again after lost arbitration, a NACK or a bus error.
-    pub retries: u16,
+    pub retries: Count,
     /// Transfers that are no message: length, CRC or address.
-    pub errors: u16,
+    pub errors: Count,
     /// Messages given up after the last repetition.
-    pub gave_up: u16,
+    pub gave_up: Count,
     /// Messages for a task or dock that this MCU does not have.
-    pub ignored: u16,
+    pub ignored: Count,
     /// Messages lost for want of a buffer.
-    pub no_buffer: u16,
+    pub no_buffer: Count,
     /// Transfers that took too long, so that the bus had to be freed.
-    pub freed: u16,
+    pub freed: Count,
 }
 
-impl BridgeCounters {
+impl BridgeCounters<Counter> {
     /// All at 0.
-    pub const fn new() -> BridgeCounters {
+    pub const fn new() -> Self {
         BridgeCounters {
-            messages_sent: 0,
-            messages_received: 0,
-            retries: 0,
-            errors: 0,
-            gave_up: 0,
-            ignored: 0,
-            no_buffer: 0,
-            freed: 0,
+            messages_sent: Counter::new(),
+            messages_received: Counter::new(),
+            retries: Counter::new(),
+            errors: Counter::new(),
+            gave_up: Counter::new(),
+            ignored: Counter::new(),
+            no_buffer: Counter::new(),
+            freed: Counter::new(),
+        }
+    }
+
+    /// What was counted.
+    pub fn read(&self, task: &mut Task) -> BridgeCounters {
+        BridgeCounters {
+            messages_sent: self.messages_sent.get(task),
+            messages_received: self.messages_received.get(task),
+            retries: self.retries.get(task),
+            errors: self.errors.get(task),
+            gave_up: self.gave_up.get(task),
+            ignored: self.ignored.get(task),
+            no_buffer: self.no_buffer.get(task),
+            freed: self.freed.get(task),
         }
     }
 }

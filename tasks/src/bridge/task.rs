@@ -1,9 +1,10 @@
 //! The bridge's task, one on each MCU (paper, section 5): sends what is in its queue over I2C, and delivers
 //! what comes from there.
 
-use kernel::{Mutex, Never, Priority, Task, Ticks, now};
+use kernel::{Never, Task, Ticks, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
+use crate::counter::Counter;
 use crate::device::{Bus, Transfer};
 use crate::mailbox::Mailbox;
 use crate::post_office::{PostOffice, Undelivered};
@@ -25,7 +26,7 @@ const TRANSFER_AT_MOST: Ticks = 5;
 /// One side of the bridge. A `static`: its task runs on it, and readers of RAM find the [`BridgeCounters`] at its start.
 #[repr(C)]
 pub struct Bridge {
-    counters: Mutex<BridgeCounters>,
+    counters: BridgeCounters<Counter>,
     mailbox: Mailbox,
 }
 
@@ -38,7 +39,7 @@ impl Default for Bridge {
 impl Bridge {
     /// This MCU's side.
     pub const fn new() -> Self {
-        Bridge { counters: Mutex::new(Priority::P1, BridgeCounters::new()), mailbox: Mailbox::new(ROOM) }
+        Bridge { counters: BridgeCounters::new(), mailbox: Mailbox::new(ROOM) }
     }
 
     /// Where messages to the other MCU go. The bus posts its semaphore when a transfer has ended or come in.
@@ -48,14 +49,7 @@ impl Bridge {
 
     /// What the bridge counts.
     pub fn counters(&self, task: &mut Task) -> BridgeCounters {
-        self.counters.with(task, |counters| *counters)
-    }
-
-    fn count(&self, task: &mut Task, which: impl FnOnce(&mut BridgeCounters) -> &mut u16) {
-        self.counters.with(task, |counters| {
-            let counter = which(counters);
-            *counter = counter.wrapping_add(1);
-        });
+        self.counters.read(task)
     }
 }
 
@@ -73,9 +67,7 @@ pub fn run(
         bridge.mailbox().wait(task);
         // The bus first, which is idle while it waits for this task.
         let outcome = bus.outcome(task);
-        if outcome == Some(Transfer::Done) {
-            sending.phase = Phase::Idle;
-        }
+        sending.look_after(task, bridge, &mut bus, outcome);
         if sending.phase == Phase::Idle {
             next.prepare(task, bridge);
             if let Some(packet) = next.take() {
@@ -83,19 +75,20 @@ pub fn run(
                 sending.begin(task);
             }
         }
-        let received = bus.receive(task, &mut incoming);
-        sending.look_after(task, bridge, &mut bus, outcome);
-        if let Some(length) = received {
+        if let Some(length) = bus.receive(task, &mut incoming) {
             take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
+        }
+        if sending.phase == Phase::Idle {
+            bridge.mailbox().cancel_alarm(task);
+            continue;
         }
         next.prepare(task, bridge);
         let left = sending.left(task);
-        match sending.phase {
-            Phase::Idle if next.is_ready() => bridge.mailbox().wake(task),
-            Phase::Idle => bridge.mailbox().cancel_alarm(task),
+        if sending.phase == Phase::OnBus {
             // The alarm of the packet before rings before this one's, and is set anew then.
-            Phase::OnBus => bridge.mailbox().wake_within(task, left),
-            Phase::Pausing => bridge.mailbox().wake_in(task, left),
+            bridge.mailbox().wake_within(task, left);
+        } else {
+            bridge.mailbox().wake_in(task, left);
         }
     }
 }
@@ -148,12 +141,15 @@ impl Sending {
         outcome: Option<Transfer>,
     ) {
         match outcome {
-            Some(Transfer::Done) => bridge.count(task, |counters| &mut counters.messages_sent),
+            Some(Transfer::Done) => {
+                self.phase = Phase::Idle;
+                bridge.counters.messages_sent.count(task);
+            }
             Some(Transfer::Refused | Transfer::Fault) => self.fail(task, bridge),
             None if self.phase == Phase::Idle || !self.is_due(task) => {}
             None if self.phase == Phase::OnBus => {
                 bus.free(task);
-                bridge.count(task, |counters| &mut counters.freed);
+                bridge.counters.freed.count(task);
                 self.fail(task, bridge);
             }
             None => {
@@ -168,11 +164,11 @@ impl Sending {
             Some(left) => {
                 self.retries_left = left;
                 self.enter(task, Phase::Pausing, PAUSE);
-                bridge.count(task, |counters| &mut counters.retries);
+                bridge.counters.retries.count(task);
             }
             None => {
                 self.phase = Phase::Idle;
-                bridge.count(task, |counters| &mut counters.gave_up);
+                bridge.counters.gave_up.count(task);
             }
         }
     }
@@ -200,10 +196,6 @@ impl Next {
         }
     }
 
-    fn is_ready(&self) -> bool {
-        self.length > 0
-    }
-
     fn take(&mut self) -> Option<&[u8]> {
         let length = core::mem::take(&mut self.length);
         self.packet.get(..length).filter(|packet| !packet.is_empty())
@@ -213,12 +205,13 @@ impl Next {
 /// Delivers a message that has come in.
 fn take(task: &mut Task, bridge: &'static Bridge, office: &'static PostOffice, packet: &[u8]) {
     let Ok(message) = protocol::decode(packet) else {
-        return bridge.count(task, |counters| &mut counters.errors);
+        return bridge.counters.errors.count(task);
     };
     let delivered = office.deliver(task, message, Source::Bridge);
-    bridge.count(task, |counters| match delivered {
-        Ok(()) => &mut counters.messages_received,
-        Err(Undelivered::NoRoom) => &mut counters.no_buffer,
-        Err(Undelivered::Ignored | Undelivered::Refused) => &mut counters.ignored,
-    });
+    let counter = match delivered {
+        Ok(()) => &bridge.counters.messages_received,
+        Err(Undelivered::NoRoom) => &bridge.counters.no_buffer,
+        Err(Undelivered::Ignored | Undelivered::Refused) => &bridge.counters.ignored,
+    };
+    counter.count(task);
 }

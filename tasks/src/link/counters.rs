@@ -1,53 +1,75 @@
 //! What a link counts.
 
+use kernel::Task;
+
+use crate::counter::Counter;
+
 /// The counts of one dock, read out of RAM by the console, a debugger or the simulator. All wrap, but
 /// `overruns`, which stays at 65,535.
 #[repr(C)]
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct LinkCounters {
+pub struct LinkCounters<Count = u16> {
     /// Frames handed to the line, repetitions and ACKs included.
-    pub frames_sent: u16,
+    pub frames_sent: Count,
     /// Frames that came in whole, whatever became of them.
-    pub frames_received: u16,
+    pub frames_received: Count,
     /// Repetitions after a time-out.
-    pub retries: u16,
+    pub retries: Count,
     /// Arrivals that are no frame: COBS, CRC, length or content.
-    pub errors: u16,
+    pub errors: Count,
     /// Messages that arrived again: acknowledged again, delivered once.
-    pub duplicates: u16,
+    pub duplicates: Count,
     /// Messages given up after the last repetition.
-    pub gave_up: u16,
+    pub gave_up: Count,
     /// Own frames that came back.
-    pub reflections: u16,
+    pub reflections: Count,
     /// Messages for a task that this module does not run.
-    pub ignored: u16,
+    pub ignored: Count,
     /// Messages that no neighbour may send: for a system task, or to be passed on.
-    pub refused: u16,
+    pub refused: Count,
     /// Messages left unacknowledged for want of a buffer, to be repeated by the neighbour.
-    pub no_buffer: u16,
+    pub no_buffer: Count,
     /// Bytes lost because nobody took them from the line in time.
-    pub overruns: u16,
+    pub overruns: Count,
     /// Messages not sent because a newer one took their place.
-    pub replaced: u16,
+    pub replaced: Count,
 }
 
-impl LinkCounters {
+impl LinkCounters<Counter> {
     /// All at 0.
-    pub const fn new() -> LinkCounters {
+    pub const fn new() -> Self {
         LinkCounters {
-            frames_sent: 0,
-            frames_received: 0,
-            retries: 0,
-            errors: 0,
-            duplicates: 0,
-            gave_up: 0,
-            reflections: 0,
-            ignored: 0,
-            refused: 0,
-            no_buffer: 0,
-            overruns: 0,
-            replaced: 0,
+            frames_sent: Counter::new(),
+            frames_received: Counter::new(),
+            retries: Counter::new(),
+            errors: Counter::new(),
+            duplicates: Counter::new(),
+            gave_up: Counter::new(),
+            reflections: Counter::new(),
+            ignored: Counter::new(),
+            refused: Counter::new(),
+            no_buffer: Counter::new(),
+            overruns: Counter::new(),
+            replaced: Counter::new(),
+        }
+    }
+
+    /// What was counted.
+    pub fn read(&self, task: &mut Task) -> LinkCounters {
+        LinkCounters {
+            frames_sent: self.frames_sent.get(task),
+            frames_received: self.frames_received.get(task),
+            retries: self.retries.get(task),
+            errors: self.errors.get(task),
+            duplicates: self.duplicates.get(task),
+            gave_up: self.gave_up.get(task),
+            reflections: self.reflections.get(task),
+            ignored: self.ignored.get(task),
+            refused: self.refused.get(task),
+            no_buffer: self.no_buffer.get(task),
+            overruns: self.overruns.get(task),
+            replaced: self.replaced.get(task),
         }
     }
 }
@@ -60,6 +82,7 @@ mod tests {
     #[test]
     fn readers_of_ram_find_each_count_in_its_place() {
         assert_eq!(size_of::<LinkCounters>(), 24);
+        assert_eq!(size_of::<LinkCounters<Counter>>(), 24);
         assert_eq!(
             [
                 offset_of!(LinkCounters, frames_sent),

@@ -5,6 +5,7 @@ use kernel::{Context, MaskedCell, Mutex, Priority, Task};
 use super::counters::LinkCounters;
 use super::endpoint::Endpoint;
 use super::frame::Label;
+use crate::counter::Counter;
 use crate::dock::Dock;
 use crate::mailbox::Mailbox;
 
@@ -17,28 +18,20 @@ pub const RETRY_LIMIT: u8 = 8;
 /// A dock's link. A `static`: its tasks run on it, and readers of RAM find the [`LinkCounters`] at its start.
 #[repr(C)]
 pub struct Port {
-    state: Mutex<State>,
+    pub(super) counters: LinkCounters<Counter>,
+    endpoint: Mutex<Endpoint>,
     mailbox: Mailbox,
     /// The ACK that the receiving task asks the sending task for.
     ack_due: MaskedCell<Option<Label>>,
     dock: Dock,
 }
 
-/// What both tasks change.
-#[repr(C)]
-pub(super) struct State {
-    pub(super) counters: LinkCounters,
-    pub(super) endpoint: Endpoint,
-}
-
 impl Port {
     /// The link at `dock`.
     pub const fn new(dock: Dock) -> Self {
         Port {
-            state: Mutex::new(
-                Priority::P1,
-                State { counters: LinkCounters::new(), endpoint: Endpoint::new(dock, 0, RETRY_LIMIT) },
-            ),
+            counters: LinkCounters::new(),
+            endpoint: Mutex::new(Priority::P1, Endpoint::new(dock, 0, RETRY_LIMIT)),
             mailbox: Mailbox::new(ROOM),
             ack_due: MaskedCell::new(None),
             dock,
@@ -52,28 +45,20 @@ impl Port {
 
     /// What the link counts.
     pub fn counters(&self, task: &mut Task) -> LinkCounters {
-        self.state.with(task, |state| state.counters)
+        self.counters.read(task)
     }
 
     pub(super) fn dock(&self) -> Dock {
         self.dock
     }
 
-    pub(super) fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut State) -> R) -> R {
-        self.state.with(task, work)
-    }
-
-    /// Counts one more of what `which` names.
-    pub(super) fn count(&self, task: &mut Task, which: impl FnOnce(&mut LinkCounters) -> &mut u16) {
-        self.with(task, |state| {
-            let counter = which(&mut state.counters);
-            *counter = counter.wrapping_add(1);
-        });
+    pub(super) fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut Endpoint) -> R) -> R {
+        self.endpoint.with(task, work)
     }
 
     /// Begins anew, with the epochs that `seed` gives; see [`Endpoint::new`].
     pub(super) fn restart(&self, task: &mut Task, seed: u16) {
-        self.with(task, |state| state.endpoint = Endpoint::new(self.dock, seed, RETRY_LIMIT));
+        self.with(task, |endpoint| *endpoint = Endpoint::new(self.dock, seed, RETRY_LIMIT));
     }
 
     /// Asks the sending task for an ACK. A newer one takes the place of one not yet sent: the neighbour

@@ -45,26 +45,24 @@ impl<Line: Receive> Incoming<Line> {
     #[inline(always)] // a frame of its own would take 30 bytes more of the stack
     fn receive(&mut self, task: &mut Task, office: &'static PostOffice) {
         while let Some(length) = self.line.receive(task, &mut self.wire) {
-            let overruns = self.line.overruns(task);
+            let (port, overruns) = (self.port, self.line.overruns(task));
+            port.counters.overruns.set(task, overruns);
             let frame = self.wire.get_mut(..length).and_then(|wire| Frame::decode(wire).ok());
+            let Some(frame) = frame else {
+                port.counters.errors.count(task);
+                continue;
+            };
+            port.counters.frames_received.count(task);
             let time = now(task);
-            let is_stranger = frame.is_some() && time.wrapping_sub(self.heard_at) > SILENCE;
-            let arrival = self.port.with(task, |state| {
-                state.counters.overruns = overruns;
-                let Some(frame) = frame else {
-                    state.counters.errors = state.counters.errors.wrapping_add(1);
-                    return None;
-                };
-                state.counters.frames_received = state.counters.frames_received.wrapping_add(1);
+            let is_stranger = time.wrapping_sub(self.heard_at) > SILENCE;
+            self.heard_at = time;
+            let arrival = port.with(task, |endpoint| {
                 if is_stranger {
-                    state.endpoint.forget_neighbour();
+                    endpoint.forget_neighbour();
                 }
-                Some(state.endpoint.on_frame(frame))
+                endpoint.on_frame(frame)
             });
-            if let Some(arrival) = arrival {
-                self.heard_at = time;
-                take(task, self.port, office, arrival);
-            }
+            take(task, port, office, arrival);
         }
     }
 }
@@ -95,12 +93,12 @@ fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, arriv
         Arrival::Message { label, to, payload } => {
             // Acknowledged unless there is no room now: what nobody here wants, no repetition helps.
             if deliver(task, port, office, to, payload) {
-                port.with(task, |state| state.endpoint.accept(label));
+                port.with(task, |endpoint| endpoint.accept(label));
                 port.acknowledge(task, label);
             }
         }
         Arrival::Duplicate(label) => {
-            port.count(task, |counters| &mut counters.duplicates);
+            port.counters.duplicates.count(task);
             port.acknowledge(task, label);
         }
         Arrival::Datagram { to, payload } => {
@@ -108,7 +106,7 @@ fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, arriv
         }
         Arrival::Delivered => port.mailbox().wake(task),
         Arrival::StaleAck => {}
-        Arrival::Reflection => port.count(task, |counters| &mut counters.reflections),
+        Arrival::Reflection => port.counters.reflections.count(task),
     }
 }
 
@@ -125,10 +123,11 @@ fn deliver(
     // A frame holds no more than a message.
     let Ok(message) = Message::new(Address::here(to), from, payload) else { return true };
     let Err(undelivered) = office.deliver(task, message, Source::Dock(port.dock())) else { return true };
-    port.count(task, |counters| match undelivered {
-        Undelivered::Ignored => &mut counters.ignored,
-        Undelivered::Refused => &mut counters.refused,
-        Undelivered::NoRoom => &mut counters.no_buffer,
-    });
+    let counter = match undelivered {
+        Undelivered::Ignored => &port.counters.ignored,
+        Undelivered::Refused => &port.counters.refused,
+        Undelivered::NoRoom => &port.counters.no_buffer,
+    };
+    counter.count(task);
     undelivered != Undelivered::NoRoom
 }

@@ -6,8 +6,9 @@ use kernel::{Never, Task, Ticks, now};
 use super::arq::Timeout;
 use super::backoff::Backoff;
 use super::cobs::WireBuffer;
+use super::endpoint::Endpoint;
 use super::frame::{Frame, Label};
-use super::port::{Port, State};
+use super::port::Port;
 use crate::device::Transmit;
 use crate::message::{Buffered, Kind, Letter};
 
@@ -39,7 +40,6 @@ pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16)
         }
         if let Some(label) = port.take_ack_due(task) {
             sender.transmit(task, Frame::Ack(label));
-            port.count(task, |counters| &mut counters.frames_sent);
         }
         outstanding = outstanding.and_then(|message| sender.look_after(task, message));
         while outstanding.is_none()
@@ -101,7 +101,7 @@ impl<Line: Transmit> Sender<Line> {
             self.held = self.port.mailbox().take(task);
             let Some(newer) = self.held.take_if(|after| after.replaces(&next)) else { break };
             next = newer;
-            self.port.count(task, |counters| &mut counters.replaced);
+            self.port.counters.replaced.count(task);
         }
         Some(next)
     }
@@ -116,10 +116,7 @@ impl<Line: Transmit> Sender<Line> {
             }
             return None;
         }
-        let label = self.port.with(task, |state| {
-            state.counters.frames_sent = state.counters.frames_sent.wrapping_add(1);
-            state.endpoint.sender.start()
-        });
+        let label = self.port.with(task, |endpoint| endpoint.sender.start());
         self.is_repeated = false;
         Some(self.send(task, message, label, ACK_TIMEOUT))
     }
@@ -136,36 +133,30 @@ impl<Line: Transmit> Sender<Line> {
     }
 
     fn send_datagram(&mut self, task: &mut Task, datagram: &Letter) {
-        let signature = self.port.with(task, |state| {
-            state.counters.frames_sent = state.counters.frames_sent.wrapping_add(1);
-            state.endpoint.sign_datagram()
-        });
+        let signature = self.port.with(task, Endpoint::sign_datagram);
         let (to, payload) = (datagram.to().task(), datagram.payload());
         self.transmit(task, Frame::Datagram { signature, to, payload });
     }
 
     /// Sees whether an outstanding message has arrived or its time is up. What comes back still is outstanding.
     fn look_after(&mut self, task: &mut Task, outstanding: Outstanding) -> Option<Outstanding> {
-        if !self.port.with(task, |state| state.endpoint.sender.is_busy()) {
+        if !self.port.with(task, |endpoint| endpoint.sender.is_busy()) {
             return None;
         }
         if left(task, outstanding.deadline).is_some() {
             return Some(outstanding);
         }
         let Outstanding { message, label, .. } = outstanding;
-        match self.port.with(task, |state| state.endpoint.sender.on_timeout())? {
+        match self.port.with(task, |endpoint| endpoint.sender.on_timeout())? {
             Timeout::Retransmit => {
-                self.port.with(task, |State { counters, .. }| {
-                    counters.retries = counters.retries.wrapping_add(1);
-                    counters.frames_sent = counters.frames_sent.wrapping_add(1);
-                });
+                self.port.counters.retries.count(task);
                 // Two ends that have collided again and again repeat after the same time.
                 let part = if self.is_repeated { Ticks::from(self.backoff.next_ms()) } else { 0 };
                 self.is_repeated = true;
                 Some(self.send(task, message, label, ACK_TIMEOUT + part))
             }
             Timeout::GaveUp => {
-                self.port.count(task, |counters| &mut counters.gave_up);
+                self.port.counters.gave_up.count(task);
                 None
             }
         }
@@ -189,6 +180,7 @@ impl<Line: Transmit> Sender<Line> {
         // The router lets nothing come here that no frame can say. If it did, nothing would go out.
         if is_there || frame.encode(&mut self.wire).is_ok() {
             self.line.transmit(task, self.wire.bytes());
+            self.port.counters.frames_sent.count(task);
         }
     }
 }
