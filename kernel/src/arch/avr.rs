@@ -1039,17 +1039,26 @@ where
     F: FnOnce(&mut Task) -> Never + 'static,
 {
     record::<F, BYTES>();
-    /// The program counter, and what `kernel_start_task` pops.
-    const CONTEXT: usize = PROGRAM_COUNTER + 4;
     let (rest, place) = memory.split_at_mut_checked(BYTES.checked_sub(size_of::<F>())?)?;
-    let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(CONTEXT)?)?;
-    paint(below);
+    let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(FIRST_CONTEXT)?)?;
     let place = place.as_mut_ptr().cast::<F>();
     // SAFETY: `place` has the size of `F`, alignment is 1 throughout on the AVR, and nothing else uses it.
     unsafe { place.write(body) };
+    lay_context(context, enter::<F> as *const () as usize, place as usize);
+    paint(below);
+    // SP points at the free byte below what `pop` takes next.
+    Some(below.as_ptr_range().end as usize - 1)
+}
+
+/// The bytes of a first context: the program counter, and what `kernel_start_task` pops.
+const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
+
+/// Lays the context of a task that begins at `entry` with its body at `place`.
+#[inline(never)] // each start of a task would hold it
+fn lay_context(context: &mut [MaybeUninit<u8>], entry: usize, place: usize) {
     let [start_low, start_high] = (kernel_start_task as *const () as usize).to_le_bytes();
-    let [place_low, place_high] = (place as usize).to_le_bytes();
-    let [entry_low, entry_high] = (enter::<F> as *const () as usize).to_le_bytes();
+    let [place_low, place_high] = place.to_le_bytes();
+    let [entry_low, entry_high] = entry.to_le_bytes();
     let first = [
         #[cfg(target_feature = "eijmpcall")]
         0, // bits 16 to 21 of the program counter
@@ -1063,8 +1072,6 @@ where
     for (slot, value) in context.iter_mut().zip(first) {
         slot.write(value);
     }
-    // SP points at the free byte below what `pop` takes next.
-    Some(below.as_ptr_range().end as usize - 1)
 }
 
 /// Leaves a record for `stack-bound`, which computes how much stack each task needs: where a task's code begins, how
