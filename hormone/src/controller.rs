@@ -142,13 +142,15 @@ impl Controller {
 
     /// Milliseconds from `now` until [`timer`](Self::timer) is to be called; `None` while nothing waits for it.
     pub fn next_due(&self, now: u16) -> Option<u16> {
+        const NEVER: u16 = u16::MAX;
         let beat = if self.is_leader() {
-            Some(self.pacemaker.until_beat(now))
+            self.pacemaker.until_beat(now)
         } else {
-            self.pacemaker.until_overdue(now)
+            self.pacemaker.until_overdue(now).unwrap_or(NEVER)
         };
-        let round = self.is_in_ring().then(|| self.election.next_due(now));
-        [beat, round, self.helm.next_due(now)].into_iter().flatten().min()
+        let round = if self.is_in_ring() { self.election.next_due(now) } else { NEVER };
+        let next = beat.min(round).min(self.helm.next_due(now).unwrap_or(NEVER));
+        (next != NEVER).then_some(next)
     }
 
     /// `hormone` came in by `dock` at `now`.

@@ -68,13 +68,11 @@ pub fn run(
                 hormone.malformed();
             }
         }
-        let due = [
-            hormone.act(task, status, api),
-            ac_receive::look(task, &mut shared, api),
-            ac_send::probe(task, &mut shared, api),
-        ];
+        let beat = hormone.act(task, status, api);
+        let look = ac_receive::look(task, &mut shared, api);
+        let probe = ac_send::probe(task, &mut shared, api);
         let time = now(task);
-        let wait = due.into_iter().map(|due| until(due, time)).min().unwrap_or(0);
+        let wait = until(beat, time).min(until(look, time)).min(until(probe, time));
         let next = time.wrapping_add(wait);
         // To set an alarm that is set takes longer than to see that. One that is due now may have gone off.
         if wait == 0 || next != alarm {

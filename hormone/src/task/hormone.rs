@@ -82,8 +82,9 @@ impl Behaviour {
     /// Where the joints are to be. Sets when there will be more to do.
     #[inline(never)]
     fn posture(&mut self, now: Ticks) -> Option<Posture> {
-        let due = [self.controller.next_due(now), self.controller.until_posture(now)];
-        self.due = now.wrapping_add(due.into_iter().flatten().min().unwrap_or(LONGEST));
+        let beat = self.controller.next_due(now).unwrap_or(LONGEST);
+        let posture = self.controller.until_posture(now).unwrap_or(LONGEST);
+        self.due = now.wrapping_add(beat.min(posture));
         self.controller.posture(now)
     }
 }
