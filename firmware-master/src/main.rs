@@ -81,9 +81,9 @@ mod stack {
     pub static SEND_USART1: Stack<227> = Stack::new();
     pub static SEND_SOFT_UART: Stack<227> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<267> = Stack::new();
+    pub static DEVICES: Stack<275> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
-    pub static BEHAVIOURS: Stack<399> = Stack::new();
+    pub static BEHAVIOURS: Stack<375> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

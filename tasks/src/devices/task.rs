@@ -63,16 +63,7 @@ pub fn run<P: Peripherals, const N: usize>(
     office: &'static PostOffice,
     mut alive: impl FnMut(&mut Task),
 ) -> Never {
-    let mut devices = Devices {
-        board,
-        motors,
-        joints: axes.map(Client::of),
-        desk: Desk::new(office),
-        docks: Docks::new(P::docks()),
-        sensors: Sensors::new(),
-        supply: Supply::new(),
-        level: Level::Good,
-    };
+    let mut devices = Devices::new(board, motors, axes, office);
     let start = now(task);
     let mut next_look = start.wrapping_add(LOOK);
     let mut next_step = start;
@@ -120,6 +111,22 @@ fn is_reached(deadline: Ticks, time: Ticks) -> bool {
 }
 
 impl<P: Peripherals, const N: usize> Devices<P, N> {
+    // Apart, these three take less flash than within the task's large frame.
+    #[inline(never)]
+    fn new(board: P, motors: &'static Motors<N>, axes: [Axis; N], office: &'static PostOffice) -> Self {
+        Devices {
+            board,
+            motors,
+            joints: axes.map(Client::of),
+            desk: Desk::new(office),
+            docks: Docks::new(P::docks()),
+            sensors: Sensors::new(),
+            supply: Supply::new(),
+            level: Level::Good,
+        }
+    }
+
+    #[inline(never)]
     fn serve(&mut self, task: &mut Task, request: Option<Request>, client: TaskCode) {
         let Devices { board, motors, desk, docks, sensors, supply, .. } = self;
         match request {
@@ -176,6 +183,7 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
         sensors.step(task, desk, board) || is_docking
     }
 
+    #[inline(never)]
     fn look(&mut self, task: &mut Task) {
         let level = self.supply.look(task, &mut self.desk, &mut self.board);
         self.supply.prepare(task, &mut self.board);
