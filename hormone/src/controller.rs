@@ -74,6 +74,8 @@ pub struct Controller {
     /// What this module adds to the rhythm of what it sends.
     rhythm: u8,
     part: Part,
+    /// Where the last rule that was followed stands in its table.
+    last_rule: u8,
     election: Election,
     helm: Helm,
     status: Status,
@@ -91,6 +93,7 @@ impl Controller {
             lifetime: None,
             rhythm: seed as u8,
             part: Part { before: 0, of: 1 },
+            last_rule: 0,
             election: Election::new(seed, now),
             helm: Helm::new(),
             status: Status { gait: gait.name, ..Status::POWER_UP },
@@ -213,9 +216,8 @@ impl Controller {
     /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot turns to
     /// takes half the stride.
     pub fn posture(&self, now: u16) -> Option<Posture> {
-        let (steps, elapsed, step) = self.progress(now)?;
-        let motion = self.status.action.motion();
-        let posture = motion.get(usize::from((elapsed / step).min(steps.get() - 1)))?;
+        let (index, _) = self.progress(now)?;
+        let posture = self.status.action.motion().get(index)?;
         let motor2 = match (self.acting, self.helm.course()) {
             (ModuleType::LeftLeg, Course::Left) => posture.motor2 / 2,
             (ModuleType::RightLeg, Course::Right) => -(posture.motor2 / 2),
@@ -227,19 +229,29 @@ impl Controller {
 
     /// Milliseconds from `now` until the action's next posture; `None` while it has no other.
     pub fn until_posture(&self, now: u16) -> Option<u16> {
-        let (steps, elapsed, step) = self.progress(now)?;
-        let is_last = elapsed / step >= steps.get() - 1;
-        (!is_last).then(|| step.get() - elapsed % step)
+        let (_, left) = self.progress(now)?;
+        left
     }
 
-    /// How many postures the action has, how long it lasts by now, and how long each of them does, both in milliseconds.
-    fn progress(&self, now: u16) -> Option<(NonZeroU16, u16, NonZeroU16)> {
+    /// Which of its postures the action has come to at `now`, and how many milliseconds that lasts yet; `None` for the last.
+    fn progress(&self, now: u16) -> Option<(usize, Option<u16>)> {
+        let steps = self.status.action.motion().len();
+        let last = steps.checked_sub(1)?;
+        if last == 0 {
+            return Some((0, None));
+        }
         let (_, beat_at) = self.pacemaker.last();
         let beat = self.gait().beat.get();
-        let elapsed = beat.wrapping_mul(self.part.before.into()).wrapping_add(now.wrapping_sub(beat_at));
-        let steps = NonZeroU16::new(self.status.action.motion().len() as u16)?;
-        let step = NonZeroU16::new(beat.wrapping_mul(self.part.of.into()) / steps)?;
-        Some((steps, elapsed, step))
+        let step = beat.wrapping_mul(self.part.of.into()) / NonZeroU16::new(steps as u16)?;
+        let mut elapsed = beat.wrapping_mul(self.part.before.into()).wrapping_add(now.wrapping_sub(beat_at));
+        // A few subtractions take less than a division.
+        for index in 0..last {
+            if elapsed < step {
+                return Some((index, Some(step - elapsed)));
+            }
+            elapsed -= step;
+        }
+        Some((last, None))
     }
 
     /// Where the robot is to go.
@@ -373,11 +385,22 @@ impl Controller {
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
 
-    fn rule(&self, source: Source, data: Data) -> Option<Rule> {
-        let covers = |rule: &Rule| {
-            rule.module_type == self.acting && rule.source == source && rule.covers(data, self.gait().beats)
-        };
-        self.gait().rules.iter().find(covers)
+    /// The rule for this letter. There is one at most, and mostly it stands beside the last one, so the search begins there.
+    fn rule(&mut self, source: Source, data: Data) -> Option<Rule> {
+        let Gait { rules, beats, .. } = *self.gait();
+        let mut place = self.last_rule.saturating_sub(1);
+        for _ in 0..rules.len() {
+            if usize::from(place) >= rules.len() {
+                place = 0;
+            }
+            let rule = rules.get(place.into())?;
+            if rule.module_type == self.acting && rule.source == source && rule.covers(data, beats) {
+                self.last_rule = place;
+                return Some(rule);
+            }
+            place += 1;
+        }
+        None
     }
 
     /// What a module of no known type sends: the same, to all the others.

@@ -25,6 +25,8 @@ use crate::topology::Topology;
 pub struct AdaptiveCommunication {
     topology: Topology,
     schedule: Schedule,
+    /// When AC_SEND sees whether a dock is to be probed.
+    probe_at: Ticks,
     /// When AC_RECV looks for silent neighbours.
     look_at: Ticks,
     /// Whether HORMONE does not know the topology yet.
@@ -38,6 +40,7 @@ impl AdaptiveCommunication {
         AdaptiveCommunication {
             topology: Topology::new(),
             schedule: Schedule::new(now),
+            probe_at: now,
             look_at: now,
             is_news: false,
         }
@@ -65,7 +68,7 @@ pub fn run(
             if message.to().task() == TaskCode::HORMONE {
                 hormone.receive(task, message, api);
             } else if ac_receive::receive(task, &message, &mut shared).is_none() {
-                hormone.malformed();
+                hormone.malformed(task);
             }
         }
         let beat = hormone.act(task, status, api);

@@ -20,6 +20,7 @@ pub fn receive(task: &mut Task, message: &Letter, shared: &mut AdaptiveCommunica
     let heard = shared.topology.heard(dock, probe, now(task));
     if heard.answer {
         shared.schedule.hurry(dock);
+        shared.probe_at = now(task);
     }
     if heard.changed {
         shared.is_news = true;
@@ -36,6 +37,7 @@ pub fn look(task: &mut Task, shared: &mut AdaptiveCommunication, api: Api) -> Ti
         shared.look_at = time.wrapping_add(LOOK);
         shared.is_news |= shared.topology.expire(time);
         shared.schedule.set_quick(shared.topology.lossy(time), time);
+        shared.probe_at = time;
         if shared.is_news {
             // What finds no room now is told at the next look.
             shared.is_news = !tell(task, shared, api);

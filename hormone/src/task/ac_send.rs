@@ -5,11 +5,15 @@ use tasks::api::Api;
 use tasks::message::{Address, Message, TaskCode};
 
 use super::AdaptiveCommunication;
+use crate::time::reached;
 
 /// Probes the docks whose time has come. Returns when the next one's will.
 #[inline(never)]
 pub fn probe(task: &mut Task, shared: &mut AdaptiveCommunication, api: Api) -> Ticks {
     let time = now(task);
+    if !reached(shared.probe_at, time) {
+        return shared.probe_at;
+    }
     while let Some(dock) = shared.schedule.due(time) {
         let probe = shared.topology.probe(dock, time);
         let to = Address::beyond(dock, TaskCode::AC_RECEIVE);
@@ -19,5 +23,6 @@ pub fn probe(task: &mut Task, shared: &mut AdaptiveCommunication, api: Api) -> T
             let _ = api.send(task, message);
         }
     }
-    time.wrapping_add(shared.schedule.next_due(time))
+    shared.probe_at = time.wrapping_add(shared.schedule.next_due(time));
+    shared.probe_at
 }

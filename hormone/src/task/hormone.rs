@@ -14,8 +14,11 @@ use crate::event::Event;
 use crate::gait::GaitName;
 use crate::hormone::Hormone;
 use crate::status::Status;
-use crate::time::reached;
+use crate::time::{reached, until};
 use crate::topology;
+
+/// How soon the count of messages that could not be read is shown, in ticks of 1 ms.
+const SHOWN_WITHIN: Ticks = 20;
 
 /// The state of HORMONE, and what it told the joints and docks.
 pub struct Behaviour {
@@ -47,16 +50,18 @@ impl Behaviour {
         };
         // Its buffer is needed for what goes out.
         drop(message);
-        match response {
-            Some(response) => follow(task, controller, response, api),
-            None => controller.malformed(),
-        }
+        let Some(response) = response else { return self.malformed(task) };
+        follow(task, controller, response, api);
         self.due = now(task);
     }
 
-    /// Counts a message to another behaviour that could not be read.
-    pub fn malformed(&mut self) {
+    /// Counts a message to a behaviour that could not be read. A flood of them shall not keep the module busy.
+    pub fn malformed(&mut self, task: &mut Task) {
         self.controller.malformed();
+        let time = now(task);
+        if until(self.due, time) > SHOWN_WITHIN {
+            self.due = time.wrapping_add(SHOWN_WITHIN);
+        }
     }
 
     /// Does what it is time for, after a message too. Returns when there will be more to do.
