@@ -321,8 +321,9 @@ pub fn round(interrupt: &mut Interrupt) {
         let period = ROUNDS.period.get(masked);
         let wanted = ROUNDS.wanted.get(masked);
         if wanted != 0 {
-            let mut number = 0;
-            while wanted >> number & 1 == 0 && number < 7 {
+            let (mut number, mut rest) = (0, wanted);
+            while rest & 1 == 0 && number < 7 {
+                rest >>= 1;
                 number += 1;
             }
             superbot::select(number);
