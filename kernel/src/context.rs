@@ -25,10 +25,12 @@
 
 use core::marker::PhantomData;
 
+use crate::KERNEL;
 use crate::arch;
 use crate::masked::Masked;
 use crate::ready;
 use crate::task::Boot;
+use crate::timer::Ticks;
 
 mod sealed {
     use super::Task;
@@ -61,6 +63,13 @@ pub trait Context: sealed::Sealed {
     /// happens at its end, so there is nothing to do.
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
+
+    /// See [`now`](crate::now).
+    #[doc(hidden)]
+    #[inline(always)]
+    fn now(&mut self) -> Ticks {
+        self.mask(|masked| KERNEL.timers.now(masked))
+    }
 }
 
 /// A caller outside of interrupts: [`Task`], [`JobContext`] or [`Boot`]. For calls that take as long as a list is.
@@ -158,6 +167,12 @@ impl Context for Task {
         if is_needed {
             arch::switch_from_call();
         }
+    }
+
+    // Tasks read the clock in many places; as a call it takes 4 bytes of flash instead of 30.
+    #[inline(never)]
+    fn now(&mut self) -> Ticks {
+        self.mask(|masked| KERNEL.timers.now(masked))
     }
 }
 

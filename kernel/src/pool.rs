@@ -145,6 +145,7 @@ impl<T: Pooled> DerefMut for Message<T> {
 }
 
 impl<T: Pooled> Drop for Message<T> {
+    #[inline(never)]
     fn drop(&mut self) {
         // SAFETY: the message owns the value, and is gone after this.
         unsafe { (*self.slot.value.get()).assume_init_drop() };

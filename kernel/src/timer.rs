@@ -53,7 +53,7 @@ impl Timers {
         TICKS_LEFT.set(masked, LONGEST);
     }
 
-    fn now(&self, masked: &Masked) -> Ticks {
+    pub(crate) fn now(&self, masked: &Masked) -> Ticks {
         self.next.get(masked).wrapping_sub(TICKS_LEFT.get(masked))
     }
 
@@ -86,7 +86,7 @@ impl Timers {
 
 /// The present tick.
 pub fn now(context: &mut impl Context) -> Ticks {
-    context.mask(|masked| KERNEL.timers.now(masked))
+    context.now()
 }
 
 /// A timer that posts a semaphore once.
