@@ -25,11 +25,12 @@ impl Mailbox {
     /// [`Full`] with the message when there is no room.
     pub fn put(&self, context: &mut impl Context, letter: Buffered) -> Result<(), Full<Letter>> {
         self.queue.send(context, letter)?;
-        self.wake.post(context);
+        self.wake(context);
         Ok(())
     }
 
     /// Takes the first message, if there is one.
+    #[inline(never)] // this and the next stand in many places: 400 bytes of flash
     pub fn take(&self, task: &mut Task) -> Option<Buffered> {
         self.queue.try_receive(task)
     }
@@ -41,7 +42,7 @@ impl Mailbox {
     }
 
     /// Wakes the task.
-    #[inline(always)]
+    #[inline(never)]
     pub fn wake(&self, context: &mut impl Context) {
         self.wake.post(context);
     }
