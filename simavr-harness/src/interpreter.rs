@@ -7,7 +7,10 @@
 use std::cell::Cell;
 
 use crate::cpu::{Access, CoreState, Cpu};
-use instruction::{Instruction, Z};
+use instruction::{
+    Arithmetic, Bits, Branch, Compare, Flow, Instruction, Jump, Load, Memory, Move, Special, Stack, Step,
+    Store, Sum, Transfer, Z,
+};
 use status::{INTERRUPT, Status, TRANSFER};
 
 pub(crate) mod instruction;
@@ -45,16 +48,16 @@ pub(crate) fn run(cpu: Cpu, program: &[Instruction]) -> bool {
 struct Now {
     /// Word address of the instruction.
     pc: u32,
-    /// Cycle at which it began.
-    cycle: u64,
+    /// Cycles from its begin to `stop`.
+    left: i64,
     /// The run ends at the first instruction boundary at or after this cycle.
     stop: u64,
     status: Status,
 }
 
 /// What follows an instruction.
-struct Step {
-    cycles: u64,
+struct Done {
+    cycles: i64,
     /// Word address of the next one.
     next: u32,
 }
@@ -62,19 +65,35 @@ struct Step {
 impl Now {
     fn load(cpu: Cpu) -> Self {
         let CoreState { pc, cycle, stop, status } = cpu.core_state();
-        Self { pc: pc / 2, cycle, stop, status: Status(status) }
+        Self { pc: pc / 2, left: stop.wrapping_sub(cycle) as i64, stop, status: Status::of_byte(status) }
+    }
+
+    /// After an instruction of one word.
+    fn done(&self, cycles: i64) -> Option<Done> {
+        Some(Done { cycles, next: self.pc.wrapping_add(1) })
+    }
+
+    fn cycle(self) -> u64 {
+        self.stop.wrapping_sub(self.left as u64)
+    }
+
+    /// Ends the run at `stop`.
+    fn stop_at(&mut self, stop: u64) {
+        self.left += stop.wrapping_sub(self.stop) as i64;
+        self.stop = stop;
     }
 
     fn store(self, cpu: Cpu) {
-        let Self { pc, cycle, stop, status: Status(status) } = self;
-        cpu.set_core_state(CoreState { pc: pc << 1, cycle, stop, status });
+        let Self { pc, stop, status, .. } = self;
+        cpu.set_core_state(CoreState { pc: pc << 1, cycle: self.cycle(), stop, status: status.byte() });
     }
 }
 
 /// A core between two calls into simavr.
 struct Core<'a> {
     cpu: Cpu,
-    registers: &'a [Cell<u8>; 32],
+    /// The data space as far as the core's own registers, of which SREG is the last.
+    registers: &'a [Cell<u8>; SREG as usize + 1],
     /// The whole data space.
     data: &'a [Cell<u8>],
     /// First address of SRAM.
@@ -86,11 +105,14 @@ struct Core<'a> {
 impl Core<'_> {
     fn run(&self, now: &mut Now, program: &[Instruction]) -> bool {
         while let Some(&instruction) = program.get(now.pc as usize) {
-            let Some(Step { cycles, next }) = self.execute(now, instruction) else { return false };
-            now.cycle += cycles;
+            let Some(Done { cycles, next }) = self.execute(now, instruction) else { return false };
+            now.left -= cycles;
             now.pc = next;
-            if now.cycle >= now.stop {
-                return true;
+            if now.left <= 0 {
+                match self.cpu.go_on(now.cycle()) {
+                    Some(stop) => now.stop_at(stop),
+                    None => return true,
+                }
             }
         }
         false
@@ -98,235 +120,306 @@ impl Core<'_> {
 
     /// Executes an instruction. `None`: it was left undone, for simavr to do.
     #[inline(always)]
-    fn execute(&self, now: &mut Now, instruction: Instruction) -> Option<Step> {
-        let mut cycles = 1;
-        let mut next = now.pc.wrapping_add(1);
+    fn execute(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         match instruction {
-            Instruction::Nop => {}
-            Instruction::Mov { to, from } => self.set(to, self.get(from)),
-            Instruction::Movw { to, from } => self.set_pair(to, self.pair(from)),
-            Instruction::Ldi { to, value } => self.set(to, value),
-            Instruction::Add { to, from } => self.set(to, now.status.add(self.get(to), self.get(from), 0)),
-            Instruction::Adc { to, from } => {
-                let carry = now.status.carry();
-                self.set(to, now.status.add(self.get(to), self.get(from), carry));
+            Instruction::Transfer(transfer) => match transfer {
+                Transfer::Move(instruction) => self.moves(now, instruction),
+                Transfer::Memory(memory) => match memory {
+                    Memory::Load(instruction) => self.loads(now, instruction),
+                    Memory::Store(instruction) => self.stores(now, instruction),
+                },
+                Transfer::Stack(instruction) => self.stack(now, instruction),
+            },
+            Instruction::Arithmetic(arithmetic) => match arithmetic {
+                Arithmetic::Compare(instruction) => self.compare(now, instruction),
+                Arithmetic::Sum(instruction) => self.sum(now, instruction),
+                Arithmetic::Bits(instruction) => self.bits(now, instruction),
+            },
+            Instruction::Flow(flow) => match flow {
+                Flow::Branch(instruction) => self.branch(now, instruction),
+                Flow::Jump(instruction) => self.jump(instruction),
+                Flow::Special(instruction) => self.special(now, instruction),
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn moves(&self, now: &mut Now, instruction: Move) -> Option<Done> {
+        match instruction {
+            Move::Movw { to, from } => self.set_pair(to, self.pair(from)),
+            Move::Ldi { to, value } => self.set(to, value),
+            Move::Mov { to, from } => self.set(to, self.get(from)),
+        }
+        now.done(1)
+    }
+
+    #[inline(always)]
+    fn loads(&self, now: &mut Now, instruction: Load) -> Option<Done> {
+        match instruction {
+            Load::Ldd { to, pointer, displacement } => {
+                let value = self.load(now, self.pair(pointer).wrapping_add(displacement.into()))?;
+                self.set(to, value);
+                now.done(2)
             }
-            Instruction::Sub { to, from } => self.set(to, now.status.subtract(self.get(to), self.get(from))),
-            Instruction::Subi { to, value } => self.set(to, now.status.subtract(self.get(to), value)),
-            Instruction::Sbc { to, from } => {
-                self.set(to, now.status.subtract_with_carry(self.get(to), self.get(from)));
+            Load::Lds { to, address } => {
+                let value = self.load(now, address)?;
+                self.set(to, value);
+                Some(Done { cycles: 2, next: now.pc.wrapping_add(2) })
             }
-            Instruction::Sbci { to, value } => {
-                self.set(to, now.status.subtract_with_carry(self.get(to), value))
+            Load::LdStep { to, pointer, step } => {
+                let (address, stepped) = self.step(pointer, step);
+                let value = self.load(now, address)?;
+                self.set_pair(pointer, stepped);
+                self.set(to, value);
+                now.done(2)
             }
-            Instruction::Cp { one, other } => drop(now.status.subtract(self.get(one), self.get(other))),
-            Instruction::Cpi { one, value } => drop(now.status.subtract(self.get(one), value)),
-            Instruction::Cpc { one, other } => {
+        }
+    }
+
+    #[inline(always)]
+    fn stores(&self, now: &mut Now, instruction: Store) -> Option<Done> {
+        match instruction {
+            Store::Std { from, pointer, displacement } => {
+                self.store(now, self.pair(pointer).wrapping_add(displacement.into()), self.get(from))?;
+                now.done(2)
+            }
+            Store::Sts { from, address } => {
+                self.store(now, address, self.get(from))?;
+                Some(Done { cycles: 2, next: now.pc.wrapping_add(2) })
+            }
+            Store::StStep { from, pointer, step } => {
+                let (address, stepped) = self.step(pointer, step);
+                self.store(now, address, self.get(from))?;
+                self.set_pair(pointer, stepped);
+                now.done(2)
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn stack(&self, now: &mut Now, instruction: Stack) -> Option<Done> {
+        match instruction {
+            Stack::Push { from } => {
+                let stack = self.stack_pointer();
+                self.ram(stack)?.set(self.get(from));
+                self.set_stack_pointer(stack.wrapping_sub(1));
+            }
+            Stack::Pop { to } => {
+                let stack = self.stack_pointer().wrapping_add(1);
+                let value = self.ram(stack)?.get();
+                self.set_stack_pointer(stack);
+                self.set(to, value);
+            }
+        }
+        now.done(2)
+    }
+
+    #[inline(always)]
+    fn compare(&self, now: &mut Now, instruction: Compare) -> Option<Done> {
+        match instruction {
+            Compare::Cpi { one, value } => drop(now.status.subtract(self.get(one), value)),
+            Compare::Cp { one, other } => drop(now.status.subtract(self.get(one), self.get(other))),
+            Compare::Cpc { one, other } => {
                 now.status.subtract_with_carry(self.get(one), self.get(other));
             }
-            Instruction::And { to, from } => self.logic(now, to, self.get(to) & self.get(from)),
-            Instruction::Or { to, from } => self.logic(now, to, self.get(to) | self.get(from)),
-            Instruction::Eor { to, from } => self.logic(now, to, self.get(to) ^ self.get(from)),
-            Instruction::Andi { to, value } => self.logic(now, to, self.get(to) & value),
-            Instruction::Ori { to, value } => self.logic(now, to, self.get(to) | value),
-            Instruction::Com { to } => {
-                self.logic(now, to, !self.get(to));
-                now.status.set(status::CARRY, true);
-            }
-            Instruction::Neg { to } => {
-                let value = self.get(to);
-                let result = value.wrapping_neg();
-                now.status.negate(value, result);
-                self.set(to, result);
-            }
-            Instruction::Inc { to } => {
-                let result = self.get(to).wrapping_add(1);
-                now.status.result(result, result == 0x80);
-                self.set(to, result);
-            }
-            Instruction::Dec { to } => {
-                let result = self.get(to).wrapping_sub(1);
-                now.status.result(result, result == 0x7f);
-                self.set(to, result);
-            }
-            Instruction::Swap { to } => self.set(to, self.get(to).rotate_left(4)),
-            Instruction::Lsr { to } => self.shift(now, to, 0),
-            Instruction::Asr { to } => self.shift(now, to, self.get(to) & 0x80),
-            Instruction::Ror { to } => self.shift(now, to, now.status.carry() << 7),
-            Instruction::Adiw { to, value } => {
+        }
+        now.done(1)
+    }
+
+    #[inline(always)]
+    fn sum(&self, now: &mut Now, instruction: Sum) -> Option<Done> {
+        let mut cycles = 1;
+        match instruction {
+            Sum::Subi { to, value } => self.set(to, now.status.subtract(self.get(to), value)),
+            Sum::Sbci { to, value } => self.set(to, now.status.subtract_with_carry(self.get(to), value)),
+            Sum::Adiw { to, value } => {
                 let word = self.pair(to);
                 let result = word.wrapping_add(value.into());
                 now.status.word(result, !result & word & 0x8000 != 0, !word & result & 0x8000 != 0);
                 self.set_pair(to, result);
                 cycles = 2;
             }
-            Instruction::Sbiw { to, value } => {
+            Sum::Sbiw { to, value } => {
                 let word = self.pair(to);
                 let result = word.wrapping_sub(value.into());
                 now.status.word(result, !word & result & 0x8000 != 0, !result & word & 0x8000 != 0);
                 self.set_pair(to, result);
                 cycles = 2;
             }
-            Instruction::Mul { one, other } => {
+            Sum::Add { to, from } => self.set(to, now.status.add(self.get(to), self.get(from), 0)),
+            Sum::Adc { to, from } => {
+                let carry = now.status.carry();
+                self.set(to, now.status.add(self.get(to), self.get(from), carry));
+            }
+            Sum::Sub { to, from } => self.set(to, now.status.subtract(self.get(to), self.get(from))),
+            Sum::Sbc { to, from } => {
+                self.set(to, now.status.subtract_with_carry(self.get(to), self.get(from)));
+            }
+        }
+        now.done(cycles)
+    }
+
+    #[inline(always)]
+    fn bits(&self, now: &mut Now, instruction: Bits) -> Option<Done> {
+        let mut cycles = 1;
+        match instruction {
+            Bits::And { to, from } => self.logic(now, to, self.get(to) & self.get(from)),
+            Bits::Or { to, from } => self.logic(now, to, self.get(to) | self.get(from)),
+            Bits::Eor { to, from } => self.logic(now, to, self.get(to) ^ self.get(from)),
+            Bits::Andi { to, value } => self.logic(now, to, self.get(to) & value),
+            Bits::Ori { to, value } => self.logic(now, to, self.get(to) | value),
+            Bits::Com { to } => {
+                self.logic(now, to, !self.get(to));
+                now.status.set(status::CARRY, true);
+            }
+            Bits::Neg { to } => {
+                let value = self.get(to);
+                let result = value.wrapping_neg();
+                now.status.negate(value, result);
+                self.set(to, result);
+            }
+            Bits::Inc { to } => {
+                let result = self.get(to).wrapping_add(1);
+                now.status.result(result, result == 0x80);
+                self.set(to, result);
+            }
+            Bits::Dec { to } => {
+                let result = self.get(to).wrapping_sub(1);
+                now.status.result(result, result == 0x7f);
+                self.set(to, result);
+            }
+            Bits::Swap { to } => self.set(to, self.get(to).rotate_left(4)),
+            Bits::Asr { to } => self.shift(now, to, self.get(to) & 0x80),
+            Bits::Lsr { to } => self.shift(now, to, 0),
+            Bits::Ror { to } => self.shift(now, to, now.status.carry() << 7),
+            Bits::Mul { one, other } => {
                 self.product(now, u16::from(self.get(one)) * u16::from(self.get(other)));
                 cycles = 2;
             }
-            Instruction::Muls { one, other } => {
+            Bits::Muls { one, other } => {
                 self.product(now, (self.signed(one) * self.signed(other)) as u16);
                 cycles = 2;
             }
-            Instruction::Mulsu { one, other } => {
+            Bits::Mulsu { one, other } => {
                 self.product(now, (self.signed(one) * i16::from(self.get(other))) as u16);
                 cycles = 2;
             }
-            Instruction::Bst { from, mask } => now.status.set(TRANSFER, self.get(from) & mask != 0),
-            Instruction::Bld { to, mask } => {
+            Bits::Bst { from, mask } => now.status.set(TRANSFER, self.get(from) & mask != 0),
+            Bits::Bld { to, mask } => {
                 let bit = if now.status.has(TRANSFER) { mask } else { 0 };
                 self.set(to, self.get(to) & !mask | bit);
             }
-            Instruction::Bset { mask } => now.status.set(mask, true),
-            Instruction::Bclr { mask } => now.status.set(mask, false),
-            Instruction::Sei => self.set_status(now, Status(now.status.0 | INTERRUPT)),
-            Instruction::Cli => now.status.set(INTERRUPT, false),
-            Instruction::Ldd { to, pointer, displacement } => {
-                let value = self.load(now, self.pair(pointer).wrapping_add(displacement.into()))?;
-                self.set(to, value);
-                cycles = 2;
+            Bits::Bset { mask } => now.status.set(mask, true),
+            Bits::Bclr { mask } => now.status.set(mask, false),
+        }
+        now.done(cycles)
+    }
+
+    #[inline(always)]
+    fn branch(&self, now: &Now, instruction: Branch) -> Option<Done> {
+        let mut cycles = 1;
+        let mut next = now.pc.wrapping_add(1);
+        match instruction {
+            Branch::Brbs { mask, to } => {
+                if now.status.has(mask) {
+                    (cycles, next) = (2, to.into());
+                }
             }
-            Instruction::Std { from, pointer, displacement } => {
-                self.store(now, self.pair(pointer).wrapping_add(displacement.into()), self.get(from))?;
-                cycles = 2;
+            Branch::Brbc { mask, to } => {
+                if !now.status.has(mask) {
+                    (cycles, next) = (2, to.into());
+                }
             }
-            Instruction::LdIncrement { to, pointer } => {
-                let address = self.pair(pointer);
-                let value = self.load(now, address)?;
-                self.set_pair(pointer, address.wrapping_add(1));
-                self.set(to, value);
-                cycles = 2;
+        }
+        Some(Done { cycles, next })
+    }
+
+    #[inline(always)]
+    fn jump(&self, instruction: Jump) -> Option<Done> {
+        match instruction {
+            Jump::Rjmp { to } => Some(Done { cycles: 2, next: to.into() }),
+            Jump::Jmp { to } => Some(Done { cycles: 3, next: to.into() }),
+            Jump::Ijmp => Some(Done { cycles: 2, next: self.pair(Z).into() }),
+        }
+    }
+
+    #[inline(always)]
+    fn special(&self, now: &mut Now, instruction: Special) -> Option<Done> {
+        let mut cycles = 1;
+        let mut next = now.pc.wrapping_add(1);
+        match instruction {
+            Special::Rcall { to } => {
+                self.push_address(next)?;
+                (cycles, next) = (1 + i64::from(self.return_address), to.into());
             }
-            Instruction::StIncrement { from, pointer } => {
-                let address = self.pair(pointer);
-                self.store(now, address, self.get(from))?;
-                self.set_pair(pointer, address.wrapping_add(1));
-                cycles = 2;
+            Special::Call { to } => {
+                self.push_address(now.pc.wrapping_add(2))?;
+                (cycles, next) = (2 + i64::from(self.return_address), to.into());
             }
-            Instruction::LdDecrement { to, pointer } => {
-                let address = self.pair(pointer).wrapping_sub(1);
-                let value = self.load(now, address)?;
-                self.set_pair(pointer, address);
-                self.set(to, value);
-                cycles = 2;
+            Special::Icall => {
+                self.push_address(next)?;
+                (cycles, next) = (1 + i64::from(self.return_address), self.pair(Z).into());
             }
-            Instruction::StDecrement { from, pointer } => {
-                let address = self.pair(pointer).wrapping_sub(1);
-                self.store(now, address, self.get(from))?;
-                self.set_pair(pointer, address);
-                cycles = 2;
+            Special::Ret => {
+                next = self.pop_address()?;
+                cycles = 2 + i64::from(self.return_address);
             }
-            Instruction::Lds { to, address } => {
-                let value = self.load(now, address)?;
-                self.set(to, value);
-                (cycles, next) = (2, now.pc.wrapping_add(2));
+            Special::Sbrs { from, mask, skip } => {
+                let words = if self.get(from) & mask != 0 { skip } else { 0 };
+                (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Instruction::Sts { from, address } => {
-                self.store(now, address, self.get(from))?;
-                (cycles, next) = (2, now.pc.wrapping_add(2));
+            Special::Sbrc { from, mask, skip } => {
+                let words = if self.get(from) & mask == 0 { skip } else { 0 };
+                (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Instruction::In { to, address } => {
+            Special::Cpse { one, other, skip } => {
+                let words = if self.get(one) == self.get(other) { skip } else { 0 };
+                (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
+            }
+            Special::Sbis { address, mask, skip } => {
+                let words = if self.load_io(now, address.into())? & mask != 0 { skip } else { 0 };
+                (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
+            }
+            Special::Sbic { address, mask, skip } => {
+                let words = if self.load_io(now, address.into())? & mask == 0 { skip } else { 0 };
+                (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
+            }
+            Special::In { to, address } => {
                 let value = self.load_io(now, address.into())?;
                 self.set(to, value);
             }
-            Instruction::Out { from, address } => self.store_io(now, address.into(), self.get(from))?,
-            Instruction::Sbi { address, mask } => {
-                self.change_bit(now, address.into(), |value| value | mask)?;
-                cycles = 2;
-            }
-            Instruction::Cbi { address, mask } => {
+            Special::Out { from, address } => self.store_io(now, address.into(), self.get(from))?,
+            Special::Cbi { address, mask } => {
                 self.change_bit(now, address.into(), |value| value & !mask)?;
                 cycles = 2;
             }
-            Instruction::Push { from } => {
-                let stack = self.stack_pointer();
-                self.ram(stack)?.set(self.get(from));
-                self.set_stack_pointer(stack.wrapping_sub(1));
+            Special::Sbi { address, mask } => {
+                self.change_bit(now, address.into(), |value| value | mask)?;
                 cycles = 2;
             }
-            Instruction::Pop { to } => {
-                let stack = self.stack_pointer().wrapping_add(1);
-                let value = self.ram(stack)?.get();
-                self.set_stack_pointer(stack);
-                self.set(to, value);
-                cycles = 2;
+            Special::Sei => self.set_status(now, now.status.byte() | INTERRUPT),
+            Special::Cli => now.status.set(INTERRUPT, false),
+            Special::Reti => {
+                next = self.pop_address()?;
+                cycles = 2 + i64::from(self.return_address);
+                self.set_status(now, now.status.byte() | INTERRUPT);
             }
-            Instruction::Lpm { to } => {
+            Special::Lpm { to } => {
                 let value = self.cpu.read_flash(self.pair(Z))?;
                 self.set(to, value);
                 cycles = 3;
             }
-            Instruction::LpmIncrement { to } => {
+            Special::LpmIncrement { to } => {
                 let address = self.pair(Z);
                 let value = self.cpu.read_flash(address)?;
                 self.set(to, value);
                 self.set_pair(Z, address.wrapping_add(1));
                 cycles = 3;
             }
-            Instruction::Rjmp { to } => (cycles, next) = (2, to),
-            Instruction::Jmp { to } => (cycles, next) = (3, to),
-            Instruction::Ijmp => (cycles, next) = (2, self.pair(Z).into()),
-            Instruction::Rcall { to } => {
-                self.push_address(next)?;
-                (cycles, next) = (1 + u64::from(self.return_address), to);
-            }
-            Instruction::Icall => {
-                self.push_address(next)?;
-                (cycles, next) = (1 + u64::from(self.return_address), self.pair(Z).into());
-            }
-            Instruction::Call { to } => {
-                self.push_address(now.pc.wrapping_add(2))?;
-                (cycles, next) = (2 + u64::from(self.return_address), to);
-            }
-            Instruction::Ret => {
-                next = self.pop_address()?;
-                cycles = 2 + u64::from(self.return_address);
-            }
-            Instruction::Reti => {
-                next = self.pop_address()?;
-                cycles = 2 + u64::from(self.return_address);
-                self.set_status(now, Status(now.status.0 | INTERRUPT));
-            }
-            Instruction::Brbs { mask, to } => {
-                if now.status.has(mask) {
-                    (cycles, next) = (2, to);
-                }
-            }
-            Instruction::Brbc { mask, to } => {
-                if !now.status.has(mask) {
-                    (cycles, next) = (2, to);
-                }
-            }
-            Instruction::Cpse { one, other, skip } => {
-                let words = if self.get(one) == self.get(other) { skip } else { 0 };
-                (cycles, next) = (1 + u64::from(words), next.wrapping_add(words.into()));
-            }
-            Instruction::Sbrs { from, mask, skip } => {
-                let words = if self.get(from) & mask != 0 { skip } else { 0 };
-                (cycles, next) = (1 + u64::from(words), next.wrapping_add(words.into()));
-            }
-            Instruction::Sbrc { from, mask, skip } => {
-                let words = if self.get(from) & mask == 0 { skip } else { 0 };
-                (cycles, next) = (1 + u64::from(words), next.wrapping_add(words.into()));
-            }
-            Instruction::Sbis { address, mask, skip } => {
-                let words = if self.load_io(now, address.into())? & mask != 0 { skip } else { 0 };
-                (cycles, next) = (1 + u64::from(words), next.wrapping_add(words.into()));
-            }
-            Instruction::Sbic { address, mask, skip } => {
-                let words = if self.load_io(now, address.into())? & mask == 0 { skip } else { 0 };
-                (cycles, next) = (1 + u64::from(words), next.wrapping_add(words.into()));
-            }
-            Instruction::Other => return None,
+            Special::Nop => {}
+            Special::Other => return None,
         }
-        Some(Step { cycles, next })
+        Some(Done { cycles, next })
     }
 
     // --- Registers ------------------------------------------------------------------------------
@@ -371,11 +464,12 @@ impl Core<'_> {
         self.set_pair(0, product);
     }
 
-    /// Sets SREG. The run ends where that enables interrupts.
-    fn set_status(&self, now: &mut Now, status: Status) {
+    /// Sets SREG.
+    fn set_status(&self, now: &mut Now, status: u8) {
+        let status = Status::of_byte(status);
         if status.has(INTERRUPT) && !now.status.has(INTERRUPT) {
             self.cpu.enable_interrupts();
-            now.stop = now.cycle;
+            now.stop_at(now.cycle());
         }
         now.status = status;
     }
@@ -410,33 +504,62 @@ impl Core<'_> {
     }
 
     fn load_io(&self, now: &mut Now, address: u16) -> Option<u8> {
-        let register = self.data.get(usize::from(address))?;
-        if address == SREG {
-            register.set(now.status.0);
-        }
-        match self.cpu.read_access(address) {
-            Access::Plain => Some(register.get()),
-            Access::Handled => {
-                let value;
-                (*now, value) = self.read_handled(*now, address);
-                Some(value)
-            }
-            Access::Special => None,
-        }
+        let value;
+        (*now, value) = self.read_io(*now, address);
+        value
     }
 
     fn store_io(&self, now: &mut Now, address: u16, value: u8) -> Option<()> {
-        let register = self.data.get(usize::from(address))?;
-        match self.cpu.write_access(address) {
-            Access::Plain if address == SREG => {
-                register.set(value);
-                self.set_status(now, Status(value));
-            }
-            Access::Plain => register.set(value),
-            Access::Handled => *now = self.write_handled(*now, address, value),
-            Access::Special => return None,
+        let done;
+        (*now, done) = self.write_io(*now, address, value);
+        done
+    }
+
+    /// Apart from the rest, and handed copies, so that what is needed for each instruction stays in the host's registers.
+    #[inline(never)]
+    fn read_io(&self, now: Now, address: u16) -> (Now, Option<u8>) {
+        let Some(register) = self.data.get(usize::from(address)) else { return (now, None) };
+        if address == SREG {
+            register.set(now.status.byte());
         }
-        Some(())
+        match self.cpu.read_access(address) {
+            Access::Plain => (now, Some(register.get())),
+            Access::Handled => {
+                now.store(self.cpu);
+                let value = self.cpu.read_handled(address);
+                (self.after_handler(now), Some(value))
+            }
+            Access::Special => (now, None),
+        }
+    }
+
+    #[inline(never)]
+    fn write_io(&self, mut now: Now, address: u16, value: u8) -> (Now, Option<()>) {
+        let Some(register) = self.data.get(usize::from(address)) else { return (now, None) };
+        match self.cpu.write_access(address) {
+            Access::Plain => {
+                register.set(value);
+                if address == SREG {
+                    self.set_status(&mut now, value);
+                }
+            }
+            Access::Handled => {
+                now.store(self.cpu);
+                self.cpu.write_handled(address, value);
+                now = self.after_handler(now);
+            }
+            Access::Special => return (now, None),
+        }
+        (now, Some(()))
+    }
+
+    /// Where a pointer that steps leads, and where it stands then.
+    fn step(&self, pointer: u8, step: Step) -> (u16, u16) {
+        let value = self.pair(pointer);
+        match step {
+            Step::On => (value, value.wrapping_add(1)),
+            Step::Back => (value.wrapping_sub(1), value.wrapping_sub(1)),
+        }
     }
 
     /// SBI and CBI.
@@ -448,40 +571,23 @@ impl Core<'_> {
         self.store_io(now, address, change(value))
     }
 
-    /// Reads a register by its handler, which may end the run.
-    #[inline(never)]
-    fn read_handled(&self, now: Now, address: u16) -> (Now, u8) {
-        now.store(self.cpu);
-        let value = self.cpu.read_handled(address);
-        (self.after_handler(now), value)
-    }
-
-    #[inline(never)]
-    fn write_handled(&self, now: Now, address: u16, value: u8) -> Now {
-        now.store(self.cpu);
-        self.cpu.write_handled(address, value);
-        self.after_handler(now)
-    }
-
+    /// A handler may have halted the core, moved the end of the run, or ended it.
     fn after_handler(&self, now: Now) -> Now {
         let CoreState { cycle, stop, .. } = self.cpu.core_state();
-        Now { cycle, stop: if self.cpu.must_pause() { cycle } else { stop }, ..now }
+        let stop = if self.cpu.must_pause() { cycle } else { stop };
+        Now { left: stop.wrapping_sub(cycle) as i64, stop, ..now }
     }
 
     // --- Stack ----------------------------------------------------------------------------------
 
     fn stack_pointer(&self) -> u16 {
-        let byte = |address| self.data.get(usize::from(address)).map_or(0, Cell::get);
-        u16::from_le_bytes([byte(SPL), byte(SPH)])
+        u16::from_le_bytes([SPL, SPH].map(|address| self.registers[usize::from(address)].get()))
     }
 
     fn set_stack_pointer(&self, value: u16) {
         let [low, high] = value.to_le_bytes();
-        for (address, byte) in [(SPL, low), (SPH, high)] {
-            if let Some(register) = self.data.get(usize::from(address)) {
-                register.set(byte);
-            }
-        }
+        self.registers[usize::from(SPL)].set(low);
+        self.registers[usize::from(SPH)].set(high);
     }
 
     /// Pushes a word address, the low byte first.

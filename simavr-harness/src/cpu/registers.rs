@@ -11,6 +11,9 @@ use crate::device::IO_START;
 /// simavr's request for what a program reads in flash, where fuses may show instead.
 const READ_FLASH: u32 = u32::from_be_bytes(*b"flpm");
 
+/// Cycles that simavr runs for while no timer is set.
+const WITHOUT_TIMER: u64 = 1000;
+
 /// Where a program is.
 #[derive(Clone, Copy)]
 pub(crate) struct CoreState {
@@ -60,10 +63,31 @@ impl Cpu {
         unsafe { (*self.as_ptr()).state as u32 != ffi::cpu_Running || (*self.as_ptr()).interrupt_state != 0 }
     }
 
-    /// An instruction has set the I flag: one more runs before an interrupt is accepted.
+    /// An instruction sets the I flag: one more runs before an interrupt is accepted.
     pub fn enable_interrupts(self) {
         // SAFETY: the instance is alive by the type's invariant.
         unsafe { (*self.as_ptr()).interrupt_state = -1 }
+    }
+
+    /// A run that has ended at `cycle` for no more than that interrupts were enabled goes on if none waits and no timer
+    /// is due. Returns where it ends then.
+    pub fn go_on(self, cycle: u64) -> Option<u64> {
+        if !self.enabled_just_now() {
+            return None;
+        }
+        let next_timer = self.next_timer().unwrap_or(cycle + WITHOUT_TIMER);
+        // SAFETY: the instance and its `control` are alive by the type's invariant.
+        unsafe {
+            let avr = self.as_ptr();
+            let deadline = (*self.control()).deadline;
+            let waiting = &raw const (*avr).interrupts.pending;
+            if (*waiting).read != (*waiting).write || cycle >= deadline.min(next_timer) {
+                return None;
+            }
+            (*avr).interrupt_state = 0;
+            (*avr).run_cycle_limit = deadline - cycle;
+            Some(deadline.min(next_timer))
+        }
     }
 
     /// Calls `visit` on the whole data space, in which handlers may write meanwhile.
