@@ -4,6 +4,7 @@ use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::MaskedCell;
 use crate::semaphore::{Came, Semaphore, Until};
+use crate::walk;
 
 /// Eight flags that tasks and interrupts set and tasks wait for. 3 bytes.
 ///
@@ -38,7 +39,10 @@ impl EventFlags {
 
     /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 50 cycles a waiting task.
     pub fn set(&self, context: &mut impl Context, flags: u8) {
-        context.mask(|masked| self.set.set(masked, self.set.get(masked) | flags));
+        context.mask(|masked| {
+            self.set.set(masked, self.set.get(masked) | flags);
+            walk::end(masked);
+        });
         let mut is_due = false;
         while let Some(is_higher) = context.mask(|masked| self.changed.wake_first(masked)) {
             is_due |= is_higher;

@@ -18,8 +18,9 @@ pub trait Pooled: Sized + 'static {
 }
 
 /// A buffer: 2 bytes more than its value.
+#[repr(C)]
 pub struct Slot<T: 'static> {
-    /// The next slot in the one list that this slot is in.
+    /// The next slot in the one list that this slot is in. First, so that assembly needs not know the value's size.
     pub(crate) link: MaskedCell<Option<&'static Slot<T>>>,
     value: UnsafeCell<MaybeUninit<T>>,
 }

@@ -4,7 +4,7 @@ use crate::arch;
 use crate::context::{Context, Task};
 use crate::masked::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
-use crate::semaphore::{Semaphore, Store};
+use crate::semaphore::Semaphore;
 use crate::timeout::Elapsed;
 use crate::timer::Ticks;
 
@@ -16,16 +16,34 @@ use crate::timer::Ticks;
 /// kernel::pool!(Reading, 8);
 /// static READINGS: Queue<Reading> = Queue::new(4);
 /// ```
+#[repr(C)]
 pub struct Queue<T: Pooled> {
     /// The first message, if there is one.
-    first: MaskedCell<Option<&'static Slot<T>>>,
+    pub(crate) first: MaskedCell<Option<&'static Slot<T>>>,
     /// The last message, where there is a first.
-    last: MaskedCell<Option<&'static Slot<T>>>,
+    pub(crate) last: MaskedCell<Option<&'static Slot<T>>>,
     /// A signal for each message, or the tasks that wait for one.
-    messages: Semaphore,
-    room: u8,
+    pub(crate) messages: Semaphore,
+    pub(crate) room: u8,
     refused: MaskedCell<u16>,
 }
+
+/// What came of appending a message. A number, of which the compiler makes less than of an enum.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Appended(pub(crate) u8);
+
+impl Appended {
+    /// With its signal: the high byte of a semaphore's word with signals.
+    pub(crate) const STORED: Appended = Appended(0);
+    /// A task waits for its signal.
+    pub(crate) const AWAITED: Appended = Appended(1);
+    /// There is no room.
+    pub(crate) const NOT: Appended = Appended(2);
+}
+
+/// Has the compiler move what follows out of the way.
+#[cold]
+fn seldom() {}
 
 /// The queue is full. The message comes back.
 pub struct Full<T: Pooled>(pub Message<T>);
@@ -48,27 +66,20 @@ impl<T: Pooled> Queue<T> {
     /// [`Full`] with the message when there is no room; the queue counts it.
     pub fn send(&self, context: &mut impl Context, message: Message<T>) -> Result<(), Full<T>> {
         let slot = message.into_slot();
-        let store = context.mask(|masked| {
-            let store = self.messages.store(masked, self.room);
-            if store != Store::Full {
-                self.append(masked, slot);
-            }
-            store
-        });
-        match store {
-            Store::Done => Ok(()),
-            Store::Awaited => {
-                // In a section of its own, to be short. Should another's message have woken the task meanwhile, this
-                // signal is for that.
-                self.messages.post(context);
-                Ok(())
-            }
-            Store::Full => {
-                context.mask(|masked| self.refused.count(masked));
-                // SAFETY: the slot was this message's, and the queue did not take it.
-                Err(Full(unsafe { Message::from_slot(slot) }))
-            }
+        let appended = context.mask(|masked| arch::append(masked, self, slot));
+        if appended == Appended::STORED {
+            return Ok(());
         }
+        seldom();
+        if appended == Appended::AWAITED {
+            // In a section of its own, to be short. Should another's message have woken the task meanwhile, this signal is
+            // for that.
+            self.messages.post_by_call(context);
+            return Ok(());
+        }
+        context.mask(|masked| self.refused.count(masked));
+        // SAFETY: the slot was this message's, and the queue did not take it.
+        Err(Full(unsafe { Message::from_slot(slot) }))
     }
 
     /// Takes the first message, and blocks until there is one.
@@ -106,17 +117,6 @@ impl<T: Pooled> Queue<T> {
     /// How many messages were refused because the queue was full.
     pub fn refused(&self, context: &mut impl Context) -> u16 {
         context.mask(|masked| self.refused.get(masked))
-    }
-
-    #[inline(always)]
-    fn append(&self, masked: &Masked, slot: &'static Slot<T>) {
-        slot.link.set(masked, None);
-        if self.first.get(masked).is_none() {
-            self.first.set(masked, Some(slot));
-        } else if let Some(last) = self.last.get(masked) {
-            last.link.set(masked, Some(slot));
-        }
-        self.last.set(masked, Some(slot));
     }
 
     /// Takes the first message, for which a signal was taken before.

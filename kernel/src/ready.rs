@@ -131,11 +131,11 @@ pub(crate) fn pull(task: &mut Task) {
         let ready = &KERNEL.ready;
         ready.arrived.get(masked) & ready.head.get(masked).next_ready(masked).above.get(masked)
     };
-    let priority = highest(task.mask(among));
+    let queue = highest(task.mask(among));
     arch::part_sections();
     task.mask(|masked| {
         // If a higher one has arrived meanwhile, it is pulled before this one next.
-        if let Some(first) = take_arrived(masked, among(masked), priority) {
+        if let Some(first) = take_arrived(masked, among(masked), queue) {
             let task = KERNEL.ready.head.get(masked);
             first.link.set(masked, task.link.get(masked));
             task.link.set(masked, Link::to(first));
@@ -222,8 +222,8 @@ pub(crate) fn restore(task: &mut Task) -> bool {
             return task.mask(is_due);
         }
         // The ceiling holds until the first of those that it held up is the head.
-        let priority = highest(among);
-        if task.mask(|masked| restore_to_arrived(masked, above, priority)) {
+        let queue = highest(among);
+        if task.mask(|masked| restore_to_arrived(masked, above, queue)) {
             return true;
         }
     }
@@ -236,9 +236,9 @@ fn lift(masked: &Masked, task: &ControlBlock, above: u8) {
     task.clear_flag(masked, Flag::Locks);
 }
 
-/// Restores `above`, and makes the first task that arrived at `priority` the head; `false`, with nothing done, where a higher
-/// one has arrived meanwhile.
-fn restore_to_arrived(masked: &Masked, above: u8, priority: usize) -> bool {
+/// Restores `above`, and makes the first task of `queue` the head; `false`, with nothing done, where a higher one has arrived
+/// meanwhile.
+fn restore_to_arrived(masked: &Masked, above: u8, queue: &Last) -> bool {
     let ready = &KERNEL.ready;
     let task = running(masked);
     let head = ready.head.get(masked);
@@ -248,7 +248,7 @@ fn restore_to_arrived(masked: &Masked, above: u8, priority: usize) -> bool {
         return true;
     }
     let among = ready.arrived.get(masked) & above;
-    let Some(first) = take_arrived(masked, among, priority) else { return false };
+    let Some(first) = take_arrived(masked, among, queue) else { return false };
     lift(masked, task, above);
     first.link.set(masked, Link::to(task));
     ready.head.set(masked, first);
@@ -300,17 +300,16 @@ fn begin_queue(masked: &Masked, last: &Last, task: &'static ControlBlock) {
     ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
 }
 
-/// Takes the first task from those that arrived at `priority`; `None`, with nothing done, where that is not in `among`.
+/// Takes the first task from `queue`; `None`, with nothing done, where its priority is not the highest in `among`.
 #[inline(always)]
-fn take_arrived(masked: &Masked, among: u8, priority: usize) -> Option<&'static ControlBlock> {
+fn take_arrived(masked: &Masked, among: u8, queue: &Last) -> Option<&'static ControlBlock> {
     let ready = &KERNEL.ready;
-    let cell = ready.last.get(priority)?;
-    let last = cell.get(masked)?;
+    let last = queue.get(masked)?;
     let bit = last.bit(masked);
     if among & among.wrapping_neg() != bit {
         return None;
     }
-    let (first, is_only) = take_first(masked, cell, last);
+    let (first, is_only) = take_first(masked, queue, last);
     if is_only {
         ready.arrived.set(masked, ready.arrived.get(masked) & !bit);
     }
@@ -334,9 +333,10 @@ pub(crate) fn take_first(
     (first, is_only)
 }
 
-/// The index of the highest priority in the set `among`; 7 in an empty set.
-fn highest(among: u8) -> usize {
+/// The queue of the highest priority in the set `among`; the lowest in an empty set.
+fn highest(among: u8) -> &'static Last {
     let (offset, four) = if among & 0x0f == 0 { (4, among >> 4) } else { (0, among) };
     let (offset, two) = if four & 0x03 == 0 { (offset + 2, four >> 2) } else { (offset, four) };
-    if two & 0x01 == 0 { offset + 1 } else { offset }
+    let priority: usize = if two & 0x01 == 0 { offset + 1 } else { offset };
+    arch::found(&KERNEL.ready.last[priority & 7])
 }

@@ -21,7 +21,7 @@ use crate::word::{State, Word};
 /// 255 in store is lost: a semaphore that counts more wants a queue.
 #[repr(transparent)]
 pub struct Semaphore {
-    word: Word,
+    pub(crate) word: Word,
 }
 
 impl Semaphore {
@@ -41,6 +41,14 @@ impl Semaphore {
         // SAFETY: none. The tests show what comes of it.
         #[cfg(feature = "fault-unmasked-post")]
         let is_due = self.signal(&unsafe { Masked::assume() }, may_strike);
+        context.reschedule(is_due);
+    }
+
+    /// [`post`](Self::post) where it need not be fast.
+    #[inline(always)]
+    pub(crate) fn post_by_call(&self, context: &mut impl Context) {
+        let may_strike = context.may_be_struck(Private);
+        let is_due = context.mask(|masked| arch::signal(masked, self, may_strike));
         context.reschedule(is_due);
     }
 
@@ -78,21 +86,6 @@ impl Semaphore {
         }
     }
 
-    /// Signals, unless a task waits or `most` signals are in store.
-    #[inline(always)]
-    pub(crate) fn store(&self, masked: &Masked, most: u8) -> Store {
-        let signals = match self.word.get(masked) {
-            State::Waiting(_) => return Store::Awaited,
-            State::Signals(signals) => signals,
-            State::Empty => 0,
-        };
-        if signals >= most {
-            return Store::Full;
-        }
-        self.word.reset(masked, signals + 1);
-        Store::Done
-    }
-
     /// Wakes the first waiting task. Returns as [`signal`](Self::signal) does.
     #[inline(always)]
     fn wake(&self, masked: &Masked, first: &'static ControlBlock, may_strike: bool) -> bool {
@@ -106,15 +99,6 @@ impl Semaphore {
         match self.word.get(masked) {
             State::Waiting(first) => Some(self.wake(masked, first, false)),
             _ => None,
-        }
-    }
-
-    /// How many signals are in store.
-    #[inline(always)]
-    pub(crate) fn signals(&self, masked: &Masked) -> u8 {
-        match self.word.get(masked) {
-            State::Signals(signals) => signals,
-            _ => 0,
         }
     }
 
@@ -217,19 +201,30 @@ impl Semaphore {
         let mut place = Place { before: None, began_with: None };
         loop {
             let step = task.mask(|masked| {
-                if self.signals(masked) == 0 && until.is_some_and(|until| until.has_come(masked)) {
-                    return Step::Done(Came::Until);
-                }
-                match self.word.get(masked) {
-                    State::Waiting(first) => self.step(masked, own, first, &mut place, &block),
+                let first = match self.word.get(masked) {
+                    State::Waiting(first) => Some(first),
                     State::Signals(signals @ 1..) => {
                         self.word.set_signals(masked, signals - 1);
-                        Step::Done(Came::Signal)
+                        return Step::Done(Came::Signal);
                     }
-                    _ => self
-                        .enter_first(masked, &block)
-                        .map_or(Step::Arrived, |task| Step::Done(Came::Blocked(task))),
+                    _ => None,
+                };
+                if let Some(first) = first
+                    && walk::goes_on(masked)
+                    && place.began_with.is_some_and(|began_with| began_with.is(first))
+                {
+                    return self.step(masked, own, first, &mut place, &block);
                 }
+                // Once in a walk: what makes it come ends the walk.
+                if until.is_some_and(|until| until.has_come(masked)) {
+                    return Step::Done(Came::Until);
+                }
+                if first.is_some() {
+                    walk::begin(masked);
+                    place = Place { before: None, began_with: first };
+                    return Step::On;
+                }
+                self.enter_first(masked, &block).map_or(Step::Arrived, |task| Step::Done(Came::Blocked(task)))
             });
             match step {
                 Step::On => {}
@@ -254,10 +249,6 @@ impl Semaphore {
         place: &mut Place,
         block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
     ) -> Step {
-        if !walk::goes_on(masked) || !place.began_with.is_some_and(|began_with| began_with.is(first)) {
-            walk::begin(masked);
-            *place = Place { before: None, began_with: Some(first) };
-        }
         let link = place.before.map_or(Link::to(first), |before| before.link.get(masked));
         if let Some(next) = link.task()
             && !task.precedes(masked, next)
@@ -274,7 +265,7 @@ impl Semaphore {
     }
 }
 
-/// What else ends a wait: that of `flags` in `set` enough are set.
+/// What else ends a wait: that of `flags` in `set` enough are set. Whoever sets one ends a walk.
 pub(crate) struct Until<'a> {
     set: &'a MaskedCell<u8>,
     flags: u8,
@@ -296,15 +287,6 @@ impl<'a> Until<'a> {
     fn has_come(&self, masked: &Masked) -> bool {
         self.set.get(masked) & self.flags >= self.least
     }
-}
-
-/// What came of storing a signal.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Store {
-    Done,
-    /// A task waits for it.
-    Awaited,
-    Full,
 }
 
 /// What came of a wait.

@@ -161,7 +161,7 @@ impl ControlBlock {
     pub(crate) fn rank(&self, context: &mut impl Context) -> (u8, u8) {
         let priority = context.mask(|masked| self.priority.get(masked)) & PRIORITY;
         // Outside of the masked section: the AVR shifts by one bit at a time.
-        (priority, (1 << priority) - 1)
+        (priority, arch::worked_out((1 << priority) - 1))
     }
 
     #[inline(always)]
@@ -219,7 +219,7 @@ impl ControlBlock {
     #[inline(never)]
     fn begin(&'static self, context: &mut impl Context, stack_pointer: usize, priority: Priority) -> bool {
         // Outside of the masked section: the AVR shifts by one bit at a time.
-        let above = priority.above();
+        let above = arch::worked_out(priority.above());
         context.mask(|masked| {
             self.stack_pointer.set(masked, stack_pointer);
             self.above.set(masked, above);

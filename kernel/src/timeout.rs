@@ -87,6 +87,7 @@ impl Timeout {
     /// Ends the wait, unless its signal has come before or it has not begun.
     #[inline(never)]
     pub(crate) fn elapse(&self, expiry: &mut Expiry) {
+        // A tick has ended any walk that was under way.
         expiry.peek(|masked| self.state.set(masked, FIRED));
         list::expel(expiry, self.semaphore, self.task, |masked| {
             self.state.set(masked, FIRED | EXPELLED);

@@ -57,11 +57,11 @@ impl Timers {
         self.next.get(masked).wrapping_sub(TICKS_LEFT.get(masked))
     }
 
-    /// Counts down to the first armed timer, or a long while if there is none. Returns whether that is ahead.
+    /// Counts down to `first`, or a long while if there is none. Returns whether that is ahead.
     #[inline(always)]
-    fn count_down(&self, masked: &Masked) -> bool {
+    fn count_down(&self, masked: &Masked, first: Option<&Timer>) -> bool {
         let before = self.next.get(masked);
-        let next = match self.first.get(masked) {
+        let next = match first {
             Some(first) => first.deadline.get(masked),
             None => before.wrapping_add(LONGEST),
         };
@@ -133,7 +133,7 @@ impl Timer {
         loop {
             match arm(context, self, deadline, Target::semaphore(semaphore)) {
                 Arming::Done => return,
-                Arming::Passed => return semaphore.post(context),
+                Arming::Passed => return semaphore.post_by_call(context),
                 Arming::Already => {
                     disarm(context, self);
                 }
@@ -255,16 +255,20 @@ pub(crate) fn arm(
     let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
     loop {
         let came = context.mask(|masked| {
-            let Some(slot) = slot.filter(|_| walk::goes_on(masked)) else {
-                // Once in a walk: whoever arms it meanwhile ends the walk.
-                if timer.is_armed(masked) {
-                    return Step::Done(Arming::Already);
+            let slot = match slot {
+                Some(slot) if walk::goes_on(masked) => slot,
+                _ => {
+                    // Once in a walk: whoever arms it meanwhile ends the walk.
+                    if timer.is_armed(masked) {
+                        return Step::Done(Arming::Already);
+                    }
+                    if !is_ahead(deadline.wrapping_sub(KERNEL.timers.now(masked))) {
+                        return Step::Done(Arming::Passed);
+                    }
+                    timer.deadline.set(masked, deadline);
+                    walk::begin(masked);
+                    return Step::On(&KERNEL.timers.first);
                 }
-                if !is_ahead(deadline.wrapping_sub(KERNEL.timers.now(masked))) {
-                    return Step::Done(Arming::Passed);
-                }
-                walk::begin(masked);
-                return Step::On(&KERNEL.timers.first);
             };
             let next = slot.get(masked);
             match next {
@@ -280,7 +284,6 @@ pub(crate) fn arm(
             walk::end(masked);
             slot.set(masked, Some(timer));
             timer.link.set(masked, next);
-            timer.deadline.set(masked, deadline);
             timer.target.set(masked, target);
             Step::Done(Arming::Done)
         });
@@ -306,12 +309,12 @@ pub(crate) fn disarm_within(context: &mut impl ThreadContext, memory: Range<usiz
 /// Disarms the first timer that `is_it` says. Returns whether there was one.
 #[inline(always)]
 fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer) -> bool) -> bool {
-    let mut slot = None;
+    let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
     loop {
         let came = context.mask(|masked| {
-            let slot = match slot.filter(|_| walk::goes_on(masked)) {
-                Some(slot) => slot,
-                None => {
+            let slot = match slot {
+                Some(slot) if walk::goes_on(masked) => slot,
+                _ => {
                     walk::begin(masked);
                     &KERNEL.timers.first
                 }
@@ -325,10 +328,11 @@ fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer) -> bool
                 }
             };
             walk::end(masked);
-            slot.set(masked, timer.link.get(masked));
+            let link = timer.link.get(masked);
+            slot.set(masked, link);
             timer.target.set(masked, Target::NOTHING);
             if ptr::eq(slot, &KERNEL.timers.first) {
-                KERNEL.timers.count_down(masked);
+                KERNEL.timers.count_down(masked, link);
             }
             Step::Done(true)
         });
@@ -367,5 +371,5 @@ pub(crate) extern "C" fn expire() -> bool {
         first.target.replace(masked, Target::NOTHING)
     });
     target.wake(expiry);
-    expiry.peek(|masked| !timers.count_down(masked))
+    expiry.peek(|masked| !timers.count_down(masked, timers.first.get(masked)))
 }

@@ -6,7 +6,8 @@
 //! ends it too, as it may have been begun over another that was not to go on.
 //!
 //! An interrupt does two things to lists: it wakes the first of those that wait, which a walker sees by the list's first, and
-//! it appends to those that have arrived, which disturbs no walk. So neither has to end a walk, and posting stays short.
+//! it appends to those that have arrived, which disturbs no walk. So neither has to end a walk, and posting stays short. Flags
+//! that it sets do: they may be what the walker would wait for.
 
 use crate::KERNEL;
 use crate::masked::{Masked, MaskedCell};

@@ -39,7 +39,7 @@
 //! Cycle counts in the comments are those of the instruction beside them.
 
 use core::arch::asm;
-use core::mem::{MaybeUninit, size_of};
+use core::mem::{MaybeUninit, offset_of, size_of};
 use core::ops::Range;
 use core::ptr;
 
@@ -47,6 +47,8 @@ use crate::context::Task;
 use crate::group::{Group, StandIn};
 use crate::masked::Masked;
 use crate::paint::paint;
+use crate::pool::{Pooled, Slot};
+use crate::queue::{Appended, Queue};
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Flag, Never};
 use crate::timer::Timer;
@@ -66,25 +68,25 @@ const IDLE_STACK: usize = 52 + 6 * PROGRAM_COUNTER;
 pub(crate) const IDLE_CONTEXT: usize = 0x8000;
 
 /// Offsets of what the assembly reads, in bytes.
-const HEAD: usize = core::mem::offset_of!(Kernel, ready.head);
+const HEAD: usize = offset_of!(Kernel, ready.head);
 #[doc(hidden)]
-pub const RUNNING: usize = core::mem::offset_of!(Kernel, ready.running);
-const STACK_POINTER: usize = core::mem::offset_of!(ControlBlock, stack_pointer);
-const ARRIVED: usize = core::mem::offset_of!(Kernel, ready.arrived);
-const WALK: usize = core::mem::offset_of!(Kernel, walk);
-const LINK: usize = core::mem::offset_of!(ControlBlock, link);
-const LAST: usize = core::mem::offset_of!(Kernel, ready.last);
-const PRIORITY: usize = core::mem::offset_of!(ControlBlock, priority);
-const GROUPED_TASK: usize = core::mem::offset_of!(Group, task);
-const AWAITED: usize = core::mem::offset_of!(StandIn, semaphore);
-const FIRST_TIMER: usize = core::mem::offset_of!(Kernel, timers.first);
-const NEXT_DEADLINE: usize = core::mem::offset_of!(Kernel, timers.next);
-const DEADLINE: usize = core::mem::offset_of!(Timer, deadline);
-const TARGET: usize = core::mem::offset_of!(Timer, target);
-const _: () = assert!(core::mem::offset_of!(ControlBlock, above) == 0);
-const _: () = assert!(core::mem::offset_of!(Timer, link) == 0);
-const _: () = assert!(core::mem::offset_of!(Group, last) == 0);
-const _: () = assert!(core::mem::offset_of!(StandIn, control) == 0);
+pub const RUNNING: usize = offset_of!(Kernel, ready.running);
+const STACK_POINTER: usize = offset_of!(ControlBlock, stack_pointer);
+const ARRIVED: usize = offset_of!(Kernel, ready.arrived);
+const WALK: usize = offset_of!(Kernel, walk);
+const LINK: usize = offset_of!(ControlBlock, link);
+const LAST: usize = offset_of!(Kernel, ready.last);
+const PRIORITY: usize = offset_of!(ControlBlock, priority);
+const GROUPED_TASK: usize = offset_of!(Group, task);
+const AWAITED: usize = offset_of!(StandIn, semaphore);
+const FIRST_TIMER: usize = offset_of!(Kernel, timers.first);
+const NEXT_DEADLINE: usize = offset_of!(Kernel, timers.next);
+const DEADLINE: usize = offset_of!(Timer, deadline);
+const TARGET: usize = offset_of!(Timer, target);
+const _: () = assert!(offset_of!(ControlBlock, above) == 0);
+const _: () = assert!(offset_of!(Timer, link) == 0);
+const _: () = assert!(offset_of!(Group, last) == 0);
+const _: () = assert!(offset_of!(StandIn, control) == 0);
 
 /// `cli`: 1 cycle.
 #[inline(always)]
@@ -112,6 +114,24 @@ pub(crate) fn let_interrupts_strike() {
             options(nostack),
         )
     }
+}
+
+/// Has the compiler work `value` out here, and not in a masked section where it is used.
+#[inline(always)]
+pub(crate) fn worked_out(mut value: u8) -> u8 {
+    // SAFETY: no instruction.
+    unsafe { asm!("/* {0} */", inout(reg) value, options(nostack)) }
+    value
+}
+
+/// The same of a reference.
+#[inline(always)]
+pub(crate) fn found<T>(place: &'static T) -> &'static T {
+    let mut place = ptr::from_ref(place);
+    // SAFETY: no instruction.
+    unsafe { asm!("/* {0} */", inout(reg_pair) place, options(nostack)) }
+    // SAFETY: it is what it was.
+    unsafe { &*place }
 }
 
 /// Stands between two masked sections, or in a loop around one: behind `sei` interrupts strike only after another
@@ -197,6 +217,7 @@ macro_rules! call_to_wake {
             out("r18") _, out("r19") _, out("r20") _, out("r22") _, out("r23") _, out("r24") is_due, out("r25") _,
             out("X") _,
         );
+        core::hint::assert_unchecked(is_due <= 1);
         is_due != 0
     }};
 }
@@ -221,6 +242,70 @@ pub(crate) fn make_ready(_: &Masked, task: &'static ControlBlock) -> bool {
 pub(crate) fn arrive(_: &Masked, task: &'static ControlBlock, may_strike: bool) -> bool {
     // SAFETY: as above.
     unsafe { call_to_wake!(kernel_arrive, task, may_strike) }
+}
+
+/// Appends `slot` to `queue` if there is room, and stores its signal unless a task waits for it.
+#[inline(always)]
+pub(crate) fn append<T: Pooled>(_: &Masked, queue: &Queue<T>, slot: &'static Slot<T>) -> Appended {
+    let appended: u8;
+    // SAFETY: interrupts are masked, and the queue's fields become what they should.
+    unsafe {
+        asm!(
+            "ldd r18, Z+{messages}+1",          // 2: the high byte of the semaphore's word
+            "tst r18",                          // 1
+            "breq 3f",                          // 2
+            "brmi 2f",                          // 1
+            "ldi r18, {awaited}",               // 1: tasks wait
+            "rjmp 5f",                          // 2
+            "2:",
+            "std Z+{messages}, r1",             // 2: the last task that waited has left it empty
+            "std Z+{messages}+1, r1",           // 2
+            "clr r18",                          // 1
+            "3:",
+            "ldd r19, Z+{messages}",            // 2
+            "ldd r20, Z+{room}",                // 2
+            "cp r19, r20",                      // 1
+            "brsh 4f",                          // 1
+            "inc r19",                          // 1
+            "std Z+{messages}, r19",            // 2
+            "5:",
+            "movw r26, {slot}",                 // 1: X = the message
+            "st X+, r1",                        // 2: nothing behind it
+            "st X, r1",                         // 2
+            "ldd r20, Z+{first}+1",             // 2
+            "tst r20",                          // 1
+            "breq 6f",                          // 2
+            "ldd r26, Z+{last}",                // 2: X = the last message
+            "ldd r27, Z+{last}+1",              // 2
+            "st X+, {slot:l}",                  // 2
+            "st X, {slot:h}",                   // 2
+            "rjmp 7f",                          // 2
+            "4:",
+            "ldi r18, {not}",                   // 1
+            "rjmp 8f",                          // 2
+            "6:",
+            "std Z+{first}, {slot:l}",          // 2: it is the first, too
+            "std Z+{first}+1, {slot:h}",        // 2
+            "7:",
+            "std Z+{last}, {slot:l}",           // 2
+            "std Z+{last}+1, {slot:h}",         // 2
+            "8:",
+            slot = in(reg_pair) slot,
+            in("Z") queue,
+            out("r18") appended,
+            out("r19") _,
+            out("r20") _,
+            out("X") _,
+            first = const offset_of!(Queue<T>, first),
+            last = const offset_of!(Queue<T>, last),
+            messages = const offset_of!(Queue<T>, messages),
+            room = const offset_of!(Queue<T>, room),
+            awaited = const Appended::AWAITED.0,
+            not = const Appended::NOT.0,
+            options(nostack),
+        );
+    }
+    Appended(appended)
 }
 
 /// Runs `body` with interrupts masked, and leaves them as they were.
@@ -655,12 +740,14 @@ unsafe extern "C" fn kernel_switch() {
             "ldi r24, lo8(__stack - 1)",          // 1: not where `save` is struck
             "expire_at:",
             "out 0x3d, r24",                      // 1: SPL
-            "3:",
             "sei",                                // 1
             "nop",                                // 1: here
             "cli",                                // 1
+            "3:",
             "call {expire}",                      // 4: r24 = whether more are due
-            "tst r24",                            // 1
+            "sei",                                // 1
+            "tst r24",                            // 1: here
+            "cli",                                // 1: leaves the Z flag alone
             "brne 3b",                            // 1, or 2
             "rjmp exit_interrupt",                // 2
             // Blocks the running task at the semaphore r25:r24, and returns it in these; in the commonest case: where there are
@@ -703,8 +790,6 @@ unsafe extern "C" fn kernel_switch() {
             // change is changed. r21 is 0 unless interrupts may strike in between.
             ".global kernel_signal",
             "kernel_signal:",
-            "clt",                                // 1: T = whether another task is to run
-            "signal:",
             "movw r26, r30",                      // 1: X = the semaphore
             "ld r18, X+",                         // 2: its word
             "ld r19, X",                          // 2
@@ -733,8 +818,6 @@ unsafe extern "C" fn kernel_switch() {
             // Makes the task Z ready, that stands in for no other. r24 as above.
             ".global kernel_make_ready",
             "kernel_make_ready:",
-            "clt",                                // 1
-            "wake:",
             "ld r25, Z",                          // 2
             "cpi r25, {suspended}",               // 1
             "brne make_ready",                    // 2, or 1
@@ -744,7 +827,8 @@ unsafe extern "C" fn kernel_switch() {
             "ldi r25, hi8({parked})",             // 1
             "std Z+{link}, r24",                  // 2
             "std Z+{link}+1, r25",                // 2
-            "rjmp 2f",                            // 2
+            "clr r24",                            // 1
+            "ret",                                // 4
             "store_signal:",
             "breq 1f",                            // 2, or 1 where the last task that waited has left it empty
             "clr r18",                            // 1
@@ -753,13 +837,14 @@ unsafe extern "C" fn kernel_switch() {
             "breq 2f",                            // 1: no more go in
             "st X, r1",                           // 2
             "st -X, r18",                         // 2
-            "rjmp 2f",                            // 2
+            "2:",
+            "clr r24",                            // 1
+            "ret",                                // 4
             "to_suspended:",
             "rjmp suspended",                     // 2
             // The task Z, first of those that waited, does not outrank the head.
             ".global kernel_arrive",
             "kernel_arrive:",
-            "clt",                                // 1
             "ld r25, Z",                          // 2
             "cpi r25, {suspended}",               // 1
             "breq suspended",                     // 1
@@ -786,9 +871,7 @@ unsafe extern "C" fn kernel_switch() {
             "adiw r26, {link}",                   // 2
             "st X+, r18",                         // 2
             "st X, r19",                          // 2
-            "2:",
             "clr r24",                            // 1
-            "bld r24, 0",                         // 1
             "ret",                                // 4
             "1:",
             "std Z+{link}, r30",                  // 2: a ring of one
@@ -797,7 +880,8 @@ unsafe extern "C" fn kernel_switch() {
             "lds r24, {kernel}+{arrived}",        // 2
             "or r24, r25",                        // 1
             "sts {kernel}+{arrived}, r24",        // 2
-            "rjmp 2b",                            // 2
+            "clr r24",                            // 1
+            "ret",                                // 4
             "suspended:",
             "ldd r25, Z+{priority}",              // 2
             "sbrs r25, {stands_in}",              // 2, or 1
@@ -816,6 +900,7 @@ unsafe extern "C" fn kernel_switch() {
             "st X+, r30",                         // 2
             "st X, r31",                          // 2
             // Wakes that task first, if it waits. Should it run before the signal is there, it waits again.
+            "clt",                                // 1: T = whether it is to run
             "3:",
             "sei",                                // 1
             "nop",                                // 1
@@ -824,7 +909,7 @@ unsafe extern "C" fn kernel_switch() {
             "ldd r24, Z+{link}+1",                // 2
             "cpi r24, {grouped}",                 // 1
             "brne 4f",                            // 1, or 2
-            "call wake",                          // 4
+            "call kernel_make_ready",             // 4
             "bst r24, 0",                         // 1
             "4:",
             "sei",                                // 1
@@ -838,7 +923,7 @@ unsafe extern "C" fn kernel_switch() {
             "brge 5f",                            // 1: none does
             "ldd r25, Z+{priority}",              // 2
             "sbrs r25, {stands_in}",              // 2, or 1
-            "rjmp 5f",                            // 2: a task does
+            "rjmp 1f",                            // 2: a task does
             "ldd r26, Z+{sp}",                    // 2: X = the group
             "ldd r27, Z+{sp}+1",                  // 2
             "adiw r26, {grouped_task}",           // 2
@@ -888,10 +973,24 @@ unsafe extern "C" fn kernel_switch() {
             "ldd r24, Z+{link}+1",                // 2
             "cpi r24, {grouped}",                 // 1
             "brne 9b",                            // 1, or 2
-            "rjmp wake",                          // 2
+            "rjmp kernel_make_ready",             // 2
+            // No task waits: the signal is stored. X is at the high byte of the semaphore's word.
             "5:",
-            "movw r30, r20",                      // 1
-            "rjmp signal",                        // 2
+            "movw r18, r30",                      // 1
+            "call store_signal",                  // 4
+            "rjmp 2f",                            // 2
+            // A task waits that stands for itself.
+            "1:",
+            "ldd r18, Z+{link}",                  // 2
+            "ldd r19, Z+{link}+1",                // 2
+            "st X, r19",                          // 2
+            "st -X, r18",                         // 2
+            "call kernel_make_ready",             // 4
+            "2:",
+            "brtc 1f",                            // 2, or 1
+            "ldi r24, 1",                         // 1
+            "1:",
+            "ret",                                // 4
             // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
             "kernel_start_task:",
             "pop r24",                            // 2: the first argument

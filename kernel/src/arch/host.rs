@@ -21,8 +21,11 @@ use crate::context::{Interrupt, Task};
 use crate::group::Group;
 use crate::link::Link;
 use crate::masked::Masked;
+use crate::pool::{Pooled, Slot};
+use crate::queue::{Appended, Queue};
 use crate::semaphore::Semaphore;
 use crate::task::{Boot, ControlBlock, Flag, Never};
+use crate::word::State;
 use crate::{IDLE, KERNEL, ready, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
@@ -176,6 +179,14 @@ fn end_section() -> Option<Strike> {
     })
 }
 
+pub(crate) fn worked_out(value: u8) -> u8 {
+    value
+}
+
+pub(crate) fn found<T>(place: &'static T) -> &'static T {
+    place
+}
+
 pub(crate) fn part_sections() {}
 
 pub(crate) fn head_and_above(masked: &Masked) -> (&'static ControlBlock, u8) {
@@ -214,6 +225,26 @@ pub(crate) fn arrive(masked: &Masked, task: &'static ControlBlock, _: bool) -> b
         return Group::of(masked, task).arrive(masked, task).is_some_and(|task| make_ready(masked, task));
     }
     make_ready(masked, task)
+}
+
+pub(crate) fn append<T: Pooled>(masked: &Masked, queue: &Queue<T>, slot: &'static Slot<T>) -> Appended {
+    let signals = match queue.messages.word.get(masked) {
+        State::Waiting(_) => None,
+        State::Signals(signals) => Some(signals),
+        State::Empty => Some(0),
+    };
+    match signals {
+        Some(signals) if signals >= queue.room => return Appended::NOT,
+        Some(signals) => queue.messages.word.reset(masked, signals + 1),
+        None => {}
+    }
+    slot.link.set(masked, None);
+    match queue.first.get(masked).and(queue.last.get(masked)) {
+        Some(last) => last.link.set(masked, Some(slot)),
+        None => queue.first.set(masked, Some(slot)),
+    }
+    queue.last.set(masked, Some(slot));
+    if signals.is_some() { Appended::STORED } else { Appended::AWAITED }
 }
 
 pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
