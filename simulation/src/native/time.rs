@@ -38,27 +38,27 @@ pub fn transfer(payload: usize) -> u64 {
 pub const START: u64 = micros(3000);
 
 /// From the end of a frame until what it brings is in the mailbox that it is for, and an ACK goes out.
-pub const RECEIVE: u64 = micros(132);
+pub const RECEIVE: u64 = micros(115);
 
 /// From the end of an ACK until its message counts as delivered.
-pub const RECEIVE_ACK: u64 = micros(115);
+pub const RECEIVE_ACK: u64 = micros(100);
 
 /// From the end of a frame that was sent until the sending task looks at the clock.
 pub const SENT: u64 = micros(60);
 
 /// From a mailbox's message to the first bit on the wire.
-pub const SEND: u64 = micros(88);
+pub const SEND: u64 = micros(78);
 
 /// Of a transfer between the MCUs, beside the bus: before it, and after.
-pub const CROSS_BEFORE: u64 = micros(100);
-pub const CROSS_AFTER: u64 = micros(100);
+pub const CROSS_BEFORE: u64 = micros(90);
+pub const CROSS_AFTER: u64 = micros(90);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
-pub const WAKE: u64 = micros(126);
+pub const WAKE: u64 = micros(115);
 
 /// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
-pub const ACT: u64 = micros(165);
-pub const NEXT: u64 = micros(260);
+pub const ACT: u64 = micros(155);
+pub const NEXT: u64 = micros(245);
 
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
