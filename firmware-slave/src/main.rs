@@ -62,9 +62,9 @@ mod stack {
     use super::Stack;
 
     pub static RECEIVE: Stack<276> = Stack::new();
-    pub static SEND_USART0: Stack<225> = Stack::new();
-    pub static SEND_USART1: Stack<225> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<225> = Stack::new();
+    pub static SEND_USART0: Stack<221> = Stack::new();
+    pub static SEND_USART1: Stack<221> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
     pub static DEVICES: Stack<239> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
