@@ -162,6 +162,11 @@ impl Body {
         self.reflected[usize::from(dock.index())] = counts;
     }
 
+    /// Whether a latch has come to an end by its own motor since they were last taken.
+    pub(crate) fn has_arrived(&self) -> bool {
+        !self.arrivals.is_empty()
+    }
+
     /// Takes the latches that have come to an end by their own motors since the last call.
     pub(crate) fn take_arrivals(&mut self) -> Vec<(Dock, End)> {
         std::mem::take(&mut self.arrivals)
@@ -201,10 +206,10 @@ impl Body {
                 let is_driven = |bit| i8::from(is_high(mcu, PORTC, bit));
                 let direction = is_driven(3 + 2 * place) - is_driven(2 + 2 * place);
                 let latch = &mut self.latches[index];
-                let before = end_of(latch);
+                let before = (direction != 0).then(|| end_of(latch));
                 latch.step(direction, SECONDS);
                 amperes += latch.amperes();
-                if end_of(latch) != before {
+                if before.is_some_and(|before| end_of(latch) != before) {
                     self.arrivals.extend(end_of(latch).map(|end| (dock, end)));
                 }
                 if is_high(mcu, PORTD, 4 + place) {

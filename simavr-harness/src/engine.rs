@@ -19,7 +19,7 @@ use crate::robot::{Delivery, Member, Robot};
 /// transmitter is on.
 pub const LONGEST_WINDOW: u64 = 4160;
 
-/// Docks are looked at each time that so many cycles have passed: 10.4 ms, whole windows.
+/// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms, whole windows.
 const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
 
 /// A robot and the threads that run it.
@@ -73,15 +73,16 @@ impl Engine {
     /// Runs the robot up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
         while self.cycle < cycle && !self.robot.members.is_empty() {
-            let next_look = (self.cycle + 1).next_multiple_of(DOCKING_STEP);
-            self.run_modules(cycle.min(next_look));
-            if self.cycle == next_look {
+            self.run_modules(cycle);
+            if self.cycle.is_multiple_of(DOCKING_STEP) {
                 let changes = self.robot.settle_docks().into_iter();
-                self.changes.extend(changes.map(|change| simulation::Event { at: next_look, change }));
+                let at = self.cycle;
+                self.changes.extend(changes.map(|change| simulation::Event { at, change }));
             }
         }
     }
 
+    /// Runs the modules up to `cycle`, or to where docks have to be looked at if that comes first.
     fn run_modules(&mut self, cycle: u64) {
         let run = Run::new(&mut self.robot.members, self.cycle, cycle);
         thread::scope(|scope| {
@@ -90,10 +91,11 @@ impl Engine {
             }
             run.work();
         });
+        let end = run.end.into_inner();
         let mut events: Vec<Event> = self.robot.members.iter_mut().flat_map(take_events).collect();
         events.sort();
         self.events.append(&mut events);
-        self.cycle = cycle;
+        self.cycle = end;
     }
 }
 
@@ -112,6 +114,8 @@ struct Run<'a> {
     finished: AtomicUsize,
     /// The shortest frame seen among them.
     shortest_frame: AtomicU64,
+    /// At a time when docks are looked at, one of them does something.
+    is_docking: AtomicBool,
     /// There are no more windows, or a thread panicked.
     over: AtomicBool,
 }
@@ -127,10 +131,11 @@ impl<'a> Run<'a> {
             members: members.iter_mut().map(Mutex::new).collect(),
             mail: Mutex::default(),
             target,
-            end: AtomicU64::new(target.min(from + window)),
+            end: AtomicU64::new(window_end(from, window).min(target)),
             next: AtomicUsize::new(0),
             finished: AtomicUsize::new(0),
             shortest_frame: AtomicU64::new(LONGEST_WINDOW),
+            is_docking: AtomicBool::new(false),
             over: AtomicBool::new(false),
         }
     }
@@ -171,6 +176,9 @@ impl<'a> Run<'a> {
             member.collect_events(number);
             let frame = member.module.shortest_frame().unwrap_or(LONGEST_WINDOW);
             self.shortest_frame.fetch_min(frame, Ordering::Relaxed);
+            if self.end.load(Ordering::Relaxed).is_multiple_of(DOCKING_STEP) && member.module.is_docking() {
+                self.is_docking.store(true, Ordering::Relaxed);
+            }
         }
         if self.finished.fetch_add(1, Ordering::AcqRel) + 1 == self.members.len() {
             self.close_window();
@@ -190,13 +198,18 @@ impl<'a> Run<'a> {
         let window = self.shortest_frame.swap(LONGEST_WINDOW, Ordering::Relaxed);
         self.finished.store(0, Ordering::Relaxed);
         let end = self.end.load(Ordering::Relaxed);
-        if end < self.target {
-            self.end.store(self.target.min(end + window), Ordering::Relaxed);
+        if end < self.target && !self.is_docking.load(Ordering::Relaxed) {
+            self.end.store(window_end(end, window).min(self.target), Ordering::Relaxed);
             self.next.store(0, Ordering::Release);
         } else {
             self.over.store(true, Ordering::Release);
         }
     }
+}
+
+/// Where a window ends that begins at `from`: no later than docks are to be looked at.
+fn window_end(from: u64, window: u64) -> u64 {
+    (from + window).min((from + 1).next_multiple_of(DOCKING_STEP))
 }
 
 impl Member {

@@ -166,6 +166,11 @@ impl Module {
         &mut self.body
     }
 
+    /// Whether a dock looks for another, or has moved its latch to an end.
+    pub(crate) fn is_docking(&self) -> bool {
+        self.body.has_arrived() || !self.looking().is_empty()
+    }
+
     /// The docks that send out light, to look for others.
     pub(crate) fn looking(&self) -> DockSet {
         self.body.looking(&self.mcus)
