@@ -31,18 +31,23 @@ fn hold_up(task: &mut Task) -> Never {
             task.delay(1);
             continue;
         }
-        task.mask(|_| {
-            // SAFETY: it counts in a register.
-            unsafe {
-                asm!(
-                    "2:",
-                    "dec {count}", // 1
-                    "brne 2b",     // 2
-                    count = inout(reg_upper) 150u8 => _,
-                    options(nostack, nomem),
-                );
-            }
-        });
+        task.mask(|_| spin::<150>());
+        spin::<80>(); // or the ticks would be held up for ever, and bytes would seem to come late
+    }
+}
+
+/// Three cycles for each of so many turns.
+#[inline(always)]
+fn spin<const TURNS: u8>() {
+    // SAFETY: it counts in a register.
+    unsafe {
+        asm!(
+            "2:",
+            "dec {turns}", // 1
+            "brne 2b",     // 2
+            turns = inout(reg_upper) TURNS => _,
+            options(nostack, nomem),
+        );
     }
 }
 
