@@ -11,9 +11,6 @@ use crate::device::IO_START;
 /// simavr's request for what a program reads in flash, where fuses may show instead.
 const READ_FLASH: u32 = u32::from_be_bytes(*b"flpm");
 
-/// Cycles that simavr runs for while no timer is set.
-const WITHOUT_TIMER: u64 = 1000;
-
 /// Where a program is.
 #[derive(Clone, Copy)]
 pub(crate) struct CoreState {
@@ -75,18 +72,16 @@ impl Cpu {
         if !self.enabled_just_now() {
             return None;
         }
-        let next_timer = self.next_timer().unwrap_or(cycle + WITHOUT_TIMER);
         // SAFETY: the instance and its `control` are alive by the type's invariant.
         unsafe {
             let avr = self.as_ptr();
-            let deadline = (*self.control()).deadline;
+            let stop = (*self.control()).deadline.min(self.next_timer().unwrap_or(u64::MAX));
             let waiting = &raw const (*avr).interrupts.pending;
-            if (*waiting).read != (*waiting).write || cycle >= deadline.min(next_timer) {
+            if (*waiting).read != (*waiting).write || cycle >= stop {
                 return None;
             }
             (*avr).interrupt_state = 0;
-            (*avr).run_cycle_limit = deadline - cycle;
-            Some(deadline.min(next_timer))
+            Some(stop)
         }
     }
 
