@@ -29,7 +29,7 @@ fn relay_at(divisor: u8) -> Images {
 fn chain(images: &Images, modules: usize, seed: u64) -> Robot {
     let mut robot = RobotBuilder::chain(images.clone(), modules).seed(seed).build().unwrap();
     let first = robot.module_mut(0).unwrap().mcu_mut(Controller::Slave);
-    first.drive_pin(Pin { port: 'A', bit: 0 }, true);
+    first.drive_pin(Pin { port: 'A', bit: 7 }, true);
     robot
 }
 
