@@ -39,6 +39,8 @@ pub static PORT: Port = Port::new();
 enum State {
     Listening,
     Sending,
+    /// Listening again, and the task that sent is to be woken.
+    HasSent,
 }
 
 /// The UART in software: received at PE7, sent at PE5. It uses Timer3, INT5 and INT7.
@@ -90,12 +92,19 @@ fn set_pulse(pulse: Option<Pulse>) {
     }
 }
 
-/// "Timer/Counter3 Compare Match A": a byte is in store that wakes the task.
+/// "Timer/Counter3 Compare Match A": a byte is in store that wakes the task; or the transmission has ended.
 #[doc(hidden)]
 #[inline(always)]
 pub fn wake(interrupt: &mut Interrupt) {
-    interrupt.mask(|_| registers::ignore_match_a());
-    PORT.wake(interrupt);
+    let has_sent = interrupt.mask(|masked| {
+        registers::ignore_match_a();
+        let has_sent = STATE.get(masked) == State::HasSent;
+        if has_sent {
+            STATE.set(masked, State::Listening);
+        }
+        has_sent
+    });
+    if has_sent { PORT.finish(interrupt) } else { PORT.wake(interrupt) }
 }
 
 /// "Timer/Counter3 Compare Match B", where it is no byte that follows another: a byte after a pause or a line held low, or the
@@ -103,22 +112,22 @@ pub fn wake(interrupt: &mut Interrupt) {
 #[doc(hidden)]
 #[inline(always)]
 pub fn ended(interrupt: &mut Interrupt) {
-    let (state, ended) = interrupt.mask(|masked| {
+    let ended = interrupt.mask(|masked| {
         registers::ignore_match_b();
+        if STATE.get(masked) == State::Sending {
+            registers::listen();
+            registers::raise_match_a();
+            STATE.set(masked, State::HasSent);
+            return None;
+        }
         let mut decoder = DECODER.get(masked);
         let ended = decoder.ended(!registers::expects_rising());
         DECODER.set(masked, decoder);
-        let state = STATE.get(masked);
-        if state == State::Sending {
-            registers::listen();
-        }
-        STATE.set(masked, State::Listening);
-        (state, ended)
+        ended
     });
-    match (state, ended) {
-        (State::Sending, _) => PORT.finish(interrupt),
-        (State::Listening, Some(Character::Byte(byte))) => PORT.put(interrupt, byte),
-        (State::Listening, Some(Character::Malformed)) => PORT.lose(interrupt),
-        (State::Listening, None) => {}
+    match ended {
+        Some(Character::Byte(byte)) => PORT.put(interrupt, byte),
+        Some(Character::Malformed) => PORT.lose(interrupt),
+        None => {}
     }
 }

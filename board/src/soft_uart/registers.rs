@@ -144,6 +144,15 @@ fn watch_match_b() {
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_B) });
 }
 
+/// Has unit A match at once, and interrupt.
+#[inline(always)]
+pub fn raise_match_a() {
+    let soon = timer().tcnt3().read().bits().wrapping_add(64); // this line takes fewer
+    timer().ocr3a().write(|w| w.set(soon));
+    // SAFETY: as for `listen`.
+    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_A) });
+}
+
 /// Keeps unit A from interrupting.
 #[inline(always)]
 pub fn ignore_match_a() {
