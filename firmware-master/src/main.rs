@@ -83,7 +83,7 @@ mod stack {
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<275> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
-    pub static BEHAVIOURS: Stack<378> = Stack::new();
+    pub static BEHAVIOURS: Stack<384> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

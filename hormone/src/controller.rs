@@ -331,6 +331,7 @@ impl Controller {
         }
     }
 
+    #[inline(never)] // it stands here several times: flash
     fn dropped(&mut self) -> Response {
         self.status.dropped = self.status.dropped.wrapping_add(1);
         NOTHING
@@ -380,6 +381,7 @@ impl Controller {
     }
 
     /// Sends a hormone by those of `docks` that have a neighbour.
+    #[inline(never)] // likewise
     fn send(&self, hormone: Hormone, docks: DockSet) -> Response {
         let docks = docks.intersection(self.connected);
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }

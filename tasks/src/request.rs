@@ -135,12 +135,21 @@ impl Report {
         }
     }
 
+    /// The joint, and its state, of a payload that is [`Report::Joint`]: for who wants no other, in a tenth of the flash.
+    pub fn of_joint(payload: &[u8]) -> Option<(Axis, joint::State)> {
+        let &[0x11, axis, state, _, _] = payload else { return None };
+        Some((Axis::from_index(axis)?, joint::State::from_code(state)?))
+    }
+
     /// The report in a payload; `None` if it is none.
     pub fn from_payload(payload: &[u8]) -> Option<Report> {
         let &[kind, device, low, high, _] = payload else { return None };
         Some(match kind {
             0x10 => Report::Value(Sensor::from_code(device)?, i16::from_le_bytes([low, high])),
-            0x11 => Report::Joint(Axis::from_index(device)?, joint::State::from_code(low)?),
+            0x11 => {
+                let (axis, state) = Report::of_joint(payload)?;
+                Report::Joint(axis, state)
+            }
             0x12 => Report::Latch(Dock::from_index(device)?, latch::State::from_code(low)?),
             0x13 => Report::Lost(Dock::from_index(device)?),
             0x14 => Report::Switch(Dock::from_index(device)?, Switch::from_code(low)?),

@@ -46,7 +46,14 @@ impl Behaviour {
             None if message.from().task() == TaskCode::AC_RECEIVE => {
                 learn(task, controller, message.payload())
             }
-            None => hear(task, controller, &mut self.joints, message.payload()),
+            None if message.from().task().is_behaviour() => obey(task, controller, message.payload()),
+            None => {
+                // Of what devices report, so far only this matters.
+                if let Some((axis, state)) = Report::of_joint(message.payload()) {
+                    self.joints.hear(axis, state);
+                }
+                Some(NOTHING)
+            }
         };
         // Its buffer is needed for what goes out.
         drop(message);
@@ -106,18 +113,8 @@ fn learn(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option
     Some(controller.topology(&neighbours, now(task)))
 }
 
-/// A task of this module orders the robot about, or a device reports. `None` if it is neither.
-fn hear(
-    task: &mut Task,
-    controller: &mut Controller,
-    joints: &mut Joints,
-    payload: &[u8],
-) -> Option<Response> {
-    // No rule asks for reports yet.
-    if let Some(report) = Report::from_payload(payload) {
-        joints.hear(report);
-        return Some(NOTHING);
-    }
+/// A behaviour of this module orders the robot about. `None` if it does not.
+fn obey(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
     match Hormone::from_payload(payload)? {
         Hormone::Order(order) => Some(controller.order(None, order, now(task))),
         _ => None,

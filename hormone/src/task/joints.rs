@@ -5,7 +5,7 @@ use tasks::api::Api;
 use tasks::message::TaskCode;
 use tasks::motor::Axis;
 use tasks::motor::joint::State;
-use tasks::request::{Report, Request};
+use tasks::request::Request;
 
 use crate::action::Posture;
 
@@ -24,8 +24,8 @@ impl Joints {
     }
 
     /// A joint that is off has forgotten what it was told: its MCU was reset, or somebody else relaxed it.
-    pub fn hear(&mut self, report: Report) {
-        if let Report::Joint(axis, State::Off) = report
+    pub fn hear(&mut self, axis: Axis, state: State) {
+        if state == State::Off
             && let Some(told) = self.told.get_mut(usize::from(axis.index()))
         {
             *told = None;
