@@ -8,7 +8,7 @@ use core::arch::asm;
 use core::mem::offset_of;
 
 use embedded_hal::digital::OutputPin;
-use kernel::{Masked, MaskedCell, Semaphore, Task};
+use kernel::{Context, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::JointMotors;
 use tasks::motor::FULL_DRIVE;
 use tasks::motor::joint::Reading;
@@ -87,12 +87,13 @@ impl JointMotors for Joints {
     }
 
     #[inline(always)]
-    fn reading(&self, masked: &Masked, joint: usize) -> Reading {
+    fn reading(&self, task: &mut Task, joint: usize) -> Reading {
         let (potentiometer, current) = match joint {
             0 => (JOINT_POTENTIOMETER, JOINT_CURRENT),
             _ => (ROLL_POTENTIOMETER, ROLL_CURRENT),
         };
-        let [potentiometer, current] = [potentiometer, current].map(|input| adc::reading(masked, input));
+        let mut last = |input| task.mask(|masked| adc::reading(masked, input));
+        let (potentiometer, current) = (last(potentiometer), last(current));
         Reading { potentiometer, current }
     }
 

@@ -82,7 +82,7 @@ pub trait JointMotors {
     fn look(&mut self, task: &mut Task);
 
     /// What was measured last.
-    fn reading(&self, masked: &Masked, joint: usize) -> Reading;
+    fn reading(&self, task: &mut Task, joint: usize) -> Reading;
 
     /// The drive from the next period on, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.
     fn drive(&self, masked: &Masked, joint: usize, drive: i16);

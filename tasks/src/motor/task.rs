@@ -179,7 +179,7 @@ fn rest<const N: usize>(
             return;
         }
         for (index, joint) in joints.iter_mut().enumerate() {
-            joint.watch(task.mask(|masked| devices.reading(masked, index)));
+            joint.watch(devices.reading(task, index));
         }
     }
 }
@@ -212,15 +212,16 @@ fn control(
         None => {}
     }
     let before = joint.state();
-    let drive = joint.step(task.mask(|masked| devices.reading(masked, index)));
+    let drive = joint.step(devices.reading(task, index));
     let (state, position) = (joint.state(), joint.position());
+    // Each in a section of its own, for the sake of whoever else begins in time.
+    task.mask(|masked| devices.drive(masked, index, drive));
     task.mask(|masked| {
-        devices.drive(masked, index, drive);
         // Else an order has come that the joint has not begun with.
         if panel.order.get(masked).is_none() {
             panel.state.set(masked, state);
         }
-        panel.position.set(masked, position);
     });
+    task.mask(|masked| panel.position.set(masked, position));
     state != before
 }
