@@ -148,8 +148,8 @@ fn a_robot_file_is_run_through_its_changes() {
     assert_eq!(report["topology_correct"], true);
     let ms = |field: &str| report[field].as_f64().unwrap_or(f64::NAN);
     assert!(ms("discovery_ms_max") <= 150.0, "{report:#}");
-    // On a link that lost frames a neighbour has 600 ms.
-    assert!((200.0..=650.0).contains(&ms("loss_notice_ms_max")), "{report:#}");
+    // On a link that lost frames a neighbour has up to 900 ms.
+    assert!((200.0..=950.0).contains(&ms("loss_notice_ms_max")), "{report:#}");
 
     let broken = Path::new(env!("CARGO_TARGET_TMPDIR")).join("broken.toml");
     std::fs::write(&broken, "modules = 2\ndocks = [[\"0.Back\", \"2.Front\"]]\n")
