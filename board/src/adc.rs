@@ -393,10 +393,7 @@ macro_rules! conversion_interrupt {
             // SAFETY: the hardware comes here. The rounds are touched with interrupts masked only; what is changed besides is
             // saved, and `kernel_enter_with_status` restores all that the handler may change.
             unsafe { core::arch::asm!(
-                "push r31",                    // 2
-                "push r30",                    // 2
-                "push r0",                     // 2
-                "in r0, 0x3f",                 // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                    // 2
                 "lds r24, {rounds}+{input}",   // 2
                 "subi r24, 1",                 // 1: the input that comes next
@@ -422,11 +419,7 @@ macro_rules! conversion_interrupt {
                 "out 0x06, r24",               // 1: ADCSRA
                 "pop r25",                     // 2
                 "pop r24",                     // 2
-                "out 0x3f, r0",                // 1
-                "pop r0",                      // 2
-                "pop r30",                     // 2
-                "pop r31",                     // 2
-                "reti",                        // 4
+                $crate::leave_vector!(),     // 11
                 // A dock's, or the last one of the joints: then nothing is left to do while these are controlled.
                 "2:",
                 "lds r30, {rounds}+{period}+1", // 2: 0 if they are not
@@ -439,11 +432,7 @@ macro_rules! conversion_interrupt {
                 "in r24, 0x05",                // 1: ADCH
                 "sts {rounds}+{readings}+1, r24", // 2
                 "pop r24",                     // 2
-                "out 0x3f, r0",                // 1
-                "pop r0",                      // 2
-                "pop r30",                     // 2
-                "pop r31",                     // 2
-                "reti",                        // 4
+                $crate::leave_vector!(),     // 11
                 "3:",
                 "pop r24",                     // 2
                 "ldi r30, lo8(gs({complete}))", // 1
@@ -478,10 +467,7 @@ macro_rules! round_interrupt {
             }
             // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler may change.
             unsafe { core::arch::asm!(
-                "push r31",                 // 2
-                "push r30",                 // 2
-                "push r0",                  // 2
-                "in r0, 0x3f",              // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                 // 2
                 "call {begin_period}",      // 40
                 "pop r24",                  // 2

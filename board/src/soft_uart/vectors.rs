@@ -47,10 +47,7 @@ macro_rules! soft_uart_interrupts {
             // SAFETY: the hardware comes here. The line's state is touched with interrupts masked only; what is changed besides
             // is saved.
             unsafe { core::arch::asm!(
-                "push r31",                   // 2
-                "push r30",                   // 2
-                "push r0",                    // 2
-                "in r0, 0x3f",                // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                   // 2
                 "push r25",                   // 2
                 $crate::period_first!(),      // 4
@@ -86,11 +83,7 @@ macro_rules! soft_uart_interrupts {
                 "6:",
                 "pop r25",                    // 2
                 "pop r24",                    // 2
-                "out 0x3f, r0",               // 1
-                "pop r0",                     // 2
-                "pop r30",                    // 2
-                "pop r31",                    // 2
-                "reti",                       // 4
+                $crate::leave_vector!(),     // 11
                 "7:",
                 "lds r30, {port}+{left}",     // 2: Z = the bytes left
                 "lds r31, {port}+{left}+1",   // 2
@@ -144,10 +137,7 @@ macro_rules! soft_uart_interrupts {
             // SAFETY: the hardware comes here. The line's state is touched with interrupts masked only; what is changed besides
             // is saved.
             unsafe { core::arch::asm!(
-                "push r31",                   // 2
-                "push r30",                   // 2
-                "push r0",                    // 2
-                "in r0, 0x3f",                // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                   // 2
                 "push r25",                   // 2
                 $crate::period_first!(),      // 4
@@ -200,11 +190,7 @@ macro_rules! soft_uart_interrupts {
                 "24:",
                 "pop r25",                    // 2
                 "pop r24",                    // 2
-                "out 0x3f, r0",               // 1
-                "pop r0",                     // 2
-                "pop r30",                    // 2
-                "pop r31",                    // 2
-                "reti",                       // 4
+                $crate::leave_vector!(),     // 11
                 "3:",
                 "subi r24, lo8({bit})",       // 1: a low bit more?
                 "sbci r25, hi8({bit})",       // 1
@@ -371,10 +357,7 @@ macro_rules! soft_uart_interrupts {
             }
             // SAFETY: as for the vector before, and `kernel_enter_with_status` restores all that a handler may change.
             unsafe { core::arch::asm!(
-                "push r31",                   // 2
-                "push r30",                   // 2
-                "push r0",                    // 2
-                "in r0, 0x3f",                // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                   // 2
                 "push r25",                   // 2
                 "lds r24, {decoder}+{is_busy}", // 2
@@ -396,11 +379,7 @@ macro_rules! soft_uart_interrupts {
                 "3:",
                 "pop r25",                    // 2
                 "pop r24",                    // 2
-                "out 0x3f, r0",               // 1
-                "pop r0",                     // 2
-                "pop r30",                    // 2
-                "pop r31",                    // 2
-                "reti",                       // 4
+                $crate::leave_vector!(),     // 11
                 // After a pause. The byte before should have been a frame's last.
                 "6:",
                 "lds r24, {inbox}+{last_byte}", // 2

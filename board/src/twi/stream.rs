@@ -100,10 +100,7 @@ macro_rules! twi_interrupt {
             // only; what is changed besides is saved, and `kernel_enter_with_status` restores all that a handler may
             // change.
             unsafe { core::arch::asm!(
-                "push r31",               // 2
-                "push r30",               // 2
-                "push r0",                // 2
-                "in r0, 0x3f",            // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "lds r30, 0x71",          // 2: TWSR; the prescaler's bits in it are 0
                 "cpi r30, 0x28",          // 1: a byte is sent
                 "breq 2f",                // 1, or 2
@@ -175,11 +172,7 @@ macro_rules! twi_interrupt {
                 "sts {incoming}+1, r31",  // 2
                 "4:",
                 "pop r24",                // 2
-                "out 0x3f, r0",           // 1
-                "pop r0",                 // 2
-                "pop r30",                // 2
-                "pop r31",                // 2
-                "reti",                   // 4
+                $crate::leave_vector!(),     // 11
                 // The packet gives way, and begins anew behind the other.
                 "51:",
                 "lds r30, {incoming}+2",  // 2

@@ -24,10 +24,7 @@ macro_rules! receive_interrupt {
             // SAFETY: the hardware comes here. The inbox is touched with interrupts masked only; what is changed besides is
             // saved, and `kernel_enter_with_status` restores all that a handler may change.
             unsafe { core::arch::asm!(
-                "push r31",                // 2
-                "push r30",                // 2
-                "push r0",                 // 2
-                "in r0, 0x3f",             // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                // 2
                 "push r25",                // 2
                 "lds r24, {status}",       // 2: of the byte in UDRn, so read before it
@@ -40,11 +37,7 @@ macro_rules! receive_interrupt {
                 $crate::store!(),          // 28
                 "pop r25",                 // 2
                 "pop r24",                 // 2
-                "out 0x3f, r0",            // 1
-                "pop r0",                  // 2
-                "pop r30",                 // 2
-                "pop r31",                 // 2
-                "reti",                    // 4
+                $crate::leave_vector!(),     // 11
                 // After a pause. The byte before should have been a frame's last.
                 "6:",
                 "lds r24, {inbox}+{last_byte}", // 2
@@ -104,10 +97,7 @@ macro_rules! transmit_interrupt {
             // SAFETY: the hardware comes here. The outbox, which holds so many bytes as it says, is touched with interrupts masked
             // only; what is changed besides is saved, and `kernel_enter_with_status` restores all that a handler may change.
             unsafe { core::arch::asm!(
-                "push r31",                // 2
-                "push r30",                // 2
-                "push r0",                 // 2
-                "in r0, 0x3f",             // 1: SREG, to the end
+                $crate::enter_vector!(),     // 7
                 "push r24",                // 2
                 "lds r30, {port}+{left}",  // 2: Z = the bytes left
                 "lds r31, {port}+{left}+1", // 2
@@ -123,11 +113,7 @@ macro_rules! transmit_interrupt {
                 "sts {port}+{next}, r30",  // 2
                 "sts {port}+{next}+1, r31", // 2
                 "pop r24",                 // 2
-                "out 0x3f, r0",            // 1
-                "pop r0",                  // 2
-                "pop r30",                 // 2
-                "pop r31",                 // 2
-                "reti",                    // 4
+                $crate::leave_vector!(),     // 11
                 "2:",
                 "pop r24",                 // 2
                 "ldi r30, lo8(gs({end}))", // 1

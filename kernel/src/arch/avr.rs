@@ -328,6 +328,30 @@ pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
     result
 }
 
+/// Saves what a call may change beside r31, r30, r0 and SREG, and Y, which is left with SP: the handler preserves it. 29 cycles.
+macro_rules! save_for_call {
+    () => {
+        concat!(
+            "push r1\n",      // 2
+            "clr r1\n",       // 1: compiled code counts on r1 = 0
+            "push r18\n",     // 2: what a call may change, and Y
+            "push r19\n",     // 2
+            "push r20\n",     // 2
+            "push r21\n",     // 2
+            "push r22\n",     // 2
+            "push r23\n",     // 2
+            "push r24\n",     // 2
+            "push r25\n",     // 2
+            "push r26\n",     // 2
+            "push r27\n",     // 2
+            "push r28\n",     // 2
+            "push r29\n",     // 2
+            "in r28, 0x3d\n", // 1: Y = SP of the interrupted task; the handler preserves it
+            "in r29, 0x3e\n", // 1
+        )
+    };
+}
+
 /// The context switch, with the other entries that share its instructions.
 ///
 /// Not a naked function: rustc turns those into module-level assembly, which LLVM 22 checks against a bare
@@ -471,22 +495,7 @@ unsafe extern "C" fn kernel_switch() {
             ".global kernel_enter_with_status",
             "kernel_enter_with_status:",
             "push r0",                            // 2
-            "push r1",                            // 2
-            "clr r1",                             // 1: compiled code counts on r1 = 0
-            "push r18",                           // 2: what a call may change, and Y
-            "push r19",                           // 2
-            "push r20",                           // 2
-            "push r21",                           // 2
-            "push r22",                           // 2
-            "push r23",                           // 2
-            "push r24",                           // 2
-            "push r25",                           // 2
-            "push r26",                           // 2
-            "push r27",                           // 2
-            "push r28",                           // 2
-            "push r29",                           // 2
-            "in r28, 0x3d",                       // 1: Y = SP of the interrupted task; the handler preserves it
-            "in r29, 0x3e",                       // 1
+            save_for_call!(),                     // 29
             "ldi r24, lo8(__stack - {idle})",     // 1: the kernel's stack, empty: handlers do not nest
             "ldi r25, hi8(__stack - {idle})",     // 1
             "out 0x3e, r25",                      // 1: SPH
@@ -655,22 +664,7 @@ unsafe extern "C" fn kernel_switch() {
             ".global kernel_enter_tick",
             "kernel_enter_tick:",
             "push r0",                            // 2
-            "push r1",                            // 2
-            "clr r1",                             // 1
-            "push r18",                           // 2
-            "push r19",                           // 2
-            "push r20",                           // 2
-            "push r21",                           // 2
-            "push r22",                           // 2
-            "push r23",                           // 2
-            "push r24",                           // 2
-            "push r25",                           // 2
-            "push r26",                           // 2
-            "push r27",                           // 2
-            "push r28",                           // 2
-            "push r29",                           // 2
-            "in r28, 0x3d",                       // 1: Y = SP of the interrupted task
-            "in r29, 0x3e",                       // 1
+            save_for_call!(),                     // 29
             // A timer is due. It runs on the idle task's stack, so that handlers find their own empty. First the commonest
             // case, of a task whose delay is over and that outranks the one to run.
             ".global kernel_expire",
