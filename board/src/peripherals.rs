@@ -37,24 +37,26 @@ pub trait Side {
     fn sensor(sensor: Sensor) -> Option<(Input, Scale)>;
 }
 
-/// The half with the docks Front, Left and Right, the roll joint and the battery.
+/// The half with the docks Front, Left and Right, the roll joint and the accelerometer.
 pub enum MasterSide {}
 
-/// The half with the docks Back, Up and Down, and the accelerometer.
+/// The half with the docks Back, Up and Down, and the battery.
 pub enum SlaveSide {}
 
 impl Side for MasterSide {
     const HALF: Half = MASTER;
-    const HAS_BATTERY: bool = true;
+    const HAS_BATTERY: bool = false;
 
     fn sensor(sensor: Sensor) -> Option<(Input, Scale)> {
+        let [x, y, z] = ACCELERATION;
         Some(match sensor {
             Sensor::Angle(Axis::Front) => (JOINT_POTENTIOMETER, ANGLE),
             Sensor::Angle(Axis::Roll) => (ROLL_POTENTIOMETER, ANGLE),
             Sensor::MotorCurrent(Axis::Front) => (JOINT_CURRENT, MOTOR_CURRENT),
             Sensor::MotorCurrent(Axis::Roll) => (ROLL_CURRENT, MOTOR_CURRENT),
-            Sensor::BatteryVoltage => (BATTERY_VOLTAGE, VOLTAGE),
-            Sensor::BatteryTemperature => (BATTERY_TEMPERATURE, CELSIUS),
+            Sensor::AccelerationX => (x, GRAVITY),
+            Sensor::AccelerationY => (y, GRAVITY),
+            Sensor::AccelerationZ => (z, GRAVITY),
             Sensor::MasterTemperature => (TEMPERATURE, CELSIUS),
             _ => return None,
         })
@@ -63,16 +65,14 @@ impl Side for MasterSide {
 
 impl Side for SlaveSide {
     const HALF: Half = SLAVE;
-    const HAS_BATTERY: bool = false;
+    const HAS_BATTERY: bool = true;
 
     fn sensor(sensor: Sensor) -> Option<(Input, Scale)> {
-        let [x, y, z] = ACCELERATION;
         Some(match sensor {
             Sensor::Angle(Axis::Back) => (JOINT_POTENTIOMETER, ANGLE),
             Sensor::MotorCurrent(Axis::Back) => (JOINT_CURRENT, MOTOR_CURRENT),
-            Sensor::AccelerationX => (x, GRAVITY),
-            Sensor::AccelerationY => (y, GRAVITY),
-            Sensor::AccelerationZ => (z, GRAVITY),
+            Sensor::BatteryVoltage => (BATTERY_VOLTAGE, VOLTAGE),
+            Sensor::BatteryTemperature => (BATTERY_TEMPERATURE, CELSIUS),
             Sensor::SlaveTemperature => (TEMPERATURE, CELSIUS),
             _ => return None,
         })

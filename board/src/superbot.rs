@@ -161,7 +161,7 @@ pub const DOCK_CURRENT_LIMIT: u16 = DOCK_CURRENT.reading(2_500) - DOCK_CURRENT_A
 /// The light of this half's docks for their neighbours' reflections, PB0; high is on.
 pub type Emitters = Pin<PortB, 0>;
 
-/// The charger, PD7, on the master only; high is on.
+/// The charger, PD7, on the slave only; high is on.
 pub type Charger = Pin<PortD, 7>;
 
 // --- The multiplexer ----------------------------------------------------------------------------
@@ -180,11 +180,11 @@ pub const LATCH_CURRENT_LIMIT: i16 = 500;
 /// The temperature of this half's board.
 pub const TEMPERATURE: Input = Input::multiplexed(4);
 
-/// Of the battery; on the master only.
+/// Of the battery; on the slave only.
 pub const BATTERY_VOLTAGE: Input = Input::multiplexed(5);
 pub const BATTERY_TEMPERATURE: Input = Input::multiplexed(6);
 
-/// Of the accelerometer; on the slave only.
+/// Of the accelerometer; on the master only.
 pub const ACCELERATION: [Input; 3] = [Input::multiplexed(5), Input::multiplexed(6), Input::multiplexed(7)];
 
 /// Makes outputs of the multiplexer's address, PG0 to PG2.
@@ -233,7 +233,8 @@ pub const RESIDENCE: Residence = Residence {
             TaskCode::dock(MASTER.usart0),
             TaskCode::dock(MASTER.usart1),
             TaskCode::dock(MASTER.timer3),
-            TaskCode::POWER,
+            TaskCode::POWER_BEYOND,
+            TaskCode::ACCELEROMETER,
             TaskCode::MASTER_TEMPERATURE,
         ]),
     },
@@ -244,8 +245,7 @@ pub const RESIDENCE: Residence = Residence {
             TaskCode::dock(SLAVE.usart0),
             TaskCode::dock(SLAVE.usart1),
             TaskCode::dock(SLAVE.timer3),
-            TaskCode::POWER_BEYOND,
-            TaskCode::ACCELEROMETER,
+            TaskCode::POWER,
             TaskCode::SLAVE_TEMPERATURE,
         ]),
     },

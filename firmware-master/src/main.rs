@@ -1,4 +1,4 @@
-//! The master MCU of a module: the docks Front, Left and Right, two joints, the battery, its side of the bridge, and the
+//! The master MCU of a module: the docks Front, Left and Right, two joints, the accelerometer, its side of the bridge, and the
 //! behaviours.
 //!
 //! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities fall
@@ -81,7 +81,7 @@ mod stack {
     pub static SEND_USART1: Stack<221> = Stack::new();
     pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<275> = Stack::new();
+    pub static DEVICES: Stack<244> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
     pub static BEHAVIOURS: Stack<384> = Stack::new();
 }

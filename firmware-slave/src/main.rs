@@ -1,4 +1,4 @@
-//! The slave MCU of a module: the docks Back, Up and Down, a joint, the accelerometer, and its side of the bridge.
+//! The slave MCU of a module: the docks Back, Up and Down, a joint, the battery, and its side of the bridge.
 //!
 //! Only wiring stands here: which device each task drives, and which task runs on which stack.
 
@@ -66,7 +66,7 @@ mod stack {
     pub static SEND_USART1: Stack<221> = Stack::new();
     pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<239> = Stack::new();
+    pub static DEVICES: Stack<266> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
 }
 

@@ -217,7 +217,7 @@ impl Body {
                 }
             }
         }
-        if is_high(&mcus[Controller::Master as usize], PORTD, 7) {
+        if is_high(&mcus[Controller::Slave as usize], PORTD, 7) {
             amperes -= CHARGING_AMPERES;
         }
         self.battery.step(amperes, SECONDS);
@@ -257,8 +257,8 @@ impl Body {
             let latching: f64 = indices.iter().map(|&index| self.latches[index].amperes()).sum();
             let celsius = self.celsius[controller as usize];
             let rest = match controller {
-                Controller::Master => [self.battery.volts() / 2.0, 0.5 + 0.01 * self.battery.celsius, 0.0],
-                Controller::Slave => self.acceleration.map(|axis| 2.5 + 0.8 * axis),
+                Controller::Master => self.acceleration.map(|axis| 2.5 + 0.8 * axis),
+                Controller::Slave => [self.battery.volts() / 2.0, 0.5 + 0.01 * self.battery.celsius, 0.0],
             };
             mcu.set_analog(|analog| {
                 analog.multiplexed[3] = latching;

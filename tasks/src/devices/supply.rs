@@ -38,8 +38,9 @@ impl Supply {
             desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Charger(state));
         }
         let level = self.battery.look(voltage)?;
-        desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
+        // Shed first: whoever hears of the level may ask for what it no longer allows.
         desk.request(task, TaskCode::POWER, Request::Shed(level));
+        desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
         Some(level)
     }
 

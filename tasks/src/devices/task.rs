@@ -68,7 +68,9 @@ pub fn run<P: Peripherals, const N: usize>(
     let mut next_look = start.wrapping_add(LOOK);
     let mut next_step = start;
     let mut is_busy = false;
-    devices.supply.prepare(task, &mut devices.board);
+    if P::HAS_BATTERY {
+        devices.supply.prepare(task, &mut devices.board);
+    }
     loop {
         while let Some(message) = mailbox.take(task) {
             let client = message.from().task();
@@ -140,7 +142,11 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
             Some(Request::Latch(dock, end)) => docks.latch(task, desk, dock, end, client),
             Some(Request::Approach(dock)) => docks.approach(task, desk, board, motors, dock, client),
             Some(Request::Power { dock, is_on }) => docks.set_power(task, board, dock, is_on, client),
-            Some(Request::Charge { is_on }) => supply.charge(board, is_on),
+            Some(Request::Charge { is_on }) => {
+                if P::HAS_BATTERY {
+                    supply.charge(board, is_on);
+                }
+            }
             Some(Request::Shed(level)) => self.allow(task, level),
             None => desk.malformed = desk.malformed.wrapping_add(1),
         }
