@@ -81,7 +81,7 @@ mod stack {
     pub static SEND_USART1: Stack<221> = Stack::new();
     pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<244> = Stack::new();
+    pub static DEVICES: Stack<243> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
     pub static BEHAVIOURS: Stack<384> = Stack::new();
 }

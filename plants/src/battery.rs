@@ -13,9 +13,6 @@ const RESISTANCE: f64 = 0.15;
 /// What the electronics of a module take, in A. Assumed.
 pub const IDLE_AMPERES: f64 = 0.1;
 
-/// The current with which it is charged, in A. Assumed.
-pub const CHARGING_AMPERES: f64 = 0.8;
-
 /// A battery.
 #[derive(Clone, Debug)]
 pub struct Battery {
@@ -63,7 +60,7 @@ mod tests {
         assert!(battery.charge() > 0.0 && battery.volts() < EMPTY_VOLTS);
         battery.step(1.0, 2.0 * 60.0);
         assert_eq!(battery.charge(), 0.0);
-        battery.step(-CHARGING_AMPERES, 3600.0);
+        battery.step(-0.8, 3600.0);
         assert!((battery.charge() - 0.5).abs() < 1e-9);
     }
 }

@@ -1,6 +1,6 @@
 //! The body of a module: joints, latches and battery, wired to the pins of both MCUs as `board/src/superbot.rs` has it.
 
-use plants::battery::{Battery, CHARGING_AMPERES, IDLE_AMPERES};
+use plants::battery::{Battery, IDLE_AMPERES};
 use plants::dock::Latch;
 use plants::joint::Joint;
 use simulation::Angles;
@@ -96,7 +96,7 @@ pub struct Body {
     arrivals: Vec<(Dock, End)>,
     /// What was last shown of the switches at their ends: released, latched.
     switches: [[Option<bool>; 2]; 6],
-    /// What flows out of each dock while its power switch is closed, in A.
+    /// What flows out of each dock while its power switch is closed, in A. What flows in reaches the battery by its charger.
     pub dock_amperes: [f64; 6],
     /// What each dock sees reflected by something that is no dock of the robot, in counts of the converter.
     pub proximity: [u16; 6],
@@ -199,6 +199,7 @@ impl Body {
             }
             amperes += joint.amperes() * duty.abs();
         }
+        let is_charging = is_high(&mcus[Controller::Slave as usize], PORTD, 7);
         for (controller, docks) in DOCKS {
             let mcu = &mcus[controller as usize];
             for (place, dock) in (0..).zip(docks) {
@@ -213,12 +214,10 @@ impl Body {
                     self.arrivals.extend(end_of(latch).map(|end| (dock, end)));
                 }
                 if is_high(mcu, PORTD, 4 + place) {
-                    amperes += self.dock_amperes[index];
+                    let outward = self.dock_amperes[index];
+                    amperes += if is_charging { outward } else { outward.max(0.0) };
                 }
             }
-        }
-        if is_high(&mcus[Controller::Slave as usize], PORTD, 7) {
-            amperes -= CHARGING_AMPERES;
         }
         self.battery.step(amperes, SECONDS);
         self.show(mcus);

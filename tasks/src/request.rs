@@ -8,6 +8,7 @@ use crate::docking::latch::{self, End};
 use crate::message::TaskCode;
 use crate::motor::Axis;
 use crate::motor::joint;
+use crate::power::allowance::Allowance;
 use crate::power::battery::Level;
 use crate::power::charger;
 use crate::power::switch::Switch;
@@ -37,8 +38,8 @@ pub enum Request {
     Power { dock: Dock, is_on: bool },
     /// Charge the battery through whichever dock is closed, or stop that.
     Charge { is_on: bool },
-    /// From the task with the battery to its counterpart: shed load.
-    Shed(Level),
+    /// From the task with the battery to its counterpart: shed what this no longer allows, take up what it does.
+    Allow(Allowance),
 }
 
 impl Request {
@@ -51,7 +52,7 @@ impl Request {
                 TaskCode::dock(dock)
             }
             Request::Charge { .. } => TaskCode::POWER,
-            Request::Shed(_) => TaskCode::POWER_BEYOND,
+            Request::Allow(_) => TaskCode::POWER_BEYOND,
         }
     }
 
@@ -68,7 +69,7 @@ impl Request {
             Request::Approach(dock) => [4, dock.index(), 0, 0, 0],
             Request::Power { dock, is_on } => [5, dock.index(), is_on.into(), 0, 0],
             Request::Charge { is_on } => [6, 0, is_on.into(), 0, 0],
-            Request::Shed(level) => [7, 0, level as u8, 0, 0],
+            Request::Allow(Allowance { level, is_charging }) => [7, is_charging.into(), level as u8, 0, 0],
         }
     }
 
@@ -89,7 +90,10 @@ impl Request {
             4 => Request::Approach(Dock::from_index(device)?),
             5 => Request::Power { dock: Dock::from_index(device)?, is_on: bool_from(low)? },
             6 => Request::Charge { is_on: bool_from(low)? },
-            7 => Request::Shed(Level::from_code(low)?),
+            7 => {
+                let (level, is_charging) = (Level::from_code(low)?, bool_from(device)?);
+                Request::Allow(Allowance { level, is_charging })
+            }
             _ => return None,
         })
     }
@@ -141,11 +145,20 @@ impl Report {
         Some((Axis::from_index(axis)?, joint::State::from_code(state)?))
     }
 
+    /// The value in a payload that is [`Report::Value`], likewise.
+    pub fn of_value(payload: &[u8]) -> Option<(Sensor, i16)> {
+        let &[0x10, sensor, low, high, _] = payload else { return None };
+        Some((Sensor::from_code(sensor)?, i16::from_le_bytes([low, high])))
+    }
+
     /// The report in a payload; `None` if it is none.
     pub fn from_payload(payload: &[u8]) -> Option<Report> {
-        let &[kind, device, low, high, _] = payload else { return None };
+        let &[kind, device, low, _, _] = payload else { return None };
         Some(match kind {
-            0x10 => Report::Value(Sensor::from_code(device)?, i16::from_le_bytes([low, high])),
+            0x10 => {
+                let (sensor, value) = Report::of_value(payload)?;
+                Report::Value(sensor, value)
+            }
             0x11 => {
                 let (axis, state) = Report::of_joint(payload)?;
                 Report::Joint(axis, state)
@@ -199,7 +212,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(requests.len(), 19 + 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 4);
+        assert_eq!(requests.len(), 19 + 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4);
         assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32);
     }
 

@@ -10,7 +10,7 @@ use crate::docking::latch::{DockingMotor, End, State};
 use crate::message::TaskCode;
 use crate::motor::joint;
 use crate::motor::task::{Motors, Order};
-use crate::power::battery::Level;
+use crate::power::allowance::Allowance;
 use crate::power::switch::Switch;
 use crate::request::Report;
 
@@ -52,7 +52,7 @@ struct Search {
 pub struct Docks {
     docks: [Devices; 3],
     search: Option<Search>,
-    level: Level,
+    allowance: Allowance,
 }
 
 impl Docks {
@@ -64,7 +64,7 @@ impl Docks {
             switch: Switch::Open,
             client: TaskCode::HORMONE,
         };
-        Docks { docks: docks.map(devices), search: None, level: Level::Good }
+        Docks { docks: docks.map(devices), search: None, allowance: Allowance::ALL }
     }
 
     /// Whether the joint with this index is being turned to find a dock.
@@ -84,7 +84,7 @@ impl Docks {
 
     /// Moves the latch of `dock`. Refused while another motor runs or the battery is too empty.
     pub fn latch(&mut self, task: &mut Task, desk: &mut Desk, dock: Dock, end: End, client: TaskCode) {
-        let may = self.level.allows_docking() && !self.is_busy(dock);
+        let may = self.allowance.docking() && !self.is_busy(dock);
         self.search = self.search.take().filter(|search| search.dock != dock);
         match self.devices(dock) {
             Some(devices) if may => {
@@ -106,7 +106,7 @@ impl Docks {
         dock: Dock,
         client: TaskCode,
     ) {
-        let may = self.level.allows_docking() && !self.is_busy(dock);
+        let may = self.allowance.docking() && !self.is_busy(dock);
         let angle = motors.angle(task, JOINT);
         let (Some(start), true, Some(devices)) = (angle, may, self.devices(dock)) else {
             return refuse(task, desk, dock, client);
@@ -127,7 +127,7 @@ impl Docks {
         is_on: bool,
         client: TaskCode,
     ) {
-        let is_allowed = self.level.allows_neighbours();
+        let is_allowed = self.allowance.neighbours();
         let Some(devices) = self.devices(dock) else { return };
         devices.client = client;
         if is_on {
@@ -150,20 +150,26 @@ impl Docks {
     }
 
     /// Sheds or takes up what the battery allows.
-    pub fn allow(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals, level: Level) {
-        self.level = level;
+    pub fn allow(
+        &mut self,
+        task: &mut Task,
+        desk: &mut Desk,
+        board: &mut impl Peripherals,
+        allowance: Allowance,
+    ) {
+        self.allowance = allowance;
         for devices in &mut self.docks {
-            if devices.switch.allow(level.allows_neighbours()) {
+            if devices.switch.allow(allowance.neighbours()) {
                 board.set_power(task, devices.dock, devices.switch.is_closed());
                 devices.tell_switch(task, desk);
             }
-            if !level.allows_docking() && devices.motor.is_running() {
+            if !allowance.docking() && devices.motor.is_running() {
                 devices.motor.stop();
                 board.drive_latch(devices.dock, None);
                 devices.tell_latch(task, desk);
             }
         }
-        if !level.allows_docking() && self.search.take().is_some() {
+        if !allowance.docking() && self.search.take().is_some() {
             board.set_emitters(false);
         }
     }

@@ -4,8 +4,10 @@ use kernel::Task;
 
 use super::desk::Desk;
 use crate::device::{Peripherals, Quantity};
+use crate::dock::{Dock, DockSet};
 use crate::message::TaskCode;
-use crate::power::battery::{Battery, Level};
+use crate::power::allowance::Allowance;
+use crate::power::battery::Battery;
 use crate::power::charger::{Charger, Look};
 use crate::request::{Report, Request};
 use crate::sensor::Sensor;
@@ -14,44 +16,90 @@ use crate::sensor::Sensor;
 pub struct Supply {
     battery: Battery,
     charger: Charger,
+    /// What came in through docks of the other MCU, in mA, as far as it is known since the last look.
+    beyond: u16,
 }
 
 impl Supply {
     /// A full battery, until it is seen.
     pub const fn new() -> Self {
-        Supply { battery: Battery::new(), charger: Charger::new() }
+        Supply { battery: Battery::new(), charger: Charger::new(), beyond: 0 }
     }
 
-    /// Has the battery measured for the next [`look`](Self::look).
-    pub fn prepare(&mut self, task: &mut Task, board: &mut impl Peripherals) {
+    /// What may be switched on.
+    pub fn allowance(&self) -> Allowance {
+        Allowance { level: self.battery.level(), is_charging: self.charger.wants_power() }
+    }
+
+    /// Has measured what the next [`look`](Self::look) is to see; what the other MCU measures will be
+    /// [heard](Self::hear).
+    pub fn prepare<P: Peripherals>(&mut self, task: &mut Task, desk: &mut Desk, board: &mut P) {
         board.look(task, Quantity::Sensor(Sensor::BatteryVoltage));
         board.look(task, Quantity::Sensor(Sensor::BatteryTemperature));
+        self.beyond = 0;
+        if self.charger.is_on() {
+            let here = DockSet::of(&P::docks());
+            for dock in Dock::ALL.into_iter().filter(|dock| !here.contains(*dock)) {
+                desk.request(task, TaskCode::POWER, Request::Read(Sensor::DockCurrent(dock)));
+            }
+        }
     }
 
-    /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns the battery's level if it has.
-    pub fn look(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals) -> Option<Level> {
+    /// The other MCU has measured something for the supply.
+    pub fn hear(&mut self, sensor: Sensor, value: i16) {
+        if let Sensor::DockCurrent(_) = sensor {
+            self.beyond = self.beyond.saturating_add(inward(value));
+        }
+    }
+
+    /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns what may be switched on if that
+    /// has.
+    pub fn look(
+        &mut self,
+        task: &mut Task,
+        desk: &mut Desk,
+        board: &mut impl Peripherals,
+    ) -> Option<Allowance> {
         let voltage = board.seen(task, Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
         let temperature = board.seen(task, Quantity::Sensor(Sensor::BatteryTemperature))?;
-        let current = incoming(task, board);
-        if let Some(state) = self.charger.look(Look { voltage, temperature, current }) {
+        let current = self.incoming(task, board);
+        let before = self.allowance();
+        let charger = self.charger.look(Look { voltage, temperature, current });
+        let level = self.battery.look(voltage);
+        let allowance = self.allowance();
+        let is_news = allowance != before;
+        // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and again, for the
+        // other MCU may have been reset.
+        if is_news || allowance != Allowance::ALL {
+            desk.request(task, TaskCode::POWER, Request::Allow(allowance));
+        }
+        if let Some(state) = charger {
             board.set_charger(self.charger.is_on());
             desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Charger(state));
         }
-        let level = self.battery.look(voltage)?;
-        // Shed first: whoever hears of the level may ask for what it no longer allows.
-        desk.request(task, TaskCode::POWER, Request::Shed(level));
-        desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
-        Some(level)
+        if let Some(level) = level {
+            desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
+        }
+        is_news.then_some(allowance)
     }
 
-    /// Begins to charge, or stops that.
-    pub fn charge(&mut self, board: &mut impl Peripherals, is_on: bool) {
+    /// Begins to charge, or stops that, and tells the other MCU.
+    pub fn charge(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals, is_on: bool) {
         if is_on {
             self.charger.start();
         } else {
             self.charger.stop();
         }
         board.set_charger(self.charger.is_on());
+        desk.request(task, TaskCode::POWER, Request::Allow(self.allowance()));
+    }
+
+    /// What comes in through all docks, in mA.
+    fn incoming<P: Peripherals>(&self, task: &mut Task, board: &mut P) -> u16 {
+        P::docks().into_iter().fold(self.beyond, |incoming, dock| {
+            let outward = board.seen(task, Quantity::Sensor(Sensor::DockCurrent(dock))).unwrap_or(0);
+            incoming.saturating_add(inward(outward))
+        })
     }
 }
 
@@ -61,12 +109,7 @@ impl Default for Supply {
     }
 }
 
-/// What comes in through the docks of this MCU, in mA.
-fn incoming<P: Peripherals>(task: &mut Task, board: &mut P) -> u16 {
-    let mut incoming = 0_u16;
-    for dock in P::docks() {
-        let outward = board.seen(task, Quantity::Sensor(Sensor::DockCurrent(dock))).unwrap_or(0);
-        incoming = incoming.saturating_add(outward.min(0).unsigned_abs());
-    }
-    incoming
+/// Of a current out of a dock, what comes in there.
+fn inward(outward: i16) -> u16 {
+    outward.min(0).unsigned_abs()
 }

@@ -14,7 +14,7 @@ use crate::motor::Axis;
 use crate::motor::joint::State;
 use crate::motor::task::{Motors, Order};
 use crate::post_office::PostOffice;
-use crate::power::battery::Level;
+use crate::power::allowance::Allowance;
 use crate::request::{Report, Request};
 
 /// How often the battery is looked at, in ticks of 1 ms.
@@ -49,7 +49,7 @@ struct Devices<P, const N: usize> {
     docks: Docks,
     sensors: Sensors,
     supply: Supply,
-    level: Level,
+    allowance: Allowance,
 }
 
 /// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order. `alive` is called
@@ -69,15 +69,19 @@ pub fn run<P: Peripherals, const N: usize>(
     let mut next_step = start;
     let mut is_busy = false;
     if P::HAS_BATTERY {
-        devices.supply.prepare(task, &mut devices.board);
+        devices.supply.prepare(task, &mut devices.desk, &mut devices.board);
     }
     loop {
         while let Some(message) = mailbox.take(task) {
             let client = message.from().task();
             let request = Request::from_payload(message.payload());
+            let value = if P::HAS_BATTERY { Report::of_value(message.payload()) } else { None };
             // Its buffer is needed for what goes out.
             drop(message);
-            devices.serve(task, request, client);
+            match value {
+                Some((sensor, value)) => devices.supply.hear(sensor, value),
+                None => devices.serve(task, request, client),
+            }
             if !is_busy {
                 is_busy = true;
                 next_step = now(task).wrapping_add(PERIOD_MS);
@@ -124,7 +128,7 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
             docks: Docks::new(P::docks()),
             sensors: Sensors::new(),
             supply: Supply::new(),
-            level: Level::Good,
+            allowance: Allowance::ALL,
         }
     }
 
@@ -144,10 +148,12 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
             Some(Request::Power { dock, is_on }) => docks.set_power(task, board, dock, is_on, client),
             Some(Request::Charge { is_on }) => {
                 if P::HAS_BATTERY {
-                    supply.charge(board, is_on);
+                    supply.charge(task, desk, board, is_on);
+                    let allowance = supply.allowance();
+                    self.allow(task, allowance);
                 }
             }
-            Some(Request::Shed(level)) => self.allow(task, level),
+            Some(Request::Allow(allowance)) => self.allow(task, allowance),
             None => desk.malformed = desk.malformed.wrapping_add(1),
         }
     }
@@ -159,7 +165,7 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
 
     fn turn(&mut self, task: &mut Task, axis: Axis, angle: i16, speed: u8, client: TaskCode) {
         let device = TaskCode::joint(axis);
-        let Some(index) = self.joint(axis).filter(|_| self.level.allows_joints()) else {
+        let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else {
             return self.desk.report(task, device, client, Report::Refused(device));
         };
         if let Some(joint) = self.joints.get_mut(index) {
@@ -191,18 +197,18 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
 
     #[inline(never)]
     fn look(&mut self, task: &mut Task) {
-        let level = self.supply.look(task, &mut self.desk, &mut self.board);
-        self.supply.prepare(task, &mut self.board);
-        if let Some(level) = level {
-            self.allow(task, level);
+        let allowance = self.supply.look(task, &mut self.desk, &mut self.board);
+        self.supply.prepare(task, &mut self.desk, &mut self.board);
+        if let Some(allowance) = allowance {
+            self.allow(task, allowance);
         }
     }
 
     /// Sheds or takes up what the battery allows.
-    fn allow(&mut self, task: &mut Task, level: Level) {
-        self.level = level;
-        self.docks.allow(task, &mut self.desk, &mut self.board, level);
-        if !level.allows_joints() {
+    fn allow(&mut self, task: &mut Task, allowance: Allowance) {
+        self.allowance = allowance;
+        self.docks.allow(task, &mut self.desk, &mut self.board, allowance);
+        if !allowance.joints() {
             for index in 0..N {
                 self.motors.order(task, index, Order::Relax);
             }

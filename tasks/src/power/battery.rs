@@ -1,4 +1,4 @@
-//! How full the battery is by its voltage, and what is switched off when it gets empty.
+//! How full the battery is, by its voltage.
 
 /// How full the battery is. Each level sheds one load more, in this order: what a robot can best do without goes first,
 /// and a module goes on talking to the last.
@@ -26,21 +26,6 @@ impl Level {
             3 => Some(Level::Empty),
             _ => None,
         }
-    }
-
-    /// Whether neighbours may be given power.
-    pub fn allows_neighbours(self) -> bool {
-        self < Level::Low
-    }
-
-    /// Whether docking motors may run.
-    pub fn allows_docking(self) -> bool {
-        self < Level::VeryLow
-    }
-
-    /// Whether joints may be driven.
-    pub fn allows_joints(self) -> bool {
-        self < Level::Empty
     }
 
     /// The voltage, in mV, below which the battery has this level or a lower one: two Li-ion cells are empty at 6 V.
@@ -131,22 +116,21 @@ mod tests {
     }
 
     #[test]
-    fn loads_are_shed_in_order_and_come_back() {
+    fn a_level_ends_above_where_it_began() {
         let mut battery = Battery::new();
-        let loads = |level: Level| [level.allows_neighbours(), level.allows_docking(), level.allows_joints()];
         for (voltage, expected) in [
-            (8_400, [true, true, true]),
-            (7_000, [true, true, true]),
-            (6_999, [false, true, true]),
-            (6_699, [false, false, true]),
-            (6_399, [false, false, false]),
-            (6_699, [false, false, false]),
-            (6_700, [false, false, true]),
-            (7_000, [false, true, true]),
-            (7_299, [false, true, true]),
-            (7_300, [true, true, true]),
+            (8_400, Level::Good),
+            (7_000, Level::Good),
+            (6_999, Level::Low),
+            (6_699, Level::VeryLow),
+            (6_399, Level::Empty),
+            (6_699, Level::Empty),
+            (6_700, Level::VeryLow),
+            (7_000, Level::Low),
+            (7_299, Level::Low),
+            (7_300, Level::Good),
         ] {
-            assert_eq!(loads(settle(&mut battery, voltage)), expected, "{voltage} mV");
+            assert_eq!(settle(&mut battery, voltage), expected, "{voltage} mV");
         }
     }
 

@@ -95,6 +95,11 @@ impl Charger {
         self.state == State::Charging
     }
 
+    /// Whether it waits for power, or gets it.
+    pub fn wants_power(&self) -> bool {
+        matches!(self.state, State::Charging | State::Paused)
+    }
+
     /// Begins to charge.
     pub fn start(&mut self) {
         *self = Charger { state: State::Charging, looks: 0, without: 0 };

@@ -3,9 +3,11 @@
 //! | file | what |
 //! |---|---|
 //! | [`switch`] | the switch that joins a dock's supply to the neighbour's |
-//! | [`battery`] | how full it is, and what is switched off when it gets empty |
+//! | [`battery`] | how full it is |
+//! | [`allowance`] | what may be switched on, and no longer when it gets empty |
 //! | [`charger`] | charging from a neighbour |
 
+pub mod allowance;
 pub mod battery;
 pub mod charger;
 pub mod switch;

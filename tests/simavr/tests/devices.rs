@@ -10,6 +10,7 @@ use tasks::message::TaskCode;
 use tasks::motor::Axis;
 use tasks::motor::joint;
 use tasks::power::battery::Level;
+use tasks::power::charger;
 use tasks::power::switch::Switch;
 use tasks::request::Report;
 use tasks::sensor::Sensor;
@@ -137,6 +138,19 @@ fn devices_do_and_tell() {
     }
     let left = TaskCode::dock(Dock::Left);
     assert_eq!(rig.report(|_| ()).0, Report::Refused(left), "with this little power no latch is moved");
+
+    // An empty module is charged, here through a dock of the MCU without the battery.
+    assert_eq!(rig.report(|_| ()).0, Report::Switch(Dock::Left, Switch::Closed));
+    rig.body().dock_amperes[usize::from(Dock::Left.index())] = -0.5;
+    let before = rig.body().battery.charge();
+    rig.run(5_000);
+    let charged = (rig.body().battery.charge() - before) * 1.6 * 3600.0;
+    near((charged * 1000.0) as i16, 5 * (500 - 100), 100); // in mA s; 100 mA are for the electronics
+    rig.body().dock_amperes[usize::from(Dock::Left.index())] = 0.0;
+    let (report, milliseconds) = rig.report(|_| ());
+    assert_eq!(report, Report::Switch(Dock::Left, Switch::Shed));
+    assert!((1_700..2_300).contains(&milliseconds), "{milliseconds} ms");
+    assert_eq!(rig.report(|_| ()).0, Report::Charger(charger::State::Failed));
     rig.run(1);
     let master = rig.engine.robot().module(0).expect("there is one").mcu(Controller::Master);
     assert_eq!(master.state(), State::Done);

@@ -98,6 +98,13 @@ fn behave(task: &mut Task, api: Api) -> Never {
         hear(task);
     }
     ask(task, api, Request::Latch(Dock::Left, End::Latched));
+    // A neighbour gives power, and then no longer: the charger gives up, and the switch opens.
+    if api.request(task, TaskCode::HORMONE, Request::Charge { is_on: true }).is_err() {
+        mark(0x7f);
+    }
+    ask(task, api, Request::Power { dock: Dock::Left, is_on: true });
+    hear(task);
+    hear(task);
     finish()
 }
 
