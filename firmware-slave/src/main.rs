@@ -66,7 +66,7 @@ mod stack {
     pub static SEND_USART1: Stack<221> = Stack::new();
     pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<279> = Stack::new();
+    pub static DEVICES: Stack<286> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
 }
 

@@ -4,7 +4,7 @@ use kernel::Task;
 
 use super::desk::Desk;
 use crate::device::{Peripherals, Quantity};
-use crate::dock::{Dock, DockSet};
+use crate::dock::Dock;
 use crate::message::TaskCode;
 use crate::power::allowance::Allowance;
 use crate::power::battery::Battery;
@@ -31,16 +31,24 @@ impl Supply {
         Allowance { level: self.battery.level(), is_charging: self.charger.wants_power() }
     }
 
-    /// Has measured what the next [`look`](Self::look) is to see; what the other MCU measures will be
-    /// [heard](Self::hear).
-    pub fn prepare<P: Peripherals>(&mut self, task: &mut Task, desk: &mut Desk, board: &mut P) {
+    /// Has measured what the next [`look`](Self::look) is to see.
+    pub fn prepare(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals) {
         board.look(task, Quantity::Sensor(Sensor::BatteryVoltage));
         board.look(task, Quantity::Sensor(Sensor::BatteryTemperature));
-        self.beyond = 0;
         if self.charger.is_on() {
-            let here = DockSet::of(&P::docks());
-            for dock in Dock::ALL.into_iter().filter(|dock| !here.contains(*dock)) {
-                desk.request(task, TaskCode::POWER, Request::Read(Sensor::DockCurrent(dock)));
+            self.measure_currents(task, desk, board);
+        }
+    }
+
+    /// Has the currents of all docks measured; what the other MCU measures will be [heard](Self::hear).
+    fn measure_currents<P: Peripherals>(&mut self, task: &mut Task, desk: &mut Desk, board: &mut P) {
+        self.beyond = 0;
+        for dock in Dock::ALL {
+            let sensor = Sensor::DockCurrent(dock);
+            if P::docks().contains(&dock) {
+                board.look(task, Quantity::Sensor(sensor));
+            } else {
+                desk.request(task, TaskCode::POWER, Request::Read(sensor));
             }
         }
     }
@@ -87,6 +95,7 @@ impl Supply {
     pub fn charge(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals, is_on: bool) {
         if is_on {
             self.charger.start();
+            self.measure_currents(task, desk, board);
         } else {
             self.charger.stop();
         }

@@ -83,6 +83,7 @@ fn devices_do_and_tell() {
     let mut expected = Axis::ALL.map(|axis| Report::Joint(axis, joint::State::Off));
     expected.sort_by_key(|report| format!("{report:?}"));
     assert_eq!(off, expected);
+    assert_eq!(rig.report(|_| ()).0, Report::Charger(charger::State::Failed));
     for (axis, expected) in Axis::ALL.into_iter().zip([100, -200, 300]) {
         near(rig.value(Sensor::Angle(axis)), expected, 3);
     }

@@ -76,6 +76,8 @@ fn behave(task: &mut Task, api: Api) -> Never {
     for _ in Axis::ALL {
         hear(task);
     }
+    // Nothing comes in.
+    ask(task, api, Request::Charge { is_on: true });
     for code in 0..Sensor::COUNT {
         if let Some(sensor) = Sensor::from_code(code) {
             ask(task, api, Request::Read(sensor));
