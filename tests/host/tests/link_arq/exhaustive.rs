@@ -1,6 +1,6 @@
-//! Every choice of faults to a bound.
+//! Every order of things that can happen on a link, faults in any number among them.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use simulation::arq::{End, Event, Link, Violation};
@@ -10,7 +10,8 @@ use tasks::dock::Dock;
 const MESSAGES: [u16; 2] = [2, 1];
 const RETRY_LIMIT: u8 = 1;
 const CAPACITY: usize = 2;
-const FAULTS: u8 = 2;
+/// Resets, of both ends together: each begins a new epoch, so without a bound there were no end of states.
+const RESETS: u8 = 2;
 
 /// What may happen next. The ends are 0 and 1.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +19,7 @@ enum Action {
     Start(usize),
     TimeOut(usize),
     Arrive(usize),
-    // From here on faults, each of which counts against the bound.
+    // From here on faults.
     Supersede(usize),
     ArriveWithoutRoom(usize),
     ArriveTwice(usize),
@@ -42,10 +43,6 @@ impl Action {
                 Action::Reset(end),
             ]
         })
-    }
-
-    fn is_fault(self) -> bool {
-        !matches!(self, Action::Start(_) | Action::TimeOut(_) | Action::Arrive(_))
     }
 
     fn is_possible(self, link: &Link) -> bool {
@@ -86,58 +83,72 @@ fn arrive(link: &mut Link, end: usize, room: bool) -> Result<Event, Violation> {
     link.arrive(end, &wire, room)
 }
 
+/// What led to a state: the place of the one before among all, and what happened there.
+#[derive(Clone, Copy)]
+struct Step {
+    before: usize,
+    action: Action,
+}
+
 struct Search {
-    /// Fingerprints of the states seen, each with the faults that were left there.
+    /// Fingerprints of the states seen, each with the resets that were left there.
     seen: HashSet<u64>,
     /// Fingerprints of the states from which recovery was tried.
     recovered: HashSet<u64>,
-    path: Vec<Action>,
+    /// By state but the first, in the order in which they were found.
+    steps: Vec<Step>,
     /// How many attempts a message may take on a line that has become perfect.
     attempts: usize,
 }
 
 impl Search {
-    fn explore(&mut self, link: &Link, faults: u8) {
-        if !self.seen.insert(fingerprint(&(link, faults))) {
-            return;
-        }
-        if self.recovered.insert(fingerprint(link)) {
-            self.recovers(link.clone());
-        }
-        for action in Action::all().filter(|action| action.is_possible(link)) {
-            let Some(left) = faults.checked_sub(action.is_fault().into()) else {
-                continue;
-            };
-            let mut next = link.clone();
-            self.path.push(action);
-            if let Err(violation) = action.apply(&mut next) {
-                panic!("{violation:?} after {:?}", self.path);
+    /// Breadth first, so that a way to a violation is a shortest one.
+    fn explore(&mut self, start: Link, resets: u8) {
+        let mut frontier = VecDeque::from([(start, resets, 0)]);
+        while let Some((link, resets, place)) = frontier.pop_front() {
+            if self.recovered.insert(fingerprint(&link)) {
+                self.recovers(link.clone(), place);
             }
-            if left == 0 {
-                // Nothing comes back any more: states that differ in this only are one.
-                next.ends.iter_mut().for_each(|end| end.echoes.clear());
+            for action in Action::all().filter(|action| action.is_possible(&link)) {
+                let is_reset = matches!(action, Action::Reset(_));
+                let Some(resets) = resets.checked_sub(is_reset.into()) else { continue };
+                let mut next = link.clone();
+                if let Err(violation) = action.apply(&mut next) {
+                    panic!("{violation:?} when {action:?} follows {:?}", self.way_to(place));
+                }
+                if self.seen.insert(fingerprint(&(&next, resets))) {
+                    self.steps.push(Step { before: place, action });
+                    frontier.push_back((next, resets, self.steps.len()));
+                }
             }
-            self.explore(&next, left);
-            self.path.pop();
         }
+    }
+
+    /// What happened up to a state.
+    fn way_to(&self, place: usize) -> Vec<Action> {
+        let step = |place: usize| place.checked_sub(1).map(|index| self.steps[index]);
+        let steps = std::iter::successors(step(place), |last| step(last.before));
+        let mut way: Vec<Action> = steps.map(|step| step.action).collect();
+        way.reverse();
+        way
     }
 
     /// From here on without faults: what is outstanding comes to an end, and then new messages pass
     /// in both directions at once.
-    fn recovers(&self, mut link: Link) {
-        self.settle(&mut link, [false; 2]);
+    fn recovers(&self, mut link: Link, place: usize) {
+        self.settle(&mut link, [false; 2], place);
         let mut delivered = [false; 2];
         for _ in 0..self.attempts {
             for end in (0..2).filter(|end| !delivered[*end]) {
                 link.start(end);
             }
-            delivered = self.settle(&mut link, delivered);
+            delivered = self.settle(&mut link, delivered, place);
         }
-        assert_eq!(delivered, [true; 2], "no recovery after {:?}", self.path);
+        assert_eq!(delivered, [true; 2], "no recovery after {:?}", self.way_to(place));
     }
 
     /// Runs until nothing is outstanding or under way; returns at which ends messages were delivered.
-    fn settle(&self, link: &mut Link, mut delivered: [bool; 2]) -> [bool; 2] {
+    fn settle(&self, link: &mut Link, mut delivered: [bool; 2], place: usize) -> [bool; 2] {
         for _ in 0..100 {
             let arrival = [Action::Arrive(0), Action::Arrive(1)];
             let time_out = [Action::TimeOut(0), Action::TimeOut(1)];
@@ -147,10 +158,10 @@ impl Search {
             };
             match action.apply(link) {
                 Ok(event) => delivered[index % 2] |= event == Event::Delivered,
-                Err(violation) => panic!("{violation:?} when settling after {:?}", self.path),
+                Err(violation) => panic!("{violation:?} when settling after {:?}", self.way_to(place)),
             }
         }
-        panic!("no end after {:?}", self.path);
+        panic!("no end after {:?}", self.way_to(place));
     }
 }
 
@@ -160,13 +171,14 @@ fn fingerprint(state: &impl Hash) -> u64 {
     hasher.finish()
 }
 
-/// Searches all ways to go with up to [`FAULTS`] faults.
+/// Searches all ways to go.
 fn search(docks: [Dock; 2], seeds: [u16; 2], attempts: usize) {
     let ends = [0, 1].map(|end| End::new(docks[end], seeds[end], RETRY_LIMIT));
-    let mut search = Search { seen: HashSet::new(), recovered: HashSet::new(), path: Vec::new(), attempts };
-    search.explore(&Link::new(ends, CAPACITY), FAULTS);
+    let (seen, recovered) = (HashSet::new(), HashSet::new());
+    let mut search = Search { seen, recovered, steps: Vec::new(), attempts };
+    search.explore(Link::new(ends, CAPACITY), RESETS);
     println!("{} states", search.seen.len());
-    assert!(search.seen.len() > 10_000, "the search ends early");
+    assert!(search.seen.len() > 100_000, "the search ends early");
 }
 
 #[test]
