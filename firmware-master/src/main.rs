@@ -83,7 +83,7 @@ mod stack {
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<243> = Stack::new();
     pub static BRIDGE: Stack<151> = Stack::new();
-    pub static BEHAVIOURS: Stack<384> = Stack::new();
+    pub static BEHAVIOURS: Stack<387> = Stack::new();
 }
 
 #[unsafe(no_mangle)]

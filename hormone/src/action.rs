@@ -119,6 +119,8 @@ actions! {
     Grasp = 8 in grasp,
     /// Bend likewise, and let go of the neighbour in front.
     Release = 9 in release,
+    /// Swing on the back: lift the leg the other way.
+    SwingOver = 10 in swing_over,
 }
 
 #[cfg(test)]
@@ -155,6 +157,12 @@ mod tests {
         assert_eq!(ends(Action::Swing).1, ends(Action::Holding).0);
         assert_eq!(ends(Action::Swing).0.motor2, ends(Action::Holding).1.motor2);
         assert!(ends(Action::Swing).0.motor0 > 0, "lifted first");
+    }
+
+    #[test]
+    fn on_its_back_a_leg_is_lifted_the_other_way_and_the_hip_turns_as_before() {
+        let turned = Action::Swing.motion().iter().map(|up| Posture { motor0: -up.motor0, ..up });
+        assert!(turned.eq(Action::SwingOver.motion().iter()));
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! The decisions of HORMONE, the hormone-inspired controller of the paper's Figure 5: which action to
-//! perform and which hormone to propagate, from the topology, the local timer and the received
+//! perform and which hormone to propagate, from the topology, the sensors, the local timer and the received
 //! hormone.
 
 use core::num::{NonZeroU8, NonZeroU16};
@@ -7,6 +7,7 @@ use core::num::{NonZeroU8, NonZeroU16};
 use tasks::dock::{Dock, DockSet};
 
 use crate::action::{Action, Posture};
+use crate::case::{Case, Source};
 use crate::data::Data;
 use crate::election::Election;
 use crate::event::Event;
@@ -16,7 +17,8 @@ use crate::module_type::ModuleType;
 use crate::order::{Course, Helm, Order, What};
 use crate::pace::Pace;
 use crate::pacemaker::Pacemaker;
-use crate::rule::{BACK, Rule, Send, Source};
+use crate::rule::{BACK, Rule, Send};
+use crate::sense::{Sense, Senses};
 use crate::status::Status;
 use crate::topology::{Neighbours, connected, to_bytes};
 
@@ -76,6 +78,9 @@ pub struct Controller {
     part: Part,
     /// Where the last rule that was followed stands in its table.
     last_rule: u8,
+    senses: Senses,
+    /// Whether there was a beat since the sensors were asked.
+    is_beat: bool,
     election: Election,
     helm: Helm,
     status: Status,
@@ -94,6 +99,8 @@ impl Controller {
             rhythm: seed as u8,
             part: Part { before: 0, of: 1 },
             last_rule: 0,
+            senses: Senses::NONE,
+            is_beat: false,
             election: Election::new(seed, now),
             helm: Helm::new(),
             status: Status { gait: gait.name, ..Status::POWER_UP },
@@ -211,6 +218,27 @@ impl Controller {
         Response { send: response.send, ..self.rest() }
     }
 
+    /// The senses whose sensors are to be asked now, for [`read`](Self::read): once a beat, those that are a condition of a rule
+    /// for this type.
+    pub fn asks(&mut self) -> impl Iterator<Item = Sense> {
+        let is_beat = core::mem::take(&mut self.is_beat);
+        if is_beat {
+            self.senses.age();
+        }
+        Sense::ALL.into_iter().filter(move |&sense| is_beat && self.minds(sense))
+    }
+
+    /// Whether there is a rule for this type with this sense.
+    fn minds(&self, sense: Sense) -> bool {
+        let case = Case::new(self.acting, Source::Timer).given(Some(sense));
+        self.gait().rules.iter().any(|rule| rule.case.is_like(case))
+    }
+
+    /// The sensor of `sense` reads `value`.
+    pub fn read(&mut self, sense: Sense, value: i16) {
+        self.senses.read(sense, value);
+    }
+
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
     /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot turns to
@@ -318,6 +346,7 @@ impl Controller {
 
     fn rest(&mut self) -> Response {
         self.status.action = Action::Rest;
+        self.senses = Senses::NONE;
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 
@@ -361,6 +390,7 @@ impl Controller {
 
     /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
     fn act(&mut self, source: Source, data: Data, rhythm: u8, lifetime: Option<NonZeroU8>) -> Response {
+        self.is_beat = true;
         let beats = self.gait().beats;
         let (action, send) = match self.rule(source, data) {
             Some(rule) => {
@@ -387,22 +417,28 @@ impl Controller {
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
 
-    /// The rule for this letter. There is one at most, and mostly it stands beside the last one, so the search begins there.
+    /// The rule for this letter: one for what the module senses before the one for all. There is one at most for each, and
+    /// mostly it stands beside the last one, so the search begins there.
     fn rule(&mut self, source: Source, data: Data) -> Option<Rule> {
         let Gait { rules, beats, .. } = *self.gait();
-        let mut place = self.last_rule.saturating_sub(1);
-        for _ in 0..rules.len() {
-            if usize::from(place) >= rules.len() {
-                place = 0;
+        let mut held = self.senses.held();
+        loop {
+            let sense = held.next();
+            let case = Case::new(self.acting, source).given(sense);
+            let mut place = self.last_rule.saturating_sub(1);
+            for _ in 0..rules.len() {
+                if usize::from(place) >= rules.len() {
+                    place = 0;
+                }
+                let rule = rules.get(place.into())?;
+                if rule.case == case && rule.covers(data, beats) {
+                    self.last_rule = place;
+                    return Some(rule);
+                }
+                place += 1;
             }
-            let rule = rules.get(place.into())?;
-            if rule.module_type == self.acting && rule.source == source && rule.covers(data, beats) {
-                self.last_rule = place;
-                return Some(rule);
-            }
-            place += 1;
+            sense?;
         }
-        None
     }
 
     /// What a module of no known type sends: the same, to all the others.

@@ -102,6 +102,26 @@ pub struct Gait {
 ///     received(LeftLeg, A).to(B).perform(Swing), received(LeftLeg, B).perform(Holding)] }
 /// ```
 ///
+/// A sense that there is not, two rules for one case and sense, and a rule with a condition alone:
+///
+/// ```compile_fail,E0599
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*, sense::Sense};
+/// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
+///     received(LeftLeg, A).given(Sense::Hungry).perform(SwingOver), received(LeftLeg, A).perform(Swing)] }
+/// ```
+/// ```compile_fail,E0080
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*, sense::Sense::*};
+/// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
+///     received(LeftLeg, A).to(B).perform(Swing),
+///     received(LeftLeg, A).to(B).given(UpsideDown).perform(SwingOver),
+///     received(LeftLeg, B).given(UpsideDown).perform(Holding)] }
+/// ```
+/// ```compile_fail,E0080
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*, sense::Sense::*};
+/// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
+///     received(LeftLeg, A).perform(Swing), received(LeftLeg, A).to(B).given(UpsideDown).perform(SwingOver)] }
+/// ```
+///
 /// A hormone that nobody receives: no left leg has a rule for A.
 ///
 /// ```compile_fail,E0080

@@ -9,13 +9,14 @@
 //! |---|---|
 //! | AC_SEND | [`schedule`], [`probe`] |
 //! | AC_RECV | [`topology`], [`probe`] |
-//! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], and the [`rule`]s of a [`mod@gait`] |
+//! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`sense`], the [`rule`]s of a [`mod@gait`] |
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds in
 //! a `u16` that wraps (see [`time`]), and carries out what comes back.
 #![cfg_attr(not(test), no_std)]
 
 pub mod action;
+pub mod case;
 pub mod controller;
 pub mod data;
 pub mod election;
@@ -29,6 +30,7 @@ pub mod pacemaker;
 pub mod probe;
 pub mod rule;
 pub mod schedule;
+pub mod sense;
 pub mod status;
 pub mod table;
 pub mod task;

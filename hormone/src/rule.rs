@@ -2,40 +2,34 @@
 //!
 //! A row for one letter reads as in the paper. Where an action goes on over several beats, as a leg's Holding over
 //! all but one of six, one row has them all: from a first letter to a last one, round the end of the Period if
-//! need be.
+//! need be. A row may be for modules alone that sense something; while they do, it goes before the row without such a
+//! condition for the same letter.
 //!
 //! ```
-//! use hormone::action::Action::{Holding, Straight};
+//! use hormone::action::Action::{Holding, Straight, SwingOver};
 //! use hormone::data::Data::{A, B, C, D};
-//! use hormone::module_type::ModuleType::{Branch, RightLeg};
+//! use hormone::module_type::ModuleType::{Branch, LeftLeg, RightLeg};
 //! use hormone::rule::{LEFT_RIGHT_BACK, received};
+//! use hormone::sense::Sense::UpsideDown;
 //!
 //! received(Branch, A).perform(Straight).send(B, LEFT_RIGHT_BACK); // one row of Table 1
 //! received(RightLeg, D).to(B).perform(Holding); // D, and on to A and B
 //! received(Branch, A).to(D).perform(Straight).send(B, LEFT_RIGHT_BACK); // A -> B, B -> C, C -> D, D -> A
+//! received(LeftLeg, A).given(UpsideDown).perform(SwingOver); // the robot lies on its back
 //! ```
 
 use tasks::dock::{Dock, DockSet};
 
 use crate::action::Action;
+use crate::case::{Case, Source};
 use crate::data::Data;
 use crate::module_type::ModuleType;
+use crate::sense::Sense;
 
 /// The paper's {b}.
 pub const BACK: DockSet = DockSet::of(&[Dock::Back]);
 /// The paper's {l,r,b}.
 pub const LEFT_RIGHT_BACK: DockSet = DockSet::of(&[Dock::Left, Dock::Right, Dock::Back]);
-
-/// Where the letter comes from that a rule answers to.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-#[repr(u8)]
-pub enum Source {
-    /// The local timer of a leader has come to the letter's beat: A at 0, B one beat later.
-    Timer,
-    /// A hormone brings it.
-    Hormone,
-}
 
 /// What a rule sends: `[name, data, docks]` in the paper.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -47,19 +41,18 @@ pub struct Send {
     pub docks: DockSet,
 }
 
-/// What a module of one type does at one letter or several in a row. Seven bytes of program memory.
+/// What a module of one type does at one letter or several in a row. Six bytes of program memory.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Rule {
-    pub(crate) module_type: ModuleType,
-    pub(crate) source: Source,
+    pub(crate) case: Case,
     pub(crate) first: Data,
     pub(crate) last: Data,
     pub(crate) action: Action,
     pub(crate) send: Option<Send>,
 }
 
-const _: () = assert!(size_of::<Rule>() == 7);
+const _: () = assert!(size_of::<Rule>() == 6);
 
 /// A rule for a leader of this type, at the beat of `data` on its local timer.
 pub const fn timer(module_type: ModuleType, data: Data) -> Rule {
@@ -73,12 +66,18 @@ pub const fn received(module_type: ModuleType, data: Data) -> Rule {
 
 impl Rule {
     const fn new(module_type: ModuleType, source: Source, data: Data) -> Rule {
-        Rule { module_type, source, first: data, last: data, action: Action::Straight, send: None }
+        let case = Case::new(module_type, source);
+        Rule { case, first: data, last: data, action: Action::Straight, send: None }
     }
 
     /// From the letter named before to `last`, round the end of the Period if that comes before it.
     pub const fn to(self, last: Data) -> Rule {
         Rule { last, ..self }
+    }
+
+    /// Only while the module senses this. Every letter needs a rule without a condition, too.
+    pub const fn given(self, sense: Sense) -> Rule {
+        Rule { case: self.case.given(Some(sense)), ..self }
     }
 
     /// The action to perform, over as many beats as the rule has letters. Without this it is Straight.

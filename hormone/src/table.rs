@@ -7,20 +7,21 @@ use tasks::dock::Dock;
 
 use crate::data::{Data, MOST_BEATS};
 use crate::module_type::ModuleType;
-use crate::rule::{Rule, Source};
+use crate::rule::Rule;
 
 /// Refuses a table that can't be meant.
 ///
 /// # Panics
 /// When compiled, if `beats` is not 1 to [`MOST_BEATS`], a letter lies past the last beat, a rule is for
-/// [`ModuleType::Other`], two rules are for one case, or nobody who can sit at the dock has a rule for what is sent there.
+/// [`ModuleType::Other`], two rules are for one case, a rule with a condition has a letter for which there is none without, or
+/// nobody who can sit at the dock has a rule for what is sent there.
 pub const fn check(rules: &[Rule], beats: u8) {
     assert!(beats >= 1 && beats <= MOST_BEATS, "a Period has one to six beats");
     let mut index = 0;
     while index < rules.len() {
         let rule = &rules[index];
         assert!(
-            !matches!(rule.module_type, ModuleType::Other),
+            !matches!(rule.case.module_type(), ModuleType::Other),
             "Other takes no rule: it keeps still and passes hormones on"
         );
         check_letters(rule, beats);
@@ -29,6 +30,7 @@ pub const fn check(rules: &[Rule], beats: u8) {
             assert!(!is_one_case(rule, &rules[other], beats), "two rules for one case");
             other += 1;
         }
+        check_otherwise(rule, rules, beats);
         check_receivers(rule, rules, beats);
         index += 1;
     }
@@ -45,9 +47,23 @@ const fn check_letters(rule: &Rule, beats: u8) {
 }
 
 const fn is_one_case(one: &Rule, other: &Rule, beats: u8) -> bool {
-    one.module_type as u8 == other.module_type as u8
-        && one.source as u8 == other.source as u8
-        && (one.covers(other.first, beats) || other.covers(one.first, beats))
+    one.case.is(other.case) && (one.covers(other.first, beats) || other.covers(one.first, beats))
+}
+
+/// What a module does that does not sense what the rule asks for.
+const fn check_otherwise(rule: &Rule, rules: &[Rule], beats: u8) {
+    let mut count = 0;
+    while count < rule.beats(beats) {
+        let data = rule.first.later(count, beats);
+        let mut is_covered = false;
+        let mut index = 0;
+        while index < rules.len() {
+            is_covered |= rules[index].case.is(rule.case.given(None)) && rules[index].covers(data, beats);
+            index += 1;
+        }
+        assert!(is_covered, "a rule with a condition, and none for when it does not hold");
+        count += 1;
+    }
 }
 
 const fn check_receivers(rule: &Rule, rules: &[Rule], beats: u8) {
@@ -73,10 +89,7 @@ const fn is_received(data: Data, dock: Dock, rules: &[Rule], beats: u8) -> bool 
     let mut index = 0;
     while index < rules.len() {
         let rule = &rules[index];
-        if matches!(rule.source, Source::Hormone)
-            && rule.module_type.sits_at(dock)
-            && rule.covers(data, beats)
-        {
+        if rule.case.is_received() && rule.case.module_type().sits_at(dock) && rule.covers(data, beats) {
             return true;
         }
         index += 1;

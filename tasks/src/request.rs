@@ -151,6 +151,12 @@ impl Report {
         Some((Sensor::from_code(sensor)?, i16::from_le_bytes([low, high])))
     }
 
+    /// The value of `sensor`, if that is what a payload tells: likewise.
+    pub fn value_of(sensor: Sensor, payload: &[u8]) -> Option<i16> {
+        let &[0x10, code, low, high, _] = payload else { return None };
+        (code == sensor.code()).then_some(i16::from_le_bytes([low, high]))
+    }
+
     /// The report in a payload; `None` if it is none.
     pub fn from_payload(payload: &[u8]) -> Option<Report> {
         let &[kind, device, low, _, _] = payload else { return None };
@@ -204,6 +210,11 @@ mod tests {
                         assert_eq!(Request::from_payload(&request.to_payload()), Some(request));
                         assert!(!request.task().is_behaviour());
                         requests.insert(request);
+                    }
+                    if let Some(sensor) = Sensor::from_code(device) {
+                        let value =
+                            Report::value_of(sensor, &payload).map(|value| Report::Value(sensor, value));
+                        assert_eq!(value, report.filter(|report| matches!(report, Report::Value(..))));
                     }
                     if let Some(report) = report {
                         assert_eq!(Report::from_payload(&report.to_payload()), Some(report));

@@ -21,7 +21,8 @@ pub enum Sensor {
     BatteryVoltage,
     /// In 0.1 degree Celsius.
     BatteryTemperature,
-    /// Along the axes x, y and z, in thousandths of the acceleration of gravity.
+    /// Along the axes of the half with the Front dock, in thousandths of the acceleration of gravity: x to the Front, y to the
+    /// Left, z up. At rest the axis that points up reads 1000.
     AccelerationX,
     AccelerationY,
     AccelerationZ,

@@ -1,6 +1,8 @@
 use super::*;
-use crate::gait::GaitName;
-use Action::{Holding, Rest, Straight, Swing};
+use crate::gait::{GAITS, GaitName};
+use crate::sense::LASTS;
+use crate::sense::Sense::UpsideDown;
+use Action::{Holding, Rest, Straight, Swing, SwingOver};
 use Data::{A, B};
 use Dock::{Back, Down, Front, Left, Right, Up};
 
@@ -232,6 +234,78 @@ fn a_right_legs_hip_turns_the_other_way() {
     let (left, right) = (left.posture(0).unwrap(), right.posture(0).unwrap());
     assert_eq!(right, Posture { motor2: -left.motor2, ..left });
     assert_ne!(left.motor2, 0);
+}
+
+/// What comes of a beat's question: no answer, or one from a leg on its feet, or on its back.
+const ANSWERS: [Option<i16>; 3] = [None, Some(870), Some(-870)];
+
+/// All rows of answers to so many beats.
+fn rows(beats: u32) -> impl Iterator<Item = Vec<Option<i16>>> {
+    (0..3_usize.pow(beats))
+        .map(move |row| (0..beats).map(|beat| ANSWERS[row / 3_usize.pow(beat) % 3]).collect())
+}
+
+#[test]
+fn a_leg_that_lies_on_its_back_lifts_the_other_way_until_it_does_not_or_nobody_says_so() {
+    for (leg, action_to) in [(LEFT_LEG, [Swing, Holding]), (RIGHT_LEG, [Holding, Swing])] {
+        for answers in rows(9) {
+            let mut controller = module(&leg);
+            // Beats since it was said last that it lies on its back; `None` once it was said that it does not.
+            let mut said: Option<usize> = None;
+            for (beat, &answer) in answers.iter().enumerate() {
+                let data = [A, B][beat % 2];
+                let action = controller.received(Back, cp(data), beat as u16 * BEAT).action.unwrap();
+                let holds = said.is_some_and(|said| beat - said <= usize::from(LASTS));
+                let expected = match action_to[beat % 2] {
+                    Swing if holds => SwingOver,
+                    action => action,
+                };
+                assert_eq!(action, expected, "beat {beat} of {answers:?}");
+                assert!(controller.asks().eq([UpsideDown]));
+                assert!(controller.asks().eq([]), "once a beat");
+                if let Some(value) = answer {
+                    controller.read(UpsideDown, value);
+                    said = (value < 0).then_some(beat);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn who_has_no_rule_with_a_condition_asks_nothing() {
+    let types = [HEAD, TAIL, LEFT_LEG, RIGHT_LEG, SPINE, BRANCH, OTHER];
+    for gait in GAITS.iter() {
+        let has_condition =
+            |name| [GaitName::Centipede, GaitName::FourLegs, GaitName::SixLegs].contains(&name);
+        let has_condition = GaitName::from_byte(gait.name).is_some_and(has_condition);
+        for neighbours in types {
+            let mut controller = Controller::new(gait, 0, 0);
+            let _ = controller.topology(&neighbours, 0);
+            assert!(controller.asks().eq([]), "no beat yet");
+            let _ = controller.received(Front, Hormone::Pace(Pace { name: gait.name, ..pace(A) }), 10);
+            let is_leg = [LEFT_LEG, RIGHT_LEG].contains(&neighbours);
+            assert_eq!(controller.asks().eq([UpsideDown]), is_leg && has_condition, "{}", gait.name);
+        }
+    }
+}
+
+#[test]
+fn what_was_sensed_is_forgotten_by_who_rests() {
+    let mut leg = module(&LEFT_LEG);
+    leg.read(UpsideDown, -1000);
+    let _ = leg.topology(&RIGHT_LEG, 10);
+    assert_eq!(leg.received(Back, cp(B), 20).action, Some(Swing));
+}
+
+#[test]
+fn a_beat_made_good_asks_and_obeys_too() {
+    let mut leg = module(&LEFT_LEG);
+    let _ = leg.received(Back, cp(B), 0);
+    leg.read(UpsideDown, -1000);
+    assert!(leg.asks().eq([UpsideDown]));
+    assert_eq!(leg.timer(BEAT + 12).unwrap().action, Some(SwingOver));
+    assert!(leg.asks().eq([UpsideDown]));
 }
 
 #[test]

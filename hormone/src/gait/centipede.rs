@@ -6,12 +6,16 @@
 //! Table 1 has the spine answer B to A. We build what the text says, that the hormone "propagates
 //! through the spine modules as it is": by the table's row every leg behind the first spine would get
 //! the same data twice a Period and never alternate.
+//!
+//! A leg whose accelerometer says that it lies on its back lifts its foot the other way, so a robot that is turned over walks
+//! on. Nobody tells it; the hip goes on as before, and ahead is where it was.
 
 use super::Leader;
-use crate::action::Action::{Holding, Straight, Swing};
+use crate::action::Action::{Holding, Straight, Swing, SwingOver};
 use crate::data::Data::{A, B};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
+use crate::sense::Sense::UpsideDown;
 
 crate::gait! {
     beats: 2,
@@ -25,8 +29,10 @@ crate::gait! {
         received(Branch, A).perform(Straight).send(B, LEFT_RIGHT_BACK),
         received(Branch, B).perform(Straight).send(A, LEFT_RIGHT_BACK),
         received(LeftLeg, A).perform(Swing),
+        received(LeftLeg, A).given(UpsideDown).perform(SwingOver),
         received(RightLeg, A).perform(Holding),
         received(LeftLeg, B).perform(Holding),
         received(RightLeg, B).perform(Swing),
+        received(RightLeg, B).given(UpsideDown).perform(SwingOver),
     ],
 }

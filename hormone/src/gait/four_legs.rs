@@ -4,10 +4,11 @@
 //! swing in the order left hind, left front, right hind, right front.
 
 use super::Leader;
-use crate::action::Action::{Holding, Straight, Swing};
+use crate::action::Action::{Holding, Straight, Swing, SwingOver};
 use crate::data::Data::{A, B, C, D};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
+use crate::sense::Sense::UpsideDown;
 
 crate::gait! {
     beats: 4,
@@ -18,8 +19,10 @@ crate::gait! {
         received(Spine, A).to(D).perform(Straight).send(A, BACK),
         received(Branch, A).to(D).perform(Straight).send(B, LEFT_RIGHT_BACK),
         received(LeftLeg, A).perform(Swing),
+        received(LeftLeg, A).given(UpsideDown).perform(SwingOver),
         received(LeftLeg, B).to(D).perform(Holding),
         received(RightLeg, C).perform(Swing),
+        received(RightLeg, C).given(UpsideDown).perform(SwingOver),
         received(RightLeg, D).to(B).perform(Holding),
     ],
 }

@@ -4,10 +4,11 @@
 //! three legs at a time there is the centipede.
 
 use super::Leader;
-use crate::action::Action::{Holding, Straight, Swing};
+use crate::action::Action::{Holding, Straight, Swing, SwingOver};
 use crate::data::Data::{A, B, C, D, E, F};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
+use crate::sense::Sense::UpsideDown;
 
 crate::gait! {
     beats: 6,
@@ -18,8 +19,10 @@ crate::gait! {
         received(Spine, A).to(F).perform(Straight).send(A, BACK),
         received(Branch, A).to(F).perform(Straight).send(C, LEFT_RIGHT_BACK),
         received(LeftLeg, A).perform(Swing),
+        received(LeftLeg, A).given(UpsideDown).perform(SwingOver),
         received(LeftLeg, B).to(F).perform(Holding),
         received(RightLeg, D).perform(Swing),
+        received(RightLeg, D).given(UpsideDown).perform(SwingOver),
         received(RightLeg, E).to(C).perform(Holding),
     ],
 }

@@ -4,7 +4,7 @@ use kernel::{LONGEST, Mutex, Task, Ticks, now};
 use tasks::api::Api;
 use tasks::dock::Dock;
 use tasks::message::{Address, Buffered, Message, TaskCode};
-use tasks::request::Report;
+use tasks::request::{Report, Request};
 
 use super::docks::Docks;
 use super::joints::Joints;
@@ -13,6 +13,7 @@ use crate::controller::{Controller, NOTHING, Outgoing, Response};
 use crate::event::Event;
 use crate::gait::GaitName;
 use crate::hormone::Hormone;
+use crate::sense::Sense;
 use crate::status::Status;
 use crate::time::{reached, until};
 use crate::topology;
@@ -48,10 +49,11 @@ impl Behaviour {
             }
             None if message.from().task().is_behaviour() => obey(task, controller, message.payload()),
             None => {
-                // Of what devices report, so far only this matters.
+                // Of what devices report, no more matters.
                 if let Some((axis, state)) = Report::of_joint(message.payload()) {
                     self.joints.hear(axis, state);
                 }
+                read(controller, message.payload());
                 Some(NOTHING)
             }
         };
@@ -80,6 +82,7 @@ impl Behaviour {
                 self.joints.turn(task, api, posture);
             }
             self.docks.ask(task, api, self.controller.status().action.docking());
+            self.ask_sensors(task, api);
         }
         self.due
     }
@@ -88,6 +91,14 @@ impl Behaviour {
     fn beat(&mut self, task: &mut Task, api: Api) {
         while let Some(response) = self.controller.timer(now(task)) {
             follow(task, &mut self.controller, response, api);
+        }
+    }
+
+    /// Asks what rules depend on. What finds no room now is asked with the next beat.
+    #[inline(never)] // likewise
+    fn ask_sensors(&mut self, task: &mut Task, api: Api) {
+        for sense in self.controller.asks() {
+            let _ = api.request(task, TaskCode::HORMONE, Request::Read(sense.sensor()));
         }
     }
 
@@ -111,6 +122,15 @@ fn receive(task: &mut Task, controller: &mut Controller, dock: Dock, payload: &[
 fn learn(task: &mut Task, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
     let neighbours = topology::from_bytes(payload)?;
     Some(controller.topology(&neighbours, now(task)))
+}
+
+/// A device answered.
+fn read(controller: &mut Controller, payload: &[u8]) {
+    for sense in Sense::ALL {
+        if let Some(value) = Report::value_of(sense.sensor(), payload) {
+            controller.read(sense, value);
+        }
+    }
 }
 
 /// A behaviour of this module orders the robot about. `None` if it does not.

@@ -8,6 +8,7 @@ mod loss;
 mod orders;
 mod ring;
 mod robot;
+mod senses;
 mod shapes;
 mod tree;
 mod walks;

@@ -12,11 +12,15 @@ use hormone::module_type::ModuleType;
 use hormone::order::{Course, Order};
 use hormone::probe::Probe;
 use hormone::schedule::Schedule;
+use hormone::sense::Sense;
 use hormone::topology::{Neighbours, Topology};
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
 /// How often AC_RECV looks for silent neighbours, in milliseconds.
 const LOOK: u32 = 20;
+
+/// How long a sensor takes to answer, likewise.
+const ANSWERS_AFTER: u32 = 4;
 
 /// A dock of one of the robot's modules.
 pub type Port = (usize, Dock);
@@ -67,6 +71,8 @@ struct Module {
     generated: Vec<Beat>,
     received: Vec<Beat>,
     acts: Vec<Act>,
+    /// What its sensors were asked for, and when they answer.
+    questions: Vec<(u32, Sense)>,
 }
 
 enum Content {
@@ -95,6 +101,10 @@ pub struct Robot {
     pub longest_delay: u16,
     /// Of a hundred frames, how many are lost, each way.
     pub frame_loss: u64,
+    /// What the accelerometers read along z.
+    pub up: i16,
+    /// Of a hundred answers of sensors, how many are lost.
+    pub answer_loss: u64,
     /// Until when a dock's link is busy with a hormone.
     busy_until: HashMap<Port, u32>,
     /// Milliseconds since the start.
@@ -121,6 +131,7 @@ impl Robot {
                 generated: Vec::new(),
                 received: Vec::new(),
                 acts: Vec::new(),
+                questions: Vec::new(),
             }
         };
         Robot {
@@ -132,6 +143,8 @@ impl Robot {
             random,
             longest_delay: 1,
             frame_loss: 0,
+            up: 1000,
+            answer_loss: 0,
             busy_until: HashMap::new(),
             now: 0,
         }
@@ -365,6 +378,7 @@ impl Robot {
     /// What is due in `index` by its own clock.
     fn step(&mut self, index: usize) {
         let now = self.clock(index);
+        self.answer(index);
         let module = &mut self.modules[index];
         if self.now >= module.look_at {
             module.look_at = self.now + LOOK;
@@ -382,8 +396,26 @@ impl Robot {
             self.follow(index, response);
         }
         let module = &mut self.modules[index];
+        let answers_at = self.now + ANSWERS_AFTER;
+        module.questions.extend(module.controller.asks().map(|sense| (answers_at, sense)));
         let due = module.controller.next_due(now).unwrap_or(u16::MAX).min(module.schedule.next_due(now));
         module.wake_at = module.look_at.min(self.now + u32::from(due.max(1)));
+        if let Some(&(answers_at, _)) = module.questions.first() {
+            module.wake_at = module.wake_at.min(answers_at);
+        }
+    }
+
+    /// The sensors of `index` answer what they were asked for long enough ago.
+    fn answer(&mut self, index: usize) {
+        while let Some(&(at, sense)) = self.modules[index].questions.first()
+            && at <= self.now
+        {
+            let module = &mut self.modules[index];
+            module.questions.remove(0);
+            if self.answer_loss == 0 || self.random.below(100) >= self.answer_loss {
+                module.controller.read(sense, self.up);
+            }
+        }
     }
 
     fn arrive(&mut self, (index, dock): Port, content: Content) {
