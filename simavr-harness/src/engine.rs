@@ -22,6 +22,9 @@ pub const LONGEST_WINDOW: u64 = 4160;
 /// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms, whole windows.
 const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
 
+/// How often modules feel how they lie, in cycles: 104 ms.
+const FEELING_STEP: u64 = 10 * DOCKING_STEP;
+
 /// A robot and the threads that run it.
 pub struct Engine {
     robot: Robot,
@@ -73,7 +76,10 @@ impl Engine {
     /// Runs the robot up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
         while self.cycle < cycle && !self.robot.members.is_empty() {
-            self.run_modules(cycle);
+            if self.cycle.is_multiple_of(FEELING_STEP) {
+                self.robot.feel();
+            }
+            self.run_modules(cycle.min((self.cycle + 1).next_multiple_of(FEELING_STEP)));
             if self.cycle.is_multiple_of(DOCKING_STEP) {
                 let changes = self.robot.settle_docks().into_iter();
                 let at = self.cycle;

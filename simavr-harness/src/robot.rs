@@ -22,6 +22,8 @@ pub struct Robot {
     channels: u64,
     /// Of links to come.
     faults: Faults,
+    /// How it lies: turned about its long axis by so many degrees.
+    roll: f64,
     /// Messages sent from outside so far.
     commands: u8,
 }
@@ -143,7 +145,8 @@ impl RobotBuilder {
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
         let wiring = Wiring::new(modules);
-        let mut robot = Robot { members, wiring, seed, channels: 0, faults: Faults::default(), commands: 0 };
+        let mut robot =
+            Robot { members, wiring, seed, channels: 0, faults: Faults::default(), roll: 0.0, commands: 0 };
         for (one, other) in attachments {
             robot.attach(one, other)?;
         }
@@ -226,9 +229,22 @@ impl Robot {
                 let echoes = &mut self.members[module].echoes;
                 if is_there { echoes.insert(dock) } else { echoes.remove(dock) }
             }
+            &Change::Roll(degrees) => {
+                self.roll = degrees;
+                self.feel();
+            }
             Change::Command { at, payload } => self.command(*at, payload),
         }
         Ok(())
+    }
+
+    /// Has all modules feel how they lie now.
+    pub(crate) fn feel(&mut self) {
+        let angles = |module: usize| self.members[module].module.body().angles();
+        let accelerations = self.wiring.accelerations(self.roll, angles);
+        for (member, acceleration) in self.members.iter_mut().zip(accelerations) {
+            member.module.body_mut().acceleration = acceleration;
+        }
     }
 
     fn join(&mut self, one: Face, other: Face) {

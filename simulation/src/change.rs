@@ -26,6 +26,8 @@ pub enum Change {
     Noise { links: Links, probability: f64 },
     /// Something bright is before a dock from now on, or is taken away: the dock hears what it sends itself.
     Obstacle { at: Face, is_there: bool },
+    /// The robot lies turned about its long axis from now on, by so many degrees: its left side goes up.
+    Roll(f64),
     /// Someone with a remote control sends a message to HORMONE, once, through a dock to which nothing is attached.
     Command { at: Face, payload: Vec<u8> },
 }
@@ -65,13 +67,14 @@ impl Change {
                 Links::From(face) => wiring.expect_attached(face),
             },
             Change::Obstacle { at, .. } => wiring.check(at.module),
+            Change::Roll(_) => Ok(()),
             Change::Command { at, .. } => wiring.expect_free(at),
         }
     }
 
     /// Whether legs and hormones may be out of step for a while because of it.
     pub fn disturbs(&self) -> bool {
-        !matches!(self, Change::Loss { .. } | Change::Noise { .. } | Change::Command { .. })
+        !matches!(self, Change::Loss { .. } | Change::Noise { .. } | Change::Roll(_) | Change::Command { .. })
     }
 
     /// The gait that the robot is ordered to walk by, if this is such an order.

@@ -46,6 +46,7 @@ struct EventTable {
     from: Option<Face>,
     obstacle: Option<Face>,
     clear: Option<Face>,
+    roll: Option<f64>,
     command: Option<Vec<u8>>,
     to: Option<Face>,
 }
@@ -138,13 +139,14 @@ impl EventTable {
             self.noise.map(|chance| Ok(Change::Noise { links, probability: probability(chance)? })),
             self.obstacle.map(|at| Ok(Change::Obstacle { at, is_there: true })),
             self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
+            self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
             self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
         ];
         let mut changes = changes.into_iter().flatten();
         match (changes.next(), changes.next()) {
             (Some(change), None) => change,
             _ => {
-                Err("give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear and command"
+                Err("give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll and command"
                     .into())
             }
         }
@@ -153,6 +155,14 @@ impl EventTable {
 
 fn probability(value: f64) -> Result<f64, String> {
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("give a probability from 0 to 1".into()) }
+}
+
+fn roll(degrees: f64) -> Result<f64, String> {
+    if (-180.0..=180.0).contains(&degrees) {
+        Ok(degrees)
+    } else {
+        Err("give `roll` in degrees from -180 to 180".into())
+    }
 }
 
 fn command(payload: Vec<u8>, at: Face) -> Result<Change, String> {

@@ -1,6 +1,7 @@
 //! Whether a robot walks: in each half Period every leg swings or holds, not as it did in the one before, and not as the
 //! other leg of its branch does (paper, section 7), and every module of the trunk keeps straight. Modules that no hormone
 //! can reach are not looked at, nor those for which Table 1 has no rule, nor a robot that was ordered to walk by another gait.
+//! A robot that is turned over has to lift its feet the other way within a Period.
 //!
 //! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again, and a few
 //! milliseconds for each module between a walker and its head; where frames are lost, discovery and hops have as many times
@@ -24,6 +25,12 @@ const DISCOVERY: u64 = 300 * MILLISECOND;
 
 /// How long a hormone may take from a module to the next.
 const HOP: u64 = 5 * MILLISECOND;
+
+/// A robot that is turned by no more than this is on its feet, and by no less than that on its back, in degrees: whatever a leg
+/// lifts, by 30 degrees, its accelerometer is past the bounds of [`UpsideDown`](hormone::sense::Sense::UpsideDown). Between
+/// them either way to lift a foot is right.
+const ON_FEET: f64 = 74.0;
+const ON_BACK: f64 = 151.0;
 
 /// What a walker did last, and since when.
 #[derive(Clone, Copy)]
@@ -59,6 +66,9 @@ pub struct Gait {
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
     disturbed_at: u64,
+    /// By how many degrees the robot is turned about its long axis, and since when.
+    roll: f64,
+    rolled_at: u64,
     /// How often a frame is sent until it and its ACK have arrived, on the mean.
     tries: f64,
     /// What was wrong though it should have been right.
@@ -80,6 +90,8 @@ impl Gait {
             walkers: Vec::new(),
             walker_of: Vec::new(),
             disturbed_at: 0,
+            roll: 0.0,
+            rolled_at: 0,
             tries: 1.0,
             violations: 0,
             recovered_after: None,
@@ -132,6 +144,12 @@ impl Gait {
     /// The robot was ordered to walk by this gait; a call of [`disturbed`](Self::disturbed) follows.
     pub fn ordered(&mut self, gait: GaitName) {
         self.is_centipede = gait == GaitName::Centipede;
+    }
+
+    /// The robot lies turned about its long axis by so many degrees from now on.
+    pub fn rolled(&mut self, degrees: f64, now: u64) {
+        self.roll = degrees;
+        self.rolled_at = now;
     }
 
     /// When a walker so many hops from its head has to walk again.
@@ -190,11 +208,14 @@ impl Gait {
         self.walkers[walker].overdue_at = beat.cycle + self.period;
         self.beats += 1;
         let is_right = match beat.action {
-            Action::Swing | Action::Holding => {
-                is_leg && before.is_none_or(|before| before.action != beat.action)
+            Action::Swing | Action::SwingOver | Action::Holding => {
+                is_leg && before.is_none_or(|before| step(before.action) != step(beat.action))
             }
             action => !is_leg && action == Action::Straight,
         };
+        if let Some(before) = before {
+            self.look_for_wrong_way(walker, before, beat.cycle);
+        }
         if !is_right {
             self.wrong(walker, beat.cycle);
         } else if before.is_none_or(|before| before.action == Action::Rest) {
@@ -220,6 +241,26 @@ impl Gait {
         }
     }
 
+    /// A beat in which a foot was lifted the wrong way is over.
+    fn look_for_wrong_way(&mut self, walker: usize, beat: Beat, end: u64) {
+        let is_wrong = match beat.action {
+            Action::Swing => self.roll.abs() >= ON_BACK,
+            Action::SwingOver => self.roll.abs() <= ON_FEET,
+            _ => false,
+        };
+        if !is_wrong {
+            return;
+        }
+        // A leg that has just begun to walk has to roll upright before it can tell.
+        let settled_at = self.walkers[walker].settled_at.max(self.rolled_at) + self.period;
+        if beat.cycle < settled_at {
+            let since = self.rolled_at.max(self.disturbed_at);
+            self.recovered_after = self.recovered_after.max(Some(end.saturating_sub(since)));
+        } else {
+            self.violations += 1;
+        }
+    }
+
     /// Both legs of a branch do the same for longer than a quarter of a Period.
     fn look_for_together(&mut self, leg: usize, now: u64) {
         let Walker { other, beat, together_since, .. } = self.walkers[leg];
@@ -227,7 +268,7 @@ impl Gait {
         let (Some(one), Some(other)) = (beat, others) else { return };
         let since = one.cycle.max(other.cycle);
         let found_at = since + self.period / 4;
-        if one.action == other.action && now > found_at && together_since != Some(since) {
+        if step(one.action) == step(other.action) && now > found_at && together_since != Some(since) {
             self.walkers[leg].together_since = Some(since);
             self.wrong(leg, found_at);
         }
@@ -245,6 +286,11 @@ impl Gait {
             self.violations += 1;
         }
     }
+}
+
+/// What a leg does, whichever way it lifts its foot.
+fn step(action: Action) -> Action {
+    if action == Action::SwingOver { Action::Swing } else { action }
 }
 
 /// What Table 1 has a module do.

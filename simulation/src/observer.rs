@@ -77,6 +77,9 @@ impl Observer {
                 self.gait.loses(probability, at);
             }
         }
+        if let Change::Roll(degrees) = *change {
+            self.gait.rolled(degrees, at);
+        }
         let ordered = change.orders();
         if let Some(gait) = ordered {
             self.gait.ordered(gait);

@@ -1,15 +1,18 @@
-//! Where the docks of a robot are, by the angles of its joints: its modules as rigid bodies, and nothing else. There is
-//! neither ground nor gravity, and bodies do not collide. A ring is cut open to be measured: what its joints do has no
-//! effect on each other.
+//! Where the docks of a robot are, and which way is up in each module, by the angles of its joints: its modules as rigid
+//! bodies, and nothing else. There is no ground, and bodies do not collide. A ring is cut open to be measured: what its joints
+//! do has no effect on each other.
 //!
 //! A module is two cubes in a row. In the middle of each a joint bends it, and between them a third joint rolls. The frame
 //! of a module has its origin between the cubes; x points to the Front, y to the Left, z to the Up of a straight module. The
 //! frame of a dock has its origin in the middle of the dock's face, x points outwards, and z is what lies on z of the
-//! dock that is attached to it.
+//! dock that is attached to it; but a Back is attached to a Left or a Right by a quarter turn, as a leg is: its hip turns
+//! about z of the body, and rolled by 90 degrees its half with the Front dock has its Up where the body has it.
 
 use std::collections::VecDeque;
+use std::f64::consts::FRAC_PI_2;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use hormone::module_type::ModuleType;
 use tasks::dock::Dock;
 
 use crate::wiring::{Face, Wiring};
@@ -33,16 +36,18 @@ pub struct Facing {
 impl Wiring {
     /// The free docks of the same body that a dock looks at, with `angles` of each module.
     pub fn facing(&self, from: Face, angles: impl Fn(usize) -> Angles) -> Vec<Facing> {
-        let fits = (dock(angles(from.module), from.dock) * opposite()).inverse();
+        let own = dock(angles(from.module), from.dock);
         let mut facing = Vec::new();
-        for (module, pose) in self.poses(from.module, &angles) {
+        for (module, pose) in self.poses(from.module, &angles, &mut vec![false; self.modules()]) {
             for dock_of_body in Dock::ALL {
                 let face = Face { module, dock: dock_of_body };
                 if face == from || self.peer(face).is_some() {
                     continue;
                 }
                 // Where it is, seen from where it would fit.
-                let off = fits * pose * dock(angles(module), dock_of_body);
+                let off = (own * attached(from.dock, dock_of_body)).inverse()
+                    * pose
+                    * dock(angles(module), dock_of_body);
                 let degrees = DQuat::from_mat3(&off.matrix3).angle_between(DQuat::IDENTITY).to_degrees();
                 let is_behind = off.translation.x > EDGE / 2.0;
                 if degrees < 90.0 && !is_behind {
@@ -53,9 +58,37 @@ impl Wiring {
         facing
     }
 
-    /// The frames of all modules of the body that a module is one of, seen from that one: the shortest way to each counts.
-    fn poses(&self, first: usize, angles: &impl Fn(usize) -> Angles) -> Vec<(usize, DAffine3)> {
+    /// What the accelerometers of all modules at rest read along x, y and z of their halves with the Front dock, in multiples
+    /// of the acceleration of gravity, with `angles` of each module. Each body lies as its module of lowest number does that is
+    /// no leg: turned about its x by `roll` degrees.
+    pub fn accelerations(&self, roll: f64, angles: impl Fn(usize) -> Angles) -> Vec<[f64; 3]> {
+        let up = DQuat::from_rotation_x(-roll.to_radians()) * DVec3::Z;
+        let mut accelerations = vec![[0.0; 3]; self.modules()];
         let mut is_found = vec![false; self.modules()];
+        let is_leg =
+            |&module: &usize| matches!(self.module_type(module), ModuleType::LeftLeg | ModuleType::RightLeg);
+        let firsts =
+            (0..self.modules()).filter(|module| !is_leg(module)).chain((0..self.modules()).filter(is_leg));
+        for first in firsts {
+            if is_found[first] {
+                continue;
+            }
+            for (module, pose) in self.poses(first, &angles, &mut is_found) {
+                let half = pose.matrix3 * front_half(angles(module)).matrix3;
+                accelerations[module] = (half.transpose() * up).to_array();
+            }
+        }
+        accelerations
+    }
+
+    /// The frames of all modules of the body that a module is one of, seen from that one: the shortest way to each counts.
+    /// None of the body `is_found` before, and all after.
+    fn poses(
+        &self,
+        first: usize,
+        angles: &impl Fn(usize) -> Angles,
+        is_found: &mut [bool],
+    ) -> Vec<(usize, DAffine3)> {
         let mut next = VecDeque::from([(first, DAffine3::IDENTITY)]);
         let mut poses = Vec::new();
         while let Some((module, pose)) = next.pop_front() {
@@ -64,9 +97,11 @@ impl Wiring {
             }
             poses.push((module, pose));
             for own in Dock::ALL {
-                if let Some(peer) = self.peer(Face { module, dock: own }) {
-                    let attached = pose * dock(angles(module), own) * opposite();
-                    next.push_back((peer.module, attached * dock(angles(peer.module), peer.dock).inverse()));
+                if let Some(peer) = self.peer(Face { module, dock: own })
+                    && !is_found[peer.module]
+                {
+                    let place = pose * dock(angles(module), own) * attached(own, peer.dock);
+                    next.push_back((peer.module, place * dock(angles(peer.module), peer.dock).inverse()));
                 }
             }
         }
@@ -77,11 +112,9 @@ impl Wiring {
 /// The frame of a dock in that of its module.
 fn dock(angles: Angles, dock: Dock) -> DAffine3 {
     // Positive angles bend both halves towards Up.
-    let [front, roll, back] = angles.map(f64::to_radians);
+    let [_, roll, back] = angles.map(f64::to_radians);
     let half = match dock {
-        Dock::Front | Dock::Left | Dock::Right => {
-            DAffine3::from_translation(DVec3::X * (EDGE / 2.0)) * DAffine3::from_rotation_y(-front)
-        }
+        Dock::Front | Dock::Left | Dock::Right => front_half(angles),
         Dock::Back | Dock::Up | Dock::Down => {
             DAffine3::from_rotation_x(roll)
                 * DAffine3::from_translation(DVec3::NEG_X * (EDGE / 2.0))
@@ -89,6 +122,11 @@ fn dock(angles: Angles, dock: Dock) -> DAffine3 {
         }
     };
     half * DAffine3::from_mat3(orientation(dock)) * DAffine3::from_translation(DVec3::X * (EDGE / 2.0))
+}
+
+/// The frame of the half with the Front dock in that of its module: the master's board, and with it the accelerometer.
+fn front_half([front, ..]: Angles) -> DAffine3 {
+    DAffine3::from_translation(DVec3::X * (EDGE / 2.0)) * DAffine3::from_rotation_y(-front.to_radians())
 }
 
 /// How a dock is turned in its half. On z of all docks round a module lies its Up, on that of Up and Down its Front.
@@ -105,8 +143,14 @@ fn orientation(dock: Dock) -> DMat3 {
 }
 
 /// From a dock's frame to that of one attached to it.
-fn opposite() -> DAffine3 {
-    DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0)))
+fn attached(one: Dock, other: Dock) -> DAffine3 {
+    let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
+    let is_leg = matches!(
+        (one, other),
+        (Dock::Back, Dock::Left | Dock::Right) | (Dock::Left | Dock::Right, Dock::Back)
+    );
+    let turn = if is_leg { DMat3::from_rotation_x(FRAC_PI_2) } else { DMat3::IDENTITY };
+    DAffine3::from_mat3(turn * opposite)
 }
 
 #[cfg(test)]
@@ -114,6 +158,7 @@ mod tests {
     use super::*;
     use crate::shape::Shape;
     use Dock::{Back, Down, Front, Left, Right, Up};
+    use hormone::action::{Action, Posture};
 
     fn chain() -> Wiring {
         Shape::Chain.wiring(6).unwrap()
@@ -172,12 +217,94 @@ mod tests {
             for other in Dock::ALL {
                 let mut wiring = Wiring::new(2);
                 wiring.attach(face(0, one), face(1, other)).unwrap();
-                let poses = wiring.poses(0, &|module| [10.0 * module as f64, 20.0, -30.0]);
+                let angles = |module| [10.0 * module as f64, 20.0, -30.0];
+                let poses = wiring.poses(0, &angles, &mut [false; 2]);
                 let [(0, _), (1, pose)] = poses[..] else { panic!("both are found") };
                 let frame = pose * dock([10.0, 20.0, -30.0], other);
-                let fitting = dock([0.0, 20.0, -30.0], one) * opposite();
+                let fitting = dock([0.0, 20.0, -30.0], one) * attached(one, other);
                 assert!(frame.abs_diff_eq(fitting, 1e-9), "{one:?} {other:?}");
             }
+        }
+    }
+
+    /// A head, a branch with its legs, a tail.
+    fn with_legs() -> Wiring {
+        let pairs = [
+            ((0, Back), (1, Front)),
+            ((1, Left), (2, Back)),
+            ((1, Right), (3, Back)),
+            ((1, Back), (4, Front)),
+        ];
+        let mut wiring = Wiring::new(5);
+        for ((one, dock), (other, its)) in pairs {
+            wiring.attach(face(one, dock), face(other, its)).unwrap();
+        }
+        wiring
+    }
+
+    /// The angles of [`with_legs`] while both legs are in this posture of a left leg.
+    fn in_posture(posture: Posture) -> impl Fn(usize) -> Angles {
+        let Posture { motor0, roll, motor2 } = posture;
+        move |module| match module {
+            2 => [motor0, roll, motor2].map(f64::from),
+            3 => [motor0, roll, -motor2].map(f64::from),
+            _ => [0.0; 3],
+        }
+    }
+
+    /// Where both feet are, seen from the branch.
+    fn feet(posture: Posture) -> [DVec3; 2] {
+        let angles = in_posture(posture);
+        let poses = with_legs().poses(1, &angles, &mut [false; 5]);
+        [2, 3].map(|leg| {
+            let (_, pose) = poses.iter().find(|(module, _)| *module == leg).unwrap();
+            (*pose * dock(angles(leg), Front)).translation
+        })
+    }
+
+    #[test]
+    fn a_swing_lifts_the_foot_and_brings_it_ahead_on_both_sides_and_on_the_back_down_and_ahead() {
+        for (action, sign) in [(Action::Swing, 1.0), (Action::SwingOver, -1.0)] {
+            let steps: Vec<[DVec3; 2]> = action.motion().iter().map(feet).collect();
+            for leg in [0, 1] {
+                let [from, .., lifted, to] = [0, 1, 2, 3].map(|step| steps[step][leg]);
+                assert!(from.z * sign > 20.0 && lifted.z * sign > 20.0 && to.z.abs() < 1e-9, "{action:?}");
+                assert!(to.x - from.x > 50.0, "{action:?} ahead");
+            }
+            assert!((steps[0][0].y + steps[0][1].y).abs() < 1e-9, "one is the other in a mirror");
+        }
+    }
+
+    #[test]
+    fn a_leg_is_upside_down_with_the_body_whatever_it_does() {
+        let actions = [Action::Swing, Action::SwingOver, Action::Holding];
+        for posture in actions.iter().flat_map(|action| action.motion().iter()) {
+            for (roll, sign) in [(0.0, 1.0), (180.0, -1.0), (-180.0, -1.0)] {
+                let read = with_legs().accelerations(roll, in_posture(posture));
+                for (module, [x, y, z]) in read.into_iter().enumerate() {
+                    let least = if [2, 3].contains(&module) { 0.86 } else { 0.999 };
+                    assert!(z * sign > least, "module {module}: {z} at {roll}");
+                    assert!((x * x + y * y + z * z - 1.0).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_body_on_its_right_side_has_left_above() {
+        let read = with_legs().accelerations(90.0, in_posture(Posture { motor0: 0, roll: 90, motor2: 0 }));
+        for (module, up) in [(0, DVec3::Y), (1, DVec3::Y), (2, DVec3::X), (3, DVec3::NEG_X)] {
+            assert!(DVec3::from(read[module]).abs_diff_eq(up, 1e-9), "module {module}: {:?}", read[module]);
+        }
+    }
+
+    #[test]
+    fn each_body_lies_by_itself() {
+        let mut wiring = with_legs();
+        wiring.detach(face(2, Back)).unwrap();
+        let read = wiring.accelerations(0.0, |_| [30.0, 90.0, 0.0]);
+        for module in [0, 2] {
+            assert!((read[module][2] - 30_f64.to_radians().cos()).abs() < 1e-9, "module {module}");
         }
     }
 

@@ -139,6 +139,30 @@ fn a_robot_comes_right_after_whatever_happens_to_it() {
     }
 }
 
+/// When it is turned does not matter, nor that frames are lost: legs ask their own sensors.
+#[test]
+fn a_robot_that_is_turned_over_walks_on() {
+    for (number, roll) in [180, -160, 170, -180].into_iter().enumerate() {
+        for loss in [0.0, 0.5] {
+            let at = 6.0 + 0.13 * number as f64;
+            let events = format!(
+                "[[event]]\nat = 0\nloss = {loss}\n[[event]]\nat = {at}\nroll = {roll}\n[[event]]\nat = {}\nroll = 0",
+                at + 4.3
+            );
+            let run = run(robot(Shape::Centipede, 20, number as u64), &events, 15);
+            assert_eq!(faults(&run), [""; 0], "roll {roll} at {at}, loss {loss}");
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_wakes_up_on_its_back_walks() {
+    for seed in 0..4 {
+        let run = run(robot(Shape::Centipede, 20, seed), "[[event]]\nat = 0\nroll = 180", 6);
+        assert_eq!(faults(&run), [""; 0]);
+    }
+}
+
 /// A chain has no legs, but its trunk walks: what happens to it in the file of this name disturbs that, and it comes right.
 #[test]
 fn a_chain_recovers_from_changes() {

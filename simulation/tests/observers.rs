@@ -1,6 +1,6 @@
 //! The observers find what is wrong: a centipede of six that does what the test says.
 
-use hormone::action::Action::{self, Holding, Straight, Swing};
+use hormone::action::Action::{self, Holding, Straight, Swing, SwingOver};
 use hormone::event::Event;
 use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
@@ -73,9 +73,14 @@ impl Script {
 
     /// All walk, a beat in each half Period, the right leg a millisecond later.
     fn walk(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>) {
+        self.walk_by(observer, half_periods, Swing);
+    }
+
+    /// Likewise, with this for a swing.
+    fn walk_by(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>, swing: Action) {
         for beat in half_periods {
             let at = beat * PERIOD / 2 + 20 * MILLISECOND;
-            let [left, right] = if beat % 2 == 0 { [Swing, Holding] } else { [Holding, Swing] };
+            let [left, right] = if beat % 2 == 0 { [swing, Holding] } else { [Holding, swing] };
             self.trunk_beats(observer, at);
             self.steps(observer, 2, left, at);
             self.steps(observer, 3, right, at + MILLISECOND);
@@ -205,6 +210,43 @@ fn what_is_wrong_soon_after_a_change_is_how_long_it_took() {
     script.walk(&mut observer, 11..20);
     assert_eq!(observer.gait.violations, 0);
     assert_eq!(observer.gait.recovery_periods(), Some(0.75));
+}
+
+/// Whoever is turned over swings on, with no beat left out, and within a Period the other way.
+#[test]
+fn feet_that_are_lifted_the_wrong_way_are_wrong_a_period_after_the_robot_was_turned() {
+    for (roll, before, after) in
+        [(180.0, Swing, SwingOver), (-151.0, Swing, SwingOver), (74.0, SwingOver, Swing)]
+    {
+        let turned_at = 9 * PERIOD / 2;
+        let turned = |wrong_until| {
+            let (mut script, mut observer) = Script::discovered();
+            let first = if before == Swing { 0.0 } else { 180.0 };
+            observer.changed(&Happening { at: 0, change: Change::Roll(first) });
+            script.walk_by(&mut observer, 1..9, before);
+            observer.changed(&Happening { at: turned_at, change: Change::Roll(roll) });
+            script.walk_by(&mut observer, 9..wrong_until, before);
+            script.walk_by(&mut observer, wrong_until..20, after);
+            (observer.gait.violations, observer.gait.recovery_periods())
+        };
+        // The left leg swings in even half Periods, 20 ms after they begin, until the next one begins.
+        assert_eq!(turned(9), (0, Some(0.521)), "the left leg's last swing was over 20 ms after that");
+        assert_eq!(turned(10), (0, Some(0.521)), "the right leg swung once more");
+        assert_eq!(turned(11), (0, Some(1.02)), "and the left leg");
+        assert_eq!(turned(12), (1, Some(1.02)), "too late");
+        assert_eq!(turned(13).0, 2);
+    }
+}
+
+#[test]
+fn on_its_side_a_robot_may_lift_its_feet_either_way() {
+    for roll in [75.0, -90.0, 150.0] {
+        let (mut script, mut observer) = Script::discovered();
+        observer.changed(&Happening { at: 0, change: Change::Roll(roll) });
+        script.walk_by(&mut observer, 1..9, Swing);
+        script.walk_by(&mut observer, 9..20, SwingOver);
+        assert_eq!(observer.gait.violations, 0);
+    }
 }
 
 #[test]

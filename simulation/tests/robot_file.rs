@@ -58,6 +58,10 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         at = 8
         command = [1, 0]
         to = "0.Left"
+
+        [[event]]
+        at = 8.5
+        roll = -180
         "#,
     )
     .unwrap();
@@ -75,6 +79,7 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         (7.0, Change::Obstacle { at: face(2, Up), is_there: true }),
         (7.5, Change::Obstacle { at: face(2, Up), is_there: false }),
         (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
+        (8.5, Change::Roll(-180.0)),
         (9.0, Change::Kill(0)),
     ];
     let expected = expected.map(|(at, change)| Event { at: (at * SECOND as f64) as u64, change });
@@ -126,6 +131,8 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = -1\nkill = 0"), 4, "[[event]]", "from 0 to 86400"),
         (&event("kill = 0"), 4, "[[event]]", "missing field `at`"),
         (&event("at = 1\nloss = 2"), 4, "[[event]]", "give a probability from 0 to 1"),
+        (&event("at = 1\nroll = 181"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
+        (&event("at = 1\nroll = nan"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
         (&event("at = 1"), 4, "[[event]]", "give one of attach, detach"),
         (&event("at = 1\nkill = 0\nloss = 0.5"), 4, "[[event]]", "give one of attach, detach"),
         (&event("at = 1\nkill = 0\nmcu = \"slave\""), 4, "[[event]]", "`mcu` belongs to `reset`"),

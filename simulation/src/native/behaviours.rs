@@ -9,13 +9,15 @@ use hormone::gait::GaitName;
 use hormone::hormone::Hormone;
 use hormone::probe::Probe;
 use hormone::schedule::Schedule;
+use hormone::sense::Sense;
 use hormone::status::Status;
 use hormone::task::ac_receive::LOOK;
 use hormone::topology::{self, Topology, to_bytes};
 use tasks::dock::Dock;
 use tasks::message::{Address, Letter, Message, TaskCode};
+use tasks::sensor::Sensor;
 
-use super::time::{ACT, NEXT, TELL, TICK, WAKE};
+use super::time::{ACT, NEXT, READ, TELL, TICK, WAKE};
 
 pub struct Behaviours {
     /// Tick 0 of the module's clock.
@@ -29,6 +31,8 @@ pub struct Behaviours {
     beat_at: Option<u64>,
     /// What the docks were asked for last.
     asked: Option<Docking>,
+    /// What sensors were asked for, and when they answer.
+    questions: Vec<(u64, Sense)>,
 }
 
 impl Hash for Behaviours {
@@ -64,6 +68,7 @@ impl Behaviours {
             look_at: first_tick,
             beat_at: None,
             asked: None,
+            questions: Vec::new(),
         }
     }
 
@@ -78,7 +83,9 @@ impl Behaviours {
 
     /// When a timer is next up.
     pub fn due(&self) -> u64 {
-        self.probe_at.min(self.look_at).min(self.beat_at.unwrap_or(u64::MAX))
+        let answer_at = self.questions.iter().map(|question| question.0).min();
+        let [beat_at, answer_at] = [self.beat_at, answer_at].map(|at| at.unwrap_or(u64::MAX));
+        self.probe_at.min(self.look_at).min(beat_at).min(answer_at)
     }
 
     /// The beginning of the tick that holds `at`.
@@ -91,8 +98,13 @@ impl Behaviours {
         (now.saturating_sub(self.first_tick) / TICK) as u16
     }
 
-    /// Does what timers are up for.
-    pub fn wake(&mut self, now: u64, doing: &mut Doing) {
+    /// Does what timers are up for, and takes in what sensors answer.
+    pub fn wake(&mut self, now: u64, acceleration: [f64; 3], doing: &mut Doing) {
+        for (_, sense) in self.questions.extract_if(.., |question| question.0 <= now) {
+            if let Some(value) = value(sense.sensor(), acceleration) {
+                self.controller.read(sense, value);
+            }
+        }
         if self.probe_at <= now {
             self.probe(now, doing);
         }
@@ -191,6 +203,7 @@ impl Behaviours {
             self.asked = wanted;
             doing.dockings.extend(wanted.map(|docking| (now, docking)));
         }
+        self.questions.extend(self.controller.asks().map(|sense| (now + READ, sense)));
         let wait = self.controller.next_due(clock);
         self.beat_at = wait.map(|wait| self.tick(now) + u64::from(wait.max(1)) * TICK);
     }
@@ -215,5 +228,16 @@ impl Behaviours {
             }
         }
         doing.events.extend(response.action.map(|action| (at, Event::ActionBegun(action))));
+    }
+}
+
+/// What a sensor reads, in its unit; of all there is the accelerometer alone.
+fn value(sensor: Sensor, acceleration: [f64; 3]) -> Option<i16> {
+    let [x, y, z] = acceleration.map(|axis| (axis * 1000.0) as i16);
+    match sensor {
+        Sensor::AccelerationX => Some(x),
+        Sensor::AccelerationY => Some(y),
+        Sensor::AccelerationZ => Some(z),
+        _ => None,
     }
 }

@@ -58,7 +58,7 @@ impl Native {
         }
     }
 
-    fn angles(&self, module: usize) -> Angles {
+    pub(super) fn angles(&self, module: usize) -> Angles {
         let posture = self.modules[module].posture(self.now);
         posture.map_or([0.0; 3], |told| [told.motor0, told.roll, told.motor2].map(f64::from))
     }

@@ -7,6 +7,7 @@
 
 mod behaviours;
 mod docking;
+mod lying;
 mod module;
 mod port;
 mod time;
@@ -29,6 +30,7 @@ use crate::wiring::{Face, Wiring, WiringError};
 use docking::{Due, SOONEST};
 use hormone::gait::GaitName;
 use hormone::status::Status;
+use lying::FEELING;
 use module::{Module, Output};
 use port::{Flight, Wire};
 use time::LOOKAHEAD;
@@ -57,6 +59,9 @@ pub struct Native {
     /// What docks have been asked for, in no particular order.
     dockings: Vec<Due>,
     changes: Vec<Event>,
+    /// How the robot lies, in degrees, and when modules next feel it.
+    roll: f64,
+    felt_at: u64,
     output: Output,
     commands: u8,
 }
@@ -96,6 +101,8 @@ impl Native {
             deeds: Vec::new(),
             dockings: Vec::new(),
             changes: Vec::new(),
+            roll: 0.0,
+            felt_at: 0,
             output: Output::default(),
             commands: 0,
         };
@@ -243,6 +250,10 @@ impl Robot for Native {
                 let echoes = &mut self.echoes[module];
                 if is_there { echoes.insert(dock) } else { echoes.remove(dock) }
             }
+            &Change::Roll(degrees) => {
+                self.roll = degrees;
+                self.feel();
+            }
             Change::Command { at, payload } => self.command(*at, payload),
         }
         Ok(())
@@ -252,7 +263,11 @@ impl Robot for Native {
         while self.now < cycle {
             // What docks are asked for meanwhile is not due before that is over.
             let due = self.dockings.iter().map(|due| due.at).min().unwrap_or(u64::MAX);
-            let end = cycle.min(due).min(self.now + SOONEST);
+            if self.felt_at <= self.now {
+                self.felt_at = self.now + FEELING;
+                self.feel();
+            }
+            let end = cycle.min(due).min(self.now + SOONEST).min(self.felt_at);
             self.run_tiles(end);
             self.now = end;
             self.settle_docks();

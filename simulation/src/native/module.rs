@@ -49,6 +49,8 @@ pub struct Module {
     /// From when on the master's and the slave's programs run.
     live_since: [u64; 2],
     behaviours: Behaviours,
+    /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity.
+    acceleration: [f64; 3],
     ports: [Port; 6],
     /// When the sending task of each dock has something to do, but for those that were touched since.
     send_at: [u64; 6],
@@ -72,6 +74,7 @@ impl Hash for Module {
             mem::discriminant(input).hash(state);
         });
         self.bus_until.hash(state);
+        self.acceleration.map(f64::to_bits).hash(state);
     }
 }
 
@@ -94,6 +97,7 @@ impl Module {
             live_since: [live; 2],
             behaviours: Behaviours::new(live, gait, random.next_u64() as u16),
             gait,
+            acceleration: [0.0, 0.0, 1.0],
             ports: Dock::ALL.map(|dock| Port::new(dock, random.next_u64() as u16, live)),
             send_at: [u64::MAX; 6],
             touched: DockSet::EMPTY,
@@ -113,6 +117,11 @@ impl Module {
     /// Where the joints are told to be; `None` if they stay where they are.
     pub fn posture(&self, now: u64) -> Option<Posture> {
         self.behaviours.posture(now)
+    }
+
+    /// What the accelerometer reads from now on.
+    pub fn feel(&mut self, acceleration: [f64; 3]) {
+        self.acceleration = acceleration;
     }
 
     pub fn links(&self) -> impl Iterator<Item = &LinkCounters> {
@@ -147,7 +156,7 @@ impl Module {
 
     fn act(&mut self, now: u64, output: &mut Output) {
         if self.behaviours.due() <= now {
-            self.behaviours.wake(now, &mut output.doing);
+            self.behaviours.wake(now, self.acceleration, &mut output.doing);
             self.follow(output);
         }
         while self.inputs.last().is_some_and(|input| input.0 <= now) {

@@ -63,6 +63,9 @@ pub const NEXT: u64 = micros(245);
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
 
+/// From a sensor's being asked for until HORMONE has the answer.
+pub const READ: u64 = micros(3700);
+
 /// From an action that lets a dock approach another until both are attached: a search, and the latch.
 pub const APPROACH: u64 = 1906 * MILLISECOND;
 

@@ -1,11 +1,12 @@
 //! The two engines, held against each other: simavr with the images, and the native one over its model of what takes
-//! time. The same types, the same hormones in the same order, legs that do the same, and times that lie close.
+//! time. The same types, the same hormones in the same order, legs that do the same, also when the robot is turned over, and
+//! times that lie close.
 
 use hormone::action::Action;
 use hormone::event::Event;
 use hormone::module_type::ModuleType;
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{Hops, LinkTotals, Native, Robot, Shape};
+use simulation::{Change, Hops, LinkTotals, Native, Robot, Shape};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
 /// How long robots run, and how often modules are looked at: never when a beat is due.
@@ -29,6 +30,9 @@ const LATENCY_APART: f64 = 0.05;
 /// once drown.
 const FEW_REPEATED: u64 = 20;
 
+/// How the robot is turned, and when: in the middle of a beat, and not when modules are looked at.
+const TURNS: [(u64, f64); 2] = [(2_230 * MILLISECOND, 180.0), (3_730 * MILLISECOND, 0.0)];
+
 /// What was seen of a robot.
 struct Seen {
     /// By module, what HORMONE did with hormones, and when.
@@ -39,7 +43,7 @@ struct Seen {
     links: LinkTotals,
 }
 
-fn watch(mut robot: impl Robot) -> Seen {
+fn watch(mut robot: impl Robot, turns: &[(u64, f64)]) -> Seen {
     let modules = robot.wiring().modules();
     let mut seen = Seen {
         hormones: vec![Vec::new(); modules],
@@ -48,7 +52,12 @@ fn watch(mut robot: impl Robot) -> Seen {
         links: LinkTotals::default(),
     };
     while robot.now() < END {
-        robot.run_until(robot.now() + LOOK);
+        let next = robot.now()..robot.now() + LOOK;
+        for &(at, degrees) in turns.iter().filter(|turn| next.contains(&turn.0)) {
+            robot.run_until(at);
+            robot.change(&Change::Roll(degrees)).expect("any robot can be turned");
+        }
+        robot.run_until(next.end);
         for deed in robot.take_deeds() {
             seen.hops.take(&deed, robot.wiring());
             if !matches!(deed.event, Event::TopologyChanged(_) | Event::ActionBegun(Action::Rest)) {
@@ -68,16 +77,16 @@ fn watch(mut robot: impl Robot) -> Seen {
 }
 
 /// The same robot in both engines: simavr's first.
-fn both(shape: Shape, modules: usize, seed: u64) -> [Seen; 2] {
+fn both(shape: Shape, modules: usize, seed: u64, turns: &[(u64, f64)]) -> [Seen; 2] {
     let wiring = shape.wiring(modules).expect("the shape has so many modules");
     let builder = RobotBuilder::wired(firmware(), &wiring).seed(seed).power_up_within(POWER_UP_WITHIN);
     let engine = Engine::new(builder.build().expect("the robot can be built"), 2);
-    [watch(engine), watch(Native::new(wiring, seed, POWER_UP_WITHIN))]
+    [watch(engine, turns), watch(Native::new(wiring, seed, POWER_UP_WITHIN), turns)]
 }
 
-fn assert_alike(shape: Shape, modules: usize) {
+fn assert_alike(shape: Shape, modules: usize, turns: &[(u64, f64)]) {
     for seed in 1..=3 {
-        let [simavr, native] = both(shape, modules, seed);
+        let [simavr, native] = both(shape, modules, seed, turns);
         for module in 0..modules {
             let name = format!("module {module} of {modules}, seed {seed}");
             assert_eq!(simavr.looks[module], native.looks[module], "{name}");
@@ -101,10 +110,15 @@ fn assert_alike(shape: Shape, modules: usize) {
 
 #[test]
 fn a_centipede_does_the_same_in_both_engines() {
-    assert_alike(Shape::Centipede, 18);
+    assert_alike(Shape::Centipede, 18, &[]);
 }
 
 #[test]
 fn a_chain_does_the_same_in_both_engines() {
-    assert_alike(Shape::Chain, 10);
+    assert_alike(Shape::Chain, 10, &[]);
+}
+
+#[test]
+fn a_centipede_that_is_turned_over_and_back_does_the_same_in_both_engines() {
+    assert_alike(Shape::Centipede, 10, &TURNS);
 }

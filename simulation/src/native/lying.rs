@@ -1,0 +1,17 @@
+//! How the modules of the robot lie, as their accelerometers tell: with joints that are where they were told to be.
+
+use super::Native;
+use crate::hardware::MILLISECOND;
+
+/// How often it is looked at, in cycles; at once when the robot is turned.
+pub const FEELING: u64 = 250 * MILLISECOND;
+
+impl Native {
+    /// Has all modules feel how they lie now.
+    pub(super) fn feel(&mut self) {
+        let accelerations = self.wiring.accelerations(self.roll, |module| self.angles(module));
+        for (module, acceleration) in self.modules.iter_mut().zip(accelerations) {
+            module.feel(acceleration);
+        }
+    }
+}
