@@ -145,12 +145,6 @@ impl Report {
         Some((Axis::from_index(axis)?, joint::State::from_code(state)?))
     }
 
-    /// The value in a payload that is [`Report::Value`], likewise.
-    pub fn of_value(payload: &[u8]) -> Option<(Sensor, i16)> {
-        let &[0x10, sensor, low, high, _] = payload else { return None };
-        Some((Sensor::from_code(sensor)?, i16::from_le_bytes([low, high])))
-    }
-
     /// The value of `sensor`, if that is what a payload tells: likewise.
     pub fn value_of(sensor: Sensor, payload: &[u8]) -> Option<i16> {
         let &[0x10, code, low, high, _] = payload else { return None };
@@ -162,8 +156,8 @@ impl Report {
         let &[kind, device, low, _, _] = payload else { return None };
         Some(match kind {
             0x10 => {
-                let (sensor, value) = Report::of_value(payload)?;
-                Report::Value(sensor, value)
+                let sensor = Sensor::from_code(device)?;
+                Report::Value(sensor, Report::value_of(sensor, payload)?)
             }
             0x11 => {
                 let (axis, state) = Report::of_joint(payload)?;

@@ -54,9 +54,9 @@ impl Supply {
     }
 
     /// The other MCU has measured something for the supply.
-    pub fn hear(&mut self, sensor: Sensor, value: i16) {
-        if let Sensor::DockCurrent(_) = sensor {
-            self.beyond = self.beyond.saturating_add(inward(value));
+    pub fn hear(&mut self, report: Report) {
+        if let Report::Value(Sensor::DockCurrent(_), outward) = report {
+            self.beyond = self.beyond.saturating_add(inward(outward));
         }
     }
 

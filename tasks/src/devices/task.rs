@@ -75,11 +75,11 @@ pub fn run<P: Peripherals, const N: usize>(
         while let Some(message) = mailbox.take(task) {
             let client = message.from().task();
             let request = Request::from_payload(message.payload());
-            let value = if P::HAS_BATTERY { Report::of_value(message.payload()) } else { None };
+            let report = if P::HAS_BATTERY { Report::from_payload(message.payload()) } else { None };
             // Its buffer is needed for what goes out.
             drop(message);
-            match value {
-                Some((sensor, value)) => devices.supply.hear(sensor, value),
+            match report {
+                Some(report) => devices.supply.hear(report),
                 None => devices.serve(task, request, client),
             }
             if !is_busy {
