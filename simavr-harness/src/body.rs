@@ -105,9 +105,8 @@ pub struct Body {
     pub battery: Battery,
     /// Of both boards, in degrees Celsius.
     pub celsius: [f64; 2],
-    /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity. An engine sets it as the
-    /// robot lies.
-    pub acceleration: [f64; 3],
+    /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity: as the robot lies.
+    pub(crate) acceleration: [f64; 3],
 }
 
 impl Default for Body {

@@ -3,6 +3,7 @@
 use plants::dock::reflected;
 use plants::joint::Joint;
 use simavr_harness::{Controller, Engine, Images, RobotBuilder, State};
+use simulation::Change;
 use superbot_tests_simavr::{MILLISECOND, firmware, image};
 use tasks::dock::Dock;
 use tasks::docking::latch::{self, End};
@@ -71,7 +72,7 @@ fn devices_do_and_tell() {
         *rig.body().joint_mut(axis) = Joint::at(degrees);
     }
     rig.body().celsius = [31.0, 32.0];
-    rig.body().acceleration = [0.5, -0.25, 1.0];
+    rig.engine.robot_mut().change(&Change::Roll(30.0)).expect("any robot can be turned");
     rig.body().battery.celsius = 33.0;
 
     let near = |value: i16, expected: i16, error: i16| {
@@ -96,8 +97,9 @@ fn devices_do_and_tell() {
     let volts = rig.body().battery.volts();
     near(rig.value(Sensor::BatteryVoltage), (volts * 1000.0) as i16, 20);
     near(rig.value(Sensor::BatteryTemperature), 330, 6);
+    // Up is 30 degrees to the Left, and the half with the Front is lifted by 10.
     for (sensor, expected) in
-        [(Sensor::AccelerationX, 500), (Sensor::AccelerationY, -250), (Sensor::AccelerationZ, 1000)]
+        [(Sensor::AccelerationX, 150), (Sensor::AccelerationY, 500), (Sensor::AccelerationZ, 853)]
     {
         near(rig.value(sensor), expected, 8);
     }
