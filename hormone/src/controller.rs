@@ -452,8 +452,9 @@ impl Controller {
     }
 }
 
+#[inline(never)] // likewise
 fn gait_named(name: u8) -> Option<Gait> {
-    GAITS.iter().find(|gait| gait.name == name)
+    GAITS.get(usize::from(name).checked_sub(1)?)
 }
 
 #[cfg(test)]

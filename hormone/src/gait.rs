@@ -216,10 +216,20 @@ macro_rules! gaits {
         }
 
         kernel::flash! {
-            /// All gaits that a module can walk.
+            /// All gaits that a module can walk, in the order of their names, which count from 1.
             pub static GAITS: [Gait; { [$($number),*].len() }] = [$($file::GAIT.named($number)),*];
         }
+        const _: () = check_names(&[$($number),*]);
     };
+}
+
+/// Gaits are found by their names.
+const fn check_names(names: &[u8]) {
+    let mut place = 0;
+    while place < names.len() {
+        assert!(names[place] as usize == place + 1, "names count from 1, in the order of the lines");
+        place += 1;
+    }
 }
 
 gaits! {
