@@ -24,7 +24,7 @@ pub enum Refused {
     /// No task runs on that stack.
     NotStarted,
     /// It has a mutex, or waits for one; or another task is just killing it or changing its priority. Only of
-    /// [`kill`](TaskHandle::kill): it waits for several semaphores or runs jobs, or it was suspended and is resumed just then.
+    /// [`kill`](TaskHandle::kill): it waits for several semaphores or runs jobs.
     Busy,
 }
 
@@ -136,9 +136,8 @@ impl TaskHandle {
             }
             task.exit();
         }
-        if self.take(context, KILL)? == Found::Suspended && !context.mask(|masked| self.hold(masked)) {
-            return Err(Refused::Busy);
-        }
+        // One that was suspended may be resumed before it is held: it is searched again then.
+        while self.take(context, KILL)? == Found::Suspended && !context.mask(|masked| self.hold(masked)) {}
         // Whatever wakes it from here on finds it suspended, and nobody resumes it.
         while let Some(semaphore) = list::awaited(context, self.control) {
             list::expel(context, semaphore, self.control, |masked| {

@@ -89,18 +89,6 @@ impl Reference {
         }
     }
 
-    /// Where things may stand while `id`, which runs, kills `task`.
-    pub(super) fn halfway_killed(&self, id: TaskId, task: TaskId) -> Vec<Reference> {
-        let mut found = self.clone();
-        found.tasks[id].activity = Activity::FoundSuspended { task };
-        let mut begun = self.clone();
-        match begun.begin_to_kill(id, task) {
-            true if self.tasks[task].is_suspended => vec![found, begun],
-            true => vec![begun],
-            false => Vec::new(),
-        }
-    }
-
     /// `id`, which runs, is to end another task: nobody resumes that any more. Returns whether it may.
     pub(super) fn begin_to_kill(&mut self, id: TaskId, task: TaskId) -> bool {
         let may = self.refuses(id, task).is_none() && task != id;

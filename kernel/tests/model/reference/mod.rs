@@ -35,8 +35,6 @@ enum Activity {
     Leaving,
     /// In a call that ends another task when this one runs.
     Killing { task: TaskId },
-    /// In a call that does so if that task, which was found suspended, still is.
-    FoundSuspended { task: TaskId },
     /// In a call that gives another task this priority when this one runs.
     SettingPriority { task: TaskId, priority: Priority },
     /// It has not been started, or has ended.
@@ -296,11 +294,6 @@ impl Reference {
             Activity::SettingPriority { task, priority } => {
                 self.release(task, priority);
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
-            }
-            Activity::FoundSuspended { task } => {
-                if !self.tasks[task].is_suspended || !self.begin_to_kill(id, task) {
-                    self.tasks[id].activity = Activity::Returning(Outcome::Refused(Refused::Busy));
-                }
             }
             Activity::Killing { task } => {
                 self.end_task(task);

@@ -77,7 +77,7 @@ impl Reference {
                 vec![way]
             }
             // A task is suspended for good before it is killed.
-            Call::Kill { task } => way.halfway_killed(id, task),
+            Call::Kill { task } if way.begin_to_kill(id, task) => vec![way],
             Call::SetPriority { task, priority } if way.begin_to_set_priority(id, task, priority) => {
                 vec![way]
             }
