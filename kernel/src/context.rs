@@ -50,6 +50,10 @@ mod sealed {
         fn may_be_struck(&self, _: Private) -> bool {
             true
         }
+
+        /// A task was taken from those that are ready, the head perhaps if none runs.
+        #[inline(always)]
+        fn refill(&mut self, _: Private) {}
     }
 }
 pub(crate) use sealed::Private;
@@ -149,6 +153,10 @@ impl sealed::Sealed for Boot {
     #[inline(always)]
     fn may_be_struck(&self, _: Private) -> bool {
         false
+    }
+
+    fn refill(&mut self, _: Private) {
+        ready::refill(&self.masked);
     }
 }
 

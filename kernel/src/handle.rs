@@ -169,7 +169,10 @@ impl TaskHandle {
         match list::search(context, self.control, Some(suspension)) {
             Found::NotStarted => Err(Refused::NotStarted),
             Found::Refused => Err(Refused::Busy),
-            found => Ok(found),
+            found => {
+                context.refill(Private);
+                Ok(found)
+            }
         }
     }
 

@@ -143,6 +143,19 @@ pub(crate) fn pull(task: &mut Task) {
     });
 }
 
+/// Makes the highest task that has arrived the head, if it outranks that: where no task runs, the head before may be gone.
+pub(crate) fn refill(masked: &Masked) {
+    let ready = &KERNEL.ready;
+    let head = ready.head.get(masked);
+    let among = ready.arrived.get(masked) & head.above.get(masked);
+    if among != 0
+        && let Some(first) = take_arrived(masked, among, highest(among))
+    {
+        first.link.set(masked, Link::to(head));
+        ready.head.set(masked, first);
+    }
+}
+
 /// Puts what [`pull`] has taken back as the first of its queue, where the running task does not block after all.
 #[inline(never)]
 pub(crate) fn push(task: &mut Task) {

@@ -92,6 +92,29 @@ fn a_task_is_suspended_wherever_it_is() {
 }
 
 #[test]
+fn who_is_left_when_the_highest_is_suspended_before_the_kernel_runs_runs_at_once() {
+    static LOG: Log = Log::new();
+    static TASKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    host::run_for(
+        0,
+        |boot| {
+            let start = [("high", Priority::P1), ("low", Priority::P5), ("middle", Priority::P3)];
+            for (stack, (name, priority)) in TASKS.iter().zip(start) {
+                stack
+                    .start(boot, priority, move |task| {
+                        LOG.note(name);
+                        forever(task)
+                    })
+                    .unwrap();
+            }
+            TASKS[0].task().suspend(boot).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["middle", "low"]);
+}
+
+#[test]
 fn a_task_suspends_itself_and_an_interrupt_resumes_it() {
     static LOG: Log = Log::new();
     static SELF: Stack<0> = Stack::new();
