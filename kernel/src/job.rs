@@ -4,7 +4,6 @@ use core::ptr;
 
 use crate::context::{Context, JobContext, Task};
 use crate::group::{Group, StandIn};
-use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Flag, Never};
 
@@ -62,14 +61,16 @@ impl Task {
         let group = Group::new(self);
         // SAFETY: if jobs refer to it, this never returns, and a task for which others wait is not killed.
         let group: &'static Group = unsafe { &*ptr::from_ref(&group) };
+        // First: a task that was killed in the midst of this would keep the jobs that it has taken.
+        self.mask(|masked| group.task.set_flag(masked, Flag::Represented));
         let mut is_free = |job: &&'static Job| self.mask(|masked| group.claim(masked, &job.stand_in.control));
         if let Some(taken) = jobs.iter().position(|job| !is_free(job)) {
             for job in jobs.iter().take(taken) {
                 self.mask(|masked| job.stand_in.control.forget(masked));
             }
+            self.mask(|masked| group.task.clear_flag(masked, Flag::Represented));
             return Err(JobTaken);
         }
-        self.mask(|masked| ready::running(masked).set_flag(masked, Flag::Represented));
         jobs.iter().for_each(|job| job.wait(self, group));
         loop {
             // SAFETY: only jobs are in this group.

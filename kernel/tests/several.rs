@@ -157,6 +157,38 @@ fn jobs_run_to_their_ends_in_the_order_of_their_signals() {
     JOBS_LOG.expect(&[&["taken"], &blink[..], &["beep"], &blink[..], &["beep", "beep"]].concat());
 }
 
+#[test]
+fn who_is_about_to_run_jobs_and_has_taken_some_is_not_killed() {
+    static LOG: Log = Log::new();
+    static RUNNER: Stack<0> = Stack::new();
+    static BOSS: Stack<0> = Stack::new();
+    static CALL: Semaphore = Semaphore::new(0);
+    static NEVER: Semaphore = Semaphore::new(0);
+    static JOB: Job = Job::new(&NEVER, |_| {});
+    host::run_for(
+        0,
+        |boot| {
+            BOSS.start(boot, Priority::P2, |task| {
+                CALL.wait(task);
+                LOG.note(format!("{:?}", RUNNER.task().kill(task)));
+                forever(task)
+            })
+            .unwrap();
+            RUNNER
+                .start(boot, Priority::P3, |task| {
+                    let run = || task.run_jobs(&[&JOB]);
+                    match host::struck(2, |interrupt| CALL.post(interrupt), run) {
+                        Ok(never) => never,
+                        Err(JobTaken) => unreachable!(),
+                    }
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["Err(Busy)"]);
+}
+
 fn forever(task: &mut kernel::Task) -> kernel::Never {
     loop {
         task.delay(kernel::LONGEST);
