@@ -359,8 +359,9 @@ pub(crate) fn tick(interrupt: &mut crate::Interrupt) {
 /// What the tick's interrupt does once `TICKS_LEFT` has run out: wakes what the first timer is to wake. Returns whether
 /// another one is due. Until none is, `TICKS_LEFT` is not positive, so that no tick comes here as well.
 ///
-/// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone.
-pub(crate) extern "C" fn expire() -> bool {
+/// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone. One that
+/// strikes there in a test may panic.
+pub(crate) extern "C-unwind" fn expire() -> bool {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
     let expiry = &mut unsafe { Expiry::assume() };
     let timers = &KERNEL.timers;
