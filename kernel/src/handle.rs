@@ -82,7 +82,8 @@ impl TaskHandle {
         }
     }
 
-    /// Gives the task another priority. Among those that wait for the same as it, it keeps its place.
+    /// Gives the task another priority. Among those that wait for the same as it, it keeps its place. What stands in for it, where
+    /// it waits for several semaphores or runs jobs, keeps the priority of before.
     ///
     /// # Errors
     /// [`Refused`], with nothing done.

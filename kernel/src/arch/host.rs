@@ -117,11 +117,16 @@ pub fn struck<R>(
 ) -> R {
     strike_again(sections, handler);
     let result = call();
-    STRIKE.set(None);
+    strike_no_more();
     result
 }
 
-/// From the handler of [`struck`]: another interrupt strikes so many masked sections later.
+/// From inside of [`struck`], where a job begins: if the interrupt has not come, it does not come.
+pub fn strike_no_more() {
+    STRIKE.set(None);
+}
+
+/// From the handler of [`struck`], or at the end of a job: another interrupt strikes so many masked sections later.
 pub fn strike_again(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'static) {
     STRIKE.set(Some(Strike { sections, handler: Box::new(handler) }));
 }

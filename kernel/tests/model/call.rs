@@ -1,6 +1,6 @@
 //! What tasks and interrupts do, as values: the kernel and the reference both act on them.
 
-use kernel::{Priority, Refused, TaskState, Ticks};
+use kernel::{Elapsed, Priority, Refused, TaskState, Ticks};
 
 /// The objects of a run.
 #[derive(Clone, Debug)]
@@ -16,13 +16,26 @@ pub struct Setup {
     /// A queue for each, with so much room.
     pub rooms: Vec<u8>,
     pub timers: usize,
+    /// A job for each, for the signals of this semaphore.
+    pub jobs: Vec<usize>,
+    /// What is called once these tasks are started, before the kernel runs.
+    pub boot: Vec<Call>,
 }
+
+/// Semaphores that a task waits for at once.
+pub const SEVERAL: usize = 3;
+
+/// Jobs that a task runs.
+pub const JOBS: usize = 2;
 
 /// Messages in the pool, for all queues together.
 pub const BUFFERS: usize = 5;
 
 /// Space in the FIFO, in bytes.
 pub const FIFO_BYTES: usize = 3;
+
+/// The same of the pipe.
+pub const PIPE_BYTES: usize = 2;
 
 /// A kernel call; the objects by their index in the setup.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +58,9 @@ pub enum Call {
     State {
         task: usize,
     },
+    Priority {
+        task: usize,
+    },
     Kill {
         task: usize,
     },
@@ -63,6 +79,16 @@ pub enum Call {
         semaphore: usize,
         ticks: Ticks,
     },
+    /// Takes a signal of one of these semaphores, among which one may be twice.
+    WaitForSeveral {
+        semaphores: [usize; SEVERAL],
+    },
+    /// Returns, as [`EndJob`](Call::EndJob) does, the job that begins.
+    RunJobs {
+        jobs: [usize; JOBS],
+    },
+    /// The end of the job that the task is in.
+    EndJob,
     Lock {
         mutex: usize,
     },
@@ -101,9 +127,29 @@ pub enum Call {
     },
     PoolExhausted,
     PoolMostUsed,
-    Put(u8),
-    Take,
-    Overruns,
+    FifoPut(u8),
+    FifoTake,
+    FifoPeek,
+    FifoLength,
+    FifoSpace,
+    FifoFlush,
+    FifoOverruns,
+    PipePut(u8),
+    PipePutTimeout {
+        byte: u8,
+        ticks: Ticks,
+    },
+    PipeTake,
+    PipeTakeTimeout {
+        ticks: Ticks,
+    },
+    PipeTryPut(u8),
+    PipeTryTake,
+    PipePeek,
+    PipeLength,
+    PipeSpace,
+    PipeFlush,
+    PipeOverruns,
     Now,
     StartTimer {
         timer: usize,
@@ -111,6 +157,9 @@ pub enum Call {
         semaphore: usize,
     },
     CancelTimer {
+        timer: usize,
+    },
+    TimerIsRunning {
         timer: usize,
     },
     Yield,
@@ -128,6 +177,10 @@ pub enum Object {
     Mutex(usize),
     Queue(usize),
     Flags,
+    /// A byte in the pipe.
+    Byte,
+    /// Space in the pipe.
+    Space,
 }
 
 impl Call {
@@ -140,8 +193,26 @@ impl Call {
             Call::Lock { mutex } => Some(Object::Mutex(mutex)),
             Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } => Some(Object::Queue(queue)),
             Call::WaitAny(_) | Call::WaitAll(_) => Some(Object::Flags),
+            Call::PipePut(_) | Call::PipePutTimeout { .. } => Some(Object::Space),
+            Call::PipeTake | Call::PipeTakeTimeout { .. } => Some(Object::Byte),
             _ => None,
         }
+    }
+
+    /// Whether only a task can make it, and no job.
+    pub fn needs_task(self) -> bool {
+        self.awaits().is_some()
+            || matches!(
+                self,
+                Call::WaitForSeveral { .. }
+                    | Call::RunJobs { .. }
+                    | Call::Exit
+                    | Call::Yield
+                    | Call::Delay(_)
+                    | Call::DelayUntil(_)
+                    | Call::StartPeriod(_)
+                    | Call::WaitForPeriod
+            )
     }
 }
 
@@ -157,6 +228,50 @@ pub enum Outcome {
     Exhausted,
     Refused(Refused),
     State(TaskState),
+    Priority(Priority),
+    JobTaken,
+}
+
+impl From<()> for Outcome {
+    fn from(_: ()) -> Self {
+        Outcome::Nothing
+    }
+}
+
+impl From<bool> for Outcome {
+    fn from(truth: bool) -> Self {
+        Outcome::Truth(truth)
+    }
+}
+
+impl From<u8> for Outcome {
+    fn from(number: u8) -> Self {
+        Outcome::Number(number.into())
+    }
+}
+
+impl From<u16> for Outcome {
+    fn from(number: u16) -> Self {
+        Outcome::Number(number)
+    }
+}
+
+impl From<Option<u8>> for Outcome {
+    fn from(byte: Option<u8>) -> Self {
+        Outcome::Byte(byte)
+    }
+}
+
+impl From<Result<(), Elapsed>> for Outcome {
+    fn from(result: Result<(), Elapsed>) -> Self {
+        result.map_or(Outcome::Elapsed, Outcome::from)
+    }
+}
+
+impl From<Result<(), Refused>> for Outcome {
+    fn from(result: Result<(), Refused>) -> Self {
+        result.map_or_else(Outcome::Refused, Outcome::from)
+    }
 }
 
 /// What an interrupt does.

@@ -2,11 +2,10 @@
 
 use std::iter;
 
-use kernel::Priority;
-
-use crate::call::{Call, Handler, Setup, Step, Strike};
+use crate::call::{Call, Handler, Step, Strike};
 use crate::lockstep::Script;
 use crate::reference::Reference;
+use crate::systems::System;
 
 /// All scripts of so many steps. They are told apart by which of the possible steps they take each time, and they come in
 /// the order of these numbers, as an odometer counts.
@@ -14,6 +13,8 @@ pub struct Exhaustive {
     length: usize,
     /// All that can ever happen.
     steps: Vec<Step>,
+    /// Whether the tasks leave after each script, and come back for the next.
+    is_left: bool,
     has_struck: bool,
     wheels: Vec<Wheel>,
     /// The next wheel to be read.
@@ -28,22 +29,43 @@ struct Wheel {
 }
 
 impl Exhaustive {
-    /// All scripts of `length` steps, on the objects of [`setup`].
-    pub fn new(length: usize) -> Self {
+    /// All scripts of `length` steps in `system`.
+    pub fn new(system: &System, length: usize) -> Self {
         let calls =
-            CALLS.into_iter().filter(|call| !matches!(call, Call::Make { .. } | Call::SendMade { .. }));
-        Self::of(length, calls.map(|call| Step::Call(call, None)))
+            system.calls.iter().filter(|call| !matches!(call, Call::Make { .. } | Call::SendMade { .. }));
+        Self::of(system, length, calls.map(|&call| Step::Call(call, None)))
     }
 
     /// The same, where an interrupt may strike inside of one call in each. To make a message and to send it are two calls here.
-    pub fn with_strikes(length: usize) -> Self {
-        let calls = CALLS.into_iter().filter(|call| !matches!(call, Call::Send { .. }));
-        Self::of(length, calls.flat_map(|call| strikes().map(move |strike| Step::Call(call, strike))))
+    pub fn with_strikes(system: &System, length: usize) -> Self {
+        let calls = system.calls.iter().filter(|call| !matches!(call, Call::Send { .. }));
+        Self::of(system, length, calls.flat_map(|&call| struck(system, call)))
     }
 
-    fn of(length: usize, calls: impl Iterator<Item = Step>) -> Self {
-        let steps = calls.chain(handlers().map(Step::Interrupt)).collect();
-        Exhaustive { length, steps, has_struck: false, wheels: Vec::new(), at: 0, played: 0 }
+    fn of(system: &System, length: usize, calls: impl Iterator<Item = Step>) -> Self {
+        let steps = calls.chain(handlers(system).map(Step::Interrupt)).collect();
+        let is_left = system.is_left;
+        Exhaustive { length, steps, is_left, has_struck: false, wheels: Vec::new(), at: 0, played: 0 }
+    }
+
+    /// Goes on to the next script. Returns whether there is one.
+    fn advance(&mut self) -> bool {
+        self.played += 1;
+        self.at = 0;
+        self.has_struck = false;
+        while let Some(mut wheel) = self.wheels.pop() {
+            wheel.choice += 1;
+            if wheel.choice < wheel.choices {
+                self.wheels.push(wheel);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// After a run: whether there is a script for another.
+    pub fn wants_another_run(&mut self) -> bool {
+        self.is_left && self.advance()
     }
 
     /// What can happen in this state.
@@ -71,63 +93,27 @@ impl Script for Exhaustive {
     }
 
     fn goes_on(&mut self) -> bool {
-        self.played += 1;
-        self.at = 0;
-        self.has_struck = false;
-        while let Some(mut wheel) = self.wheels.pop() {
-            wheel.choice += 1;
-            if wheel.choice < wheel.choices {
-                self.wheels.push(wheel);
-                return true;
-            }
-        }
-        false
+        !self.is_left && self.advance()
     }
 }
 
-/// Two semaphores, a mutex and a queue with room for one.
-pub fn setup(priorities: [Priority; 3], ceiling: Priority) -> Setup {
-    Setup {
-        priorities: priorities.to_vec(),
-        started: priorities.len(),
-        semaphores: vec![0, 0],
-        ceilings: vec![ceiling],
-        rooms: vec![1],
-        timers: 0,
+/// More masked sections than the call has here, as a rule.
+fn sections(call: Call) -> usize {
+    match call {
+        Call::WaitForSeveral { .. } => 20,
+        Call::RunJobs { .. } => 12,
+        _ => 6,
     }
 }
 
-const CALLS: [Call; 14] = [
-    Call::Wait { semaphore: 0 },
-    Call::Wait { semaphore: 1 },
-    Call::WaitTimeout { semaphore: 0, ticks: 1 },
-    Call::Post { semaphore: 0 },
-    Call::Post { semaphore: 1 },
-    Call::Lock { mutex: 0 },
-    Call::Unlock,
-    Call::Make { value: 1 },
-    Call::SendMade { queue: 0 },
-    Call::Receive { queue: 0 },
-    Call::ReceiveTimeout { queue: 0, ticks: 1 },
-    Call::Yield,
-    Call::Delay(1),
-    Call::Send { queue: 0, value: 1 },
-];
-
-/// Each the one call of a handler.
-const CALLS_OF_INTERRUPTS: [Call; 3] =
-    [Call::Post { semaphore: 0 }, Call::Post { semaphore: 1 }, Call::Send { queue: 0, value: 2 }];
-
-/// More masked sections than most calls have here.
-const SECTIONS: usize = 6;
-
-fn handlers() -> impl Iterator<Item = Handler> {
-    CALLS_OF_INTERRUPTS.into_iter().map(|call| Handler::Calls(vec![call])).chain([Handler::Tick(None)])
+fn handlers(system: &System) -> impl Iterator<Item = Handler> {
+    let calls = system.of_interrupts.iter().map(|&call| Handler::Calls(vec![call]));
+    calls.chain(system.ticks.then_some(Handler::Tick(None)))
 }
 
-/// No strike, or one of every kind.
-fn strikes() -> impl Iterator<Item = Option<Strike>> {
-    let strikes = (1..=SECTIONS)
-        .flat_map(|sections| handlers().map(move |handler| Strike { sections, handler, then: None }));
-    iter::once(None).chain(strikes.map(Some))
+/// `call` with no strike, or one of every kind.
+fn struck(system: &System, call: Call) -> impl Iterator<Item = Step> {
+    let strikes = (1..=sections(call))
+        .flat_map(|sections| handlers(system).map(move |handler| Strike { sections, handler, then: None }));
+    iter::once(None).chain(strikes.map(Some)).map(move |strike| Step::Call(call, strike))
 }

@@ -6,9 +6,10 @@ use std::fmt;
 use std::panic::{self, AssertUnwindSafe};
 use std::rc::Rc;
 
-use kernel::{Boot, Context, Interrupt, Never, Priority, Task, host};
+use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, Never, Priority, Task, host};
 
 use crate::call::{Call, Handler, Outcome, Setup, Step, Strike};
+use crate::jobs;
 use crate::reference::{Reference, TaskId};
 use crate::world::{Belongings, World};
 
@@ -64,14 +65,18 @@ pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<
         is_in_tick: Cell::new(false),
         progress: RefCell::new(progress),
     });
-    let played = panic::catch_unwind(AssertUnwindSafe(|| {
-        let start = |boot: &mut Boot| {
-            for task in 0..real.started {
-                assert!(lockstep.start(boot, task), "a new stack");
-            }
-        };
-        host::run(start, |interrupt| lockstep.idle(interrupt));
-    }));
+    let start = |boot: &mut Boot| {
+        for task in 0..real.started {
+            assert!(lockstep.start(boot, task), "a new stack");
+        }
+        real.boot.iter().for_each(|&call| lockstep.boot(boot, call));
+    };
+    let run = || host::run(start, |interrupt| lockstep.idle(interrupt));
+    let working = Rc::clone(&lockstep);
+    let played = jobs::with_work(
+        move |job, context| working.job(job, context),
+        || panic::catch_unwind(AssertUnwindSafe(run)),
+    );
     let Progress { script, history, calls, .. } =
         Rc::into_inner(lockstep).expect("the tasks are dropped").progress.into_inner();
     match played {
@@ -101,6 +106,11 @@ struct Lockstep<S> {
 /// How things may stand where an interrupt strikes.
 type Ways = Rc<dyn Fn(&Reference) -> Vec<Reference>>;
 
+/// Those inside of the call that task `id` is in.
+fn ways_in_call(id: TaskId) -> Ways {
+    Rc::new(move |reference| reference.struck_in_call(id))
+}
+
 struct Progress<S> {
     /// One, unless an interrupt has struck inside of a call: until it shows which came first, all that may be.
     references: Vec<Reference>,
@@ -118,6 +128,18 @@ impl<S: Script> Lockstep<S> {
         self.world.tasks[id].start(context, self.priorities[id], run).is_ok()
     }
 
+    /// A call before the kernel runs.
+    fn boot(self: &Rc<Self>, boot: &mut Boot, call: Call) {
+        let outcome = match call {
+            Call::Start { task } => self.start(boot, task).into(),
+            _ => self.world.call_of_thread(boot, &mut Belongings::default(), call),
+        };
+        self.progress().keep(|reference| match reference.call_of_boot(call) {
+            expected if expected == outcome => Ok(()),
+            expected => Err(format!("{call:?} returns {outcome:?} at the start, but should {expected:?}")),
+        });
+    }
+
     /// A task.
     fn run(self: &Rc<Self>, id: TaskId, task: &mut Task) -> Never {
         let mut own = Belongings::default();
@@ -125,9 +147,14 @@ impl<S: Script> Lockstep<S> {
             match self.next_call(id) {
                 Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
                 Some((Call::Exit, strike)) => return self.called(id, strike, || task.exit()),
+                Some((Call::RunJobs { jobs }, strike)) => {
+                    own.drop_messages();
+                    let Err(JobTaken) = self.called(id, strike, || self.world.run_jobs(task, jobs));
+                    self.returned(id, Outcome::JobTaken);
+                }
                 Some((call, strike)) => {
                     let outcome = self.called(id, strike, || match call {
-                        Call::Start { task: id } => Outcome::Truth(self.start(task, id)),
+                        Call::Start { task: id } => self.start(task, id).into(),
                         _ => self.world.call_of_task(task, &mut own, call),
                     });
                     self.returned(id, outcome);
@@ -138,6 +165,29 @@ impl<S: Script> Lockstep<S> {
                     self.world.returns[id].wait(task);
                 }
             }
+        }
+    }
+
+    /// A job, which begins as the call that waited for its signal returns.
+    fn job(self: &Rc<Self>, job: usize, context: &mut JobContext) {
+        host::strike_no_more();
+        let id = self.world.running(context);
+        self.returned(id, Outcome::Number(job as u16));
+        let mut own = Belongings::default();
+        loop {
+            let (call, strike) = self.next_call(id).expect("a job ends itself");
+            if call == Call::EndJob {
+                own.drop_messages();
+                if let Some(strike) = strike {
+                    host::strike_again(strike.sections, self.strike(strike, ways_in_call(id)));
+                }
+                return;
+            }
+            let outcome = self.called(id, strike, || match call {
+                Call::Start { task } => self.start(context, task).into(),
+                _ => self.world.call_of_thread(context, &mut own, call),
+            });
+            self.returned(id, outcome);
         }
     }
 
@@ -165,7 +215,7 @@ impl<S: Script> Lockstep<S> {
 
     /// Makes a call of task `id`.
     fn called<R>(self: &Rc<Self>, id: TaskId, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
-        self.struck(strike, Rc::new(move |reference: &Reference| reference.struck_in_call(id)), call)
+        self.struck(strike, ways_in_call(id), call)
     }
 
     /// Does what is struck, where things stand in one of the `ways`.
@@ -255,7 +305,7 @@ impl<S: Script> Lockstep<S> {
             Handler::Tick(strike) => return self.tick(interrupt, strike.as_deref().cloned()),
         };
         let call = |&call| match call {
-            Call::Start { task } => Outcome::Truth(self.start(interrupt, task)),
+            Call::Start { task } => self.start(interrupt, task).into(),
             _ => self.world.call(interrupt, &mut Belongings::default(), call),
         };
         let outcomes: Vec<_> = calls.iter().map(call).collect();
@@ -290,7 +340,7 @@ impl<S: Script> Progress<S> {
         let step = if self.is_over { None } else { self.script.next(reference) };
         self.is_over = step.is_none();
         step.or_else(|| match who {
-            Some(_) => reference.is_in_section().then_some(Step::Call(Call::Unlock, None)),
+            Some(_) => reference.way_out().map(|call| Step::Call(call, None)),
             None => reference.leftover(),
         })
     }

@@ -1,11 +1,12 @@
 //! Scripts drawn by lot.
 
-use std::iter;
+use std::{array, iter};
 
 use fastrand::Rng;
 use kernel::{LONGEST, Priority, Ticks};
 
 use crate::call::{Call, Handler, Setup, Step, Strike};
+use crate::jobs::BODIES;
 use crate::lockstep::Script;
 use crate::reference::Reference;
 
@@ -19,43 +20,54 @@ impl Setup {
         let highest = rng.usize(0..PRIORITIES.len());
         let lowest = rng.usize(highest..PRIORITIES.len());
         let priorities = several(rng, 1, 6, |rng| PRIORITIES[rng.usize(highest..=lowest)]);
-        Setup {
+        let semaphores = several(rng, 1, 3, |rng| *one_of(rng, &[0, 0, 1, 254]));
+        let setup = Setup {
             started: rng.usize(1..=priorities.len()),
+            jobs: several(rng, 2, BODIES.len(), |rng| rng.usize(..semaphores.len())),
             priorities,
-            semaphores: several(rng, 1, 3, |rng| *one_of(rng, &[0, 0, 1, 254])),
+            semaphores,
             // Some lower than tasks that lock it.
             ceilings: several(rng, 1, 2, |rng| PRIORITIES[rng.usize(highest.saturating_sub(1)..=lowest)]),
             rooms: several(rng, 1, 2, |rng| rng.u8(0..4)),
             timers: rng.usize(1..=3),
-        }
+            boot: Vec::new(),
+        };
+        let most = *one_of(rng, &[0, 4]);
+        let mut calls = Random::new(rng.fork(), setup.clone(), 0);
+        Setup { boot: several(rng, 0, most, |_| calls.call_of_thread()), ..setup }
     }
 }
 
 /// A number of steps drawn by lot. Each script does without some calls, so that others meet more often.
 pub struct Random {
     rng: Rng,
-    /// Which it has, of a task's and of all.
+    /// Which it has: of a task's, of a thread's, of anybody's.
     of_task: u32,
-    of_either: u32,
+    of_thread: u32,
+    of_any: u32,
     setup: Setup,
     left: usize,
 }
 
 impl Random {
     pub fn new(mut rng: Rng, setup: Setup, steps: usize) -> Self {
-        let (of_task, of_either) = (rng.u32(..), rng.u32(..));
-        Random { rng, of_task, of_either, setup, left: steps }
+        let [of_task, of_thread, of_any] = array::from_fn(|_| rng.u32(..));
+        Random { rng, of_task, of_thread, of_any, setup, left: steps }
+    }
+
+    /// What the running task does next.
+    fn call(&mut self, reference: &Reference) -> Call {
+        match reference.way_out() {
+            Some(Call::EndJob) if self.rng.u8(..4) > 0 => self.call_of_thread(),
+            Some(call) => call,
+            None => self.call_of_task(reference),
+        }
     }
 
     fn call_of_task(&mut self, reference: &Reference) -> Call {
-        if reference.is_in_section() {
-            return Call::Unlock;
-        }
-        let semaphore = self.rng.usize(..self.setup.semaphores.len());
-        let queue = self.rng.usize(..self.setup.rooms.len());
-        let timer = self.rng.usize(..self.setup.timers);
-        let task = self.rng.usize(..self.setup.priorities.len());
-        match draw(&mut self.rng, self.of_task, 32) {
+        let semaphore = self.semaphore();
+        let queue = self.queue();
+        match draw(&mut self.rng, self.of_task, 31) {
             0..2 => Call::Wait { semaphore },
             2 => Call::WaitTimeout { semaphore, ticks: self.ticks() },
             3..6 => Call::Lock { mutex: self.rng.usize(..self.setup.ceilings.len()) },
@@ -71,34 +83,75 @@ impl Random {
             15 => Call::WaitForPeriod,
             16 => Call::Make { value: self.rng.u8(..) },
             17 => Call::SendMade { queue },
-            18..20 => Call::StartTimer { timer, ticks: self.ticks(), semaphore },
-            20 => Call::CancelTimer { timer },
-            21..23 => Call::Suspend { task },
-            23..25 => Call::SetPriority { task, priority: self.priority() },
-            25 => Call::State { task },
-            26 => *one_of(&mut self.rng, &[Call::Kill { task }, Call::Kill { task }, Call::Exit]),
-            _ => self.call_of_either(),
+            18..20 => Call::WaitForSeveral { semaphores: array::from_fn(|_| self.semaphore()) },
+            20 => Call::RunJobs { jobs: array::from_fn(|_| self.rng.usize(..self.setup.jobs.len())) },
+            21 => Call::PipePut(self.rng.u8(..)),
+            22 => Call::PipePutTimeout { byte: self.rng.u8(..), ticks: self.ticks() },
+            23 => Call::PipeTake,
+            24 => Call::PipeTakeTimeout { ticks: self.ticks() },
+            25 if self.rng.u8(..3) == 0 => Call::Exit,
+            _ => self.call_of_thread(),
         }
     }
 
-    fn call_of_either(&mut self) -> Call {
-        let semaphore = self.rng.usize(..self.setup.semaphores.len());
-        let queue = self.rng.usize(..self.setup.rooms.len());
-        let task = self.rng.usize(..self.setup.priorities.len());
-        match draw(&mut self.rng, self.of_either, 18) {
+    fn call_of_thread(&mut self) -> Call {
+        let semaphore = self.semaphore();
+        let timer = self.rng.usize(..self.setup.timers);
+        let task = self.task();
+        match draw(&mut self.rng, self.of_thread, 14) {
+            0..2 => Call::StartTimer { timer, ticks: self.ticks(), semaphore },
+            2 => Call::CancelTimer { timer },
+            3..5 => Call::Suspend { task },
+            5..7 => Call::SetPriority { task, priority: self.priority() },
+            7 => Call::State { task },
+            8 => Call::Kill { task },
+            _ => self.call_of_any(),
+        }
+    }
+
+    fn call_of_any(&mut self) -> Call {
+        let semaphore = self.semaphore();
+        let queue = self.queue();
+        let timer = self.rng.usize(..self.setup.timers);
+        let task = self.task();
+        match draw(&mut self.rng, self.of_any, 23) {
             0..4 => Call::Post { semaphore },
             4 => Call::TryWait { semaphore },
             5..7 => Call::SetFlags(self.flags()),
             7 => Call::TakeFlags(self.flags()),
             8..11 => Call::Send { queue, value: self.rng.u8(..) },
             11 => Call::TryReceive { queue },
-            12 => Call::Refused { queue },
-            13 => *one_of(&mut self.rng, &[Call::PoolExhausted, Call::PoolMostUsed, Call::Overruns]),
-            14 => Call::Put(self.rng.u8(..)),
-            15 => Call::Take,
-            16 => *one_of(&mut self.rng, &[Call::Now, Call::Start { task }]),
+            12 => *one_of(&mut self.rng, &[Call::Refused { queue }, Call::PoolExhausted, Call::PoolMostUsed]),
+            13 => Call::FifoPut(self.rng.u8(..)),
+            14 => Call::FifoTake,
+            15 => *one_of(
+                &mut self.rng,
+                &[Call::FifoPeek, Call::FifoLength, Call::FifoSpace, Call::FifoFlush, Call::FifoOverruns],
+            ),
+            16..18 => Call::PipeTryPut(self.rng.u8(..)),
+            18..20 => Call::PipeTryTake,
+            20 => *one_of(
+                &mut self.rng,
+                &[Call::PipePeek, Call::PipeLength, Call::PipeSpace, Call::PipeFlush, Call::PipeOverruns],
+            ),
+            21 => *one_of(
+                &mut self.rng,
+                &[Call::Now, Call::Start { task }, Call::Priority { task }, Call::TimerIsRunning { timer }],
+            ),
             _ => Call::Resume { task },
         }
+    }
+
+    fn semaphore(&mut self) -> usize {
+        self.rng.usize(..self.setup.semaphores.len())
+    }
+
+    fn queue(&mut self) -> usize {
+        self.rng.usize(..self.setup.rooms.len())
+    }
+
+    fn task(&mut self) -> usize {
+        self.rng.usize(..self.setup.priorities.len())
     }
 
     /// One that a task has at the start.
@@ -126,7 +179,7 @@ impl Random {
             return self.tick();
         }
         let number = *one_of(&mut self.rng, &[1, 1, 1, 2, 4]);
-        Handler::Calls((0..number).map(|_| self.call_of_either()).collect())
+        Handler::Calls((0..number).map(|_| self.call_of_any()).collect())
     }
 
     /// Another interrupt strikes inside of half of all.
@@ -165,8 +218,7 @@ impl Script for Random {
             return Some(Step::Interrupt(self.handler()));
         }
         if reference.running().is_some() {
-            let call =
-                iter::repeat_with(|| self.call_of_task(reference)).find(|&call| reference.permits(call))?;
+            let call = iter::repeat_with(|| self.call(reference)).find(|&call| reference.permits(call))?;
             return Some(Step::Call(call, self.strike_into(call)));
         }
         Some(match self.rng.u16(..4000) {

@@ -1,13 +1,15 @@
 //! The kernel's own objects, and the calls made on them.
 
 use std::cell::Cell;
+use std::ptr;
 
 use kernel::{
-    Context, EventFlags, Exhausted, Fifo, Full, Message, Mutex, Period, Pool, Pooled, Queue, Refused,
-    Semaphore, Slot, Stack, Task, Timer, now,
+    Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Job, JobTaken, Message, Mutex, Never, Period, Pipe,
+    Pool, Pooled, Queue, Semaphore, Slot, Stack, Task, ThreadContext, Timer, now,
 };
 
-use crate::call::{BUFFERS, Call, FIFO_BYTES, Outcome, Setup};
+use crate::call::{BUFFERS, Call, FIFO_BYTES, JOBS, Outcome, PIPE_BYTES, Setup};
+use crate::jobs::BODIES;
 
 pub struct Parcel(u8);
 
@@ -27,10 +29,12 @@ pub struct World {
     pub mutexes: Vec<Mutex<u8>>,
     /// Where each task waits that has left.
     pub returns: Vec<Semaphore>,
-    semaphores: Vec<Semaphore>,
+    semaphores: &'static [Semaphore],
+    jobs: Vec<Job>,
     flags: EventFlags,
     queues: Vec<Queue<Parcel>>,
     fifo: Fifo<FIFO_BYTES>,
+    pipe: Pipe<PIPE_BYTES>,
     timers: Vec<Timer>,
 }
 
@@ -47,38 +51,86 @@ impl World {
     pub fn new(setup: &Setup) -> &'static Self {
         let buffers: &[Slot<Parcel>] = Box::leak(Box::new([const { Slot::new() }; BUFFERS]));
         POOL.set(Some(Box::leak(Box::new(Pool::new(buffers)))));
+        let semaphores: &[Semaphore] =
+            setup.semaphores.iter().map(|&signals| Semaphore::new(signals)).collect::<Vec<_>>().leak();
+        let jobs = setup.jobs.iter().zip(BODIES);
         Box::leak(Box::new(World {
             tasks: setup.priorities.iter().map(|_| Stack::new()).collect(),
             mutexes: setup.ceilings.iter().map(|&ceiling| Mutex::new(ceiling, 0)).collect(),
             returns: setup.priorities.iter().map(|_| Semaphore::new(0)).collect(),
-            semaphores: setup.semaphores.iter().map(|&signals| Semaphore::new(signals)).collect(),
+            semaphores,
+            jobs: jobs.map(|(&semaphore, body)| Job::new(&semaphores[semaphore], body)).collect(),
             flags: EventFlags::new(),
             queues: setup.rooms.iter().map(|&room| Queue::new(room)).collect(),
             fifo: Fifo::new(),
+            pipe: Pipe::new(),
             timers: (0..setup.timers).map(|_| Timer::new()).collect(),
         }))
     }
 
+    /// The running task.
+    pub fn running(&self, context: &mut impl Context) -> usize {
+        let address = context.mask(kernel::running);
+        let is_running = |stack: &Stack<0>| ptr::from_ref(stack).addr() == address;
+        self.tasks.iter().position(is_running).expect("a task runs")
+    }
+
+    /// Only returns if one of the jobs is taken.
+    pub fn run_jobs(&'static self, task: &mut Task, jobs: [usize; JOBS]) -> Result<Never, JobTaken> {
+        task.run_jobs(&jobs.map(|job| &self.jobs[job]))
+    }
+
     /// A task's call. `Lock` and `Unlock` are not among them: they are the two ends of a guard's life;
-    /// nor is `Exit`, which has no outcome.
+    /// nor are `RunJobs`, `EndJob` and `Exit`, which may not return.
     pub fn call_of_task(&'static self, task: &mut Task, own: &mut Belongings, call: Call) -> Outcome {
         match call {
-            Call::Wait { semaphore } => {
-                self.semaphores[semaphore].wait(task);
-                Outcome::Nothing
-            }
+            Call::Wait { semaphore } => self.semaphores[semaphore].wait(task).into(),
             Call::WaitTimeout { semaphore, ticks } => {
-                match self.semaphores[semaphore].wait_timeout(task, ticks) {
-                    Ok(()) => Outcome::Nothing,
-                    Err(kernel::Elapsed) => Outcome::Elapsed,
-                }
+                self.semaphores[semaphore].wait_timeout(task, ticks).into()
             }
-            Call::WaitAny(flags) => Outcome::Number(self.flags.wait_any(task, flags).into()),
-            Call::WaitAll(flags) => {
-                self.flags.wait_all(task, flags);
+            Call::WaitForSeveral { semaphores } => {
+                let index = task.wait_any(semaphores.map(|semaphore| &self.semaphores[semaphore]));
+                Outcome::Number(index as u16)
+            }
+            Call::WaitAny(flags) => self.flags.wait_any(task, flags).into(),
+            Call::WaitAll(flags) => self.flags.wait_all(task, flags).into(),
+            Call::Receive { queue } => own.keep(Some(self.queues[queue].receive(task))),
+            Call::ReceiveTimeout { queue, ticks } => match self.queues[queue].receive_timeout(task, ticks) {
+                Ok(message) => own.keep(Some(message)),
+                Err(Elapsed) => Outcome::Elapsed,
+            },
+            Call::PipePut(byte) => self.pipe.put(task, byte).into(),
+            Call::PipePutTimeout { byte, ticks } => self.pipe.put_timeout(task, byte, ticks).into(),
+            Call::PipeTake => Some(self.pipe.take(task)).into(),
+            Call::PipeTakeTimeout { ticks } => match self.pipe.take_timeout(task, ticks) {
+                Ok(byte) => Some(byte).into(),
+                Err(Elapsed) => Outcome::Elapsed,
+            },
+            Call::Yield => task.yield_now().into(),
+            Call::Delay(ticks) => task.delay(ticks).into(),
+            Call::DelayUntil(deadline) => task.delay_until(deadline).into(),
+            Call::StartPeriod(length) => {
+                own.period = Some(Period::new(task, length));
                 Outcome::Nothing
             }
-            Call::Make { value } => match Message::new(task, Parcel(value)) {
+            Call::WaitForPeriod => {
+                let period = own.period.as_mut().expect("the reference permits it only then");
+                period.wait(task);
+                period.missed().into()
+            }
+            _ => self.call_of_thread(task, own, call),
+        }
+    }
+
+    /// A call of a task, of a job, or before there are any.
+    pub fn call_of_thread(
+        &'static self,
+        context: &mut impl ThreadContext,
+        own: &mut Belongings,
+        call: Call,
+    ) -> Outcome {
+        match call {
+            Call::Make { value } => match Message::new(context, Parcel(value)) {
                 Ok(message) => {
                     own.made = Some(message);
                     Outcome::Nothing
@@ -87,7 +139,7 @@ impl World {
             },
             Call::SendMade { queue } => {
                 let message = own.made.take().expect("the reference permits it only then");
-                match self.queues[queue].send(task, message) {
+                match self.queues[queue].send(context, message) {
                     Ok(()) => Outcome::Nothing,
                     Err(Full(message)) => {
                         own.made = Some(message);
@@ -95,58 +147,30 @@ impl World {
                     }
                 }
             }
-            Call::Receive { queue } => own.keep(Some(self.queues[queue].receive(task))),
-            Call::ReceiveTimeout { queue, ticks } => match self.queues[queue].receive_timeout(task, ticks) {
-                Ok(message) => own.keep(Some(message)),
-                Err(kernel::Elapsed) => Outcome::Elapsed,
-            },
+            Call::DropMessages => own.drop_messages().into(),
             Call::StartTimer { timer, ticks, semaphore } => {
-                self.timers[timer].start(task, ticks, &self.semaphores[semaphore]);
-                Outcome::Nothing
+                self.timers[timer].start(context, ticks, &self.semaphores[semaphore]).into()
             }
-            Call::CancelTimer { timer } => Outcome::Truth(self.timers[timer].cancel(task)),
-            Call::Yield => {
-                task.yield_now();
-                Outcome::Nothing
+            Call::CancelTimer { timer } => self.timers[timer].cancel(context).into(),
+            Call::Suspend { task } => self.tasks[task].task().suspend(context).into(),
+            Call::SetPriority { task, priority } => {
+                self.tasks[task].task().set_priority(context, priority).into()
             }
-            Call::Suspend { task: other } => of_refusal(self.tasks[other].task().suspend(task)),
-            Call::SetPriority { task: other, priority } => {
-                of_refusal(self.tasks[other].task().set_priority(task, priority))
-            }
-            Call::State { task: other } => Outcome::State(self.tasks[other].task().state(task)),
-            Call::Kill { task: other } => of_refusal(self.tasks[other].task().kill(task)),
-            Call::Delay(ticks) => {
-                task.delay(ticks);
-                Outcome::Nothing
-            }
-            Call::DelayUntil(deadline) => Outcome::Truth(task.delay_until(deadline)),
-            Call::StartPeriod(length) => {
-                own.period = Some(Period::new(task, length));
-                Outcome::Nothing
-            }
-            Call::WaitForPeriod => {
-                let period = own.period.as_mut().expect("the reference permits it only then");
-                period.wait(task);
-                Outcome::Number(period.missed())
-            }
-            _ => self.call(task, own, call),
+            Call::State { task } => Outcome::State(self.tasks[task].task().state(context)),
+            Call::Kill { task } => self.tasks[task].task().kill(context).into(),
+            _ => self.call(context, own, call),
         }
     }
 
-    /// A task's call or an interrupt's.
+    /// Anybody's call.
     pub fn call(&'static self, context: &mut impl Context, own: &mut Belongings, call: Call) -> Outcome {
         match call {
-            Call::Post { semaphore } => {
-                self.semaphores[semaphore].post(context);
-                Outcome::Nothing
-            }
-            Call::Resume { task } => Outcome::Truth(self.tasks[task].task().resume(context)),
-            Call::TryWait { semaphore } => Outcome::Truth(self.semaphores[semaphore].try_wait(context)),
-            Call::SetFlags(flags) => {
-                self.flags.set(context, flags);
-                Outcome::Nothing
-            }
-            Call::TakeFlags(flags) => Outcome::Number(self.flags.take(context, flags).into()),
+            Call::Post { semaphore } => self.semaphores[semaphore].post(context).into(),
+            Call::TryWait { semaphore } => self.semaphores[semaphore].try_wait(context).into(),
+            Call::Resume { task } => self.tasks[task].task().resume(context).into(),
+            Call::Priority { task } => Outcome::Priority(self.tasks[task].task().priority(context)),
+            Call::SetFlags(flags) => self.flags.set(context, flags).into(),
+            Call::TakeFlags(flags) => self.flags.take(context, flags).into(),
             Call::Send { queue, value } => match Message::new(context, Parcel(value)) {
                 Ok(message) => match self.queues[queue].send(context, message) {
                     Ok(()) => Outcome::Nothing,
@@ -155,19 +179,26 @@ impl World {
                 Err(Exhausted(_)) => Outcome::Exhausted,
             },
             Call::TryReceive { queue } => own.keep(self.queues[queue].try_receive(context)),
-            Call::DropMessages => {
-                own.made = None;
-                own.received.clear();
-                Outcome::Nothing
-            }
-            Call::Refused { queue } => Outcome::Number(self.queues[queue].refused(context)),
-            Call::PoolMostUsed => Outcome::Number(Parcel::pool().most_used(context).into()),
-            Call::PoolExhausted => Outcome::Number(Parcel::pool().exhausted(context)),
-            Call::Put(byte) => Outcome::Byte(self.fifo.put(context, byte)),
-            Call::Take => Outcome::Byte(self.fifo.take(context)),
-            Call::Overruns => Outcome::Number(self.fifo.overruns(context)),
-            Call::Now => Outcome::Number(now(context)),
-            _ => unreachable!("a task only can make {call:?}"),
+            Call::Refused { queue } => self.queues[queue].refused(context).into(),
+            Call::PoolMostUsed => Parcel::pool().most_used(context).into(),
+            Call::PoolExhausted => Parcel::pool().exhausted(context).into(),
+            Call::FifoPut(byte) => self.fifo.put(context, byte).into(),
+            Call::FifoTake => self.fifo.take(context).into(),
+            Call::FifoPeek => self.fifo.peek(context).into(),
+            Call::FifoLength => self.fifo.length(context).into(),
+            Call::FifoSpace => self.fifo.space(context).into(),
+            Call::FifoFlush => self.fifo.flush(context).into(),
+            Call::FifoOverruns => self.fifo.overruns(context).into(),
+            Call::PipeTryPut(byte) => self.pipe.try_put(context, byte).into(),
+            Call::PipeTryTake => self.pipe.try_take(context).into(),
+            Call::PipePeek => self.pipe.peek(context).into(),
+            Call::PipeLength => self.pipe.length(context).into(),
+            Call::PipeSpace => self.pipe.space(context).into(),
+            Call::PipeFlush => self.pipe.flush(context).into(),
+            Call::PipeOverruns => self.pipe.overruns(context).into(),
+            Call::TimerIsRunning { timer } => self.timers[timer].is_running(context).into(),
+            Call::Now => now(context).into(),
+            _ => unreachable!("not everybody can make {call:?}"),
         }
     }
 
@@ -176,26 +207,31 @@ impl World {
         let semaphores = (0..self.semaphores.len()).map(|semaphore| Call::TryWait { semaphore });
         let queues =
             (0..self.queues.len()).flat_map(|queue| [Call::TryReceive { queue }, Call::Refused { queue }]);
+        let tasks = (0..self.tasks.len()).map(|task| Call::Priority { task });
+        let timers = (0..self.timers.len()).map(|timer| Call::TimerIsRunning { timer });
         let others = [
             Call::TakeFlags(0xff),
-            Call::Take,
-            Call::Overruns,
+            Call::FifoTake,
+            Call::FifoOverruns,
+            Call::PipeTryTake,
+            Call::PipeOverruns,
             Call::PoolMostUsed,
             Call::PoolExhausted,
             Call::Now,
         ];
-        semaphores.chain(queues).chain(others).collect()
+        semaphores.chain(queues).chain(tasks).chain(timers).chain(others).collect()
     }
 }
 
-fn of_refusal(result: Result<(), Refused>) -> Outcome {
-    result.map_or_else(Outcome::Refused, |()| Outcome::Nothing)
-}
-
 impl Belongings {
+    pub fn drop_messages(&mut self) {
+        self.made = None;
+        self.received.clear();
+    }
+
     fn keep(&mut self, message: Option<Message<Parcel>>) -> Outcome {
         let value = message.as_ref().map(|message| message.0);
         self.received.extend(message);
-        Outcome::Byte(value)
+        value.into()
     }
 }

@@ -1,17 +1,35 @@
 //! What each call does.
 
-use kernel::{LONGEST, Ticks};
+use kernel::{LONGEST, Refused, Ticks};
 
-use super::{Activity, Alarm, Event, Period, Reference, TaskId};
-use crate::call::{Call, FIFO_BYTES, Object, Outcome};
+use super::bytes::Motion;
+use super::{Activity, Alarm, Event, Period, Reference, TaskId, Waiter};
+use crate::call::{Call, Object, Outcome};
 
 impl Reference {
     /// `id`, which runs, calls.
     pub(super) fn perform(&mut self, id: TaskId, call: Call) {
+        if let Some(motion) = Motion::begun_by(call) {
+            self.tasks[id].activity = Activity::Moving(motion);
+            return;
+        }
         let clock = *self.tasks[id].clock.get_or_insert(self.now);
         let outcome = match call {
-            Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => {
-                self.take_signal(semaphore).then_some(Outcome::Nothing)
+            Call::WaitForSeveral { .. } | Call::RunJobs { .. } | Call::EndJob => {
+                return self.begin_several(id, call);
+            }
+            Call::Wait { .. }
+            | Call::WaitTimeout { .. }
+            | Call::PipePut(_)
+            | Call::PipePutTimeout { .. }
+            | Call::PipeTake
+            | Call::PipeTakeTimeout { .. } => {
+                if call.awaits().is_some_and(|object| self.take_signal(object)) {
+                    self.cancel_end(id);
+                    self.tasks[id].activity = with_signal(call);
+                    return;
+                }
+                None
             }
             Call::WaitAny(flags) => match self.take_flags(flags) {
                 0 => None,
@@ -56,25 +74,19 @@ impl Reference {
                 Some(Outcome::Nothing)
             }
             Call::DropMessages => Some(self.drop_messages(id)),
-            Call::StartTimer { timer, ticks, semaphore } => {
-                self.disarm(timer);
-                self.alarms.push(Alarm {
-                    deadline: deadline(clock, ticks),
-                    event: Event::Post { timer, semaphore },
-                });
-                self.fire();
-                Some(Outcome::Nothing)
-            }
-            Call::CancelTimer { timer } => Some(Outcome::Truth(self.disarm(timer))),
             Call::Yield => {
                 self.make_ready(id);
                 Some(Outcome::Nothing)
             }
-            Call::Suspend { task } => Some(self.suspend(id, task)),
-            Call::SetPriority { task, priority } => Some(self.set_priority(id, task, priority)),
-            Call::State { task } => Some(Outcome::State(self.state(task))),
-            Call::Kill { task } if task != id => Some(self.kill(id, task)),
-            Call::Kill { .. } | Call::Exit => return self.end_task(id),
+            Call::Kill { task } if task == id && self.tasks[id].group.is_some() => {
+                Some(Outcome::Refused(Refused::Busy))
+            }
+            Call::Kill { task } if task == id => return self.end_task(id),
+            Call::Kill { task } => match self.begin_to_kill(id, task) {
+                Ok(()) => return,
+                Err(refused) => Some(Outcome::Refused(refused)),
+            },
+            Call::Exit => return self.end_task(id),
             Call::Delay(_) => None,
             Call::DelayUntil(deadline) => {
                 let is_over = !is_ahead(deadline.wrapping_sub(clock as Ticks));
@@ -85,7 +97,7 @@ impl Reference {
                 Some(Outcome::Nothing)
             }
             Call::WaitForPeriod => self.missed_deadline(id, clock),
-            _ => Some(self.call_of_either(call)),
+            _ => Some(self.call_of_thread(Some(id), clock, call)),
         };
         let is_at_end = self.end(id, call).is_some_and(|end| end <= self.now);
         let in_the_end = is_at_end.then(|| self.outcome_in_the_end(id, call));
@@ -115,59 +127,107 @@ impl Reference {
 
     /// An interrupt calls. It drops at once what it receives.
     pub(super) fn call_of_interrupt(&mut self, call: Call) -> Outcome {
+        self.call_at_once(call).unwrap_or_else(|| self.call_of_any(call))
+    }
+
+    /// A call before the kernel runs, which drops at once what it receives.
+    pub fn call_of_boot(&mut self, call: Call) -> Outcome {
+        self.call_at_once(call).unwrap_or_else(|| self.call_of_thread(None, self.now, call))
+    }
+
+    /// What is one act where no task calls.
+    fn call_at_once(&mut self, call: Call) -> Option<Outcome> {
         if let Call::TryReceive { queue } = call {
             let message = self.receive(queue);
             self.pool.used -= usize::from(message.is_some());
-            return Outcome::Byte(message);
+            return Some(message.into());
         }
-        self.call_of_either(call)
+        Motion::begun_by(call).map(|motion| self.move_at_once(motion))
     }
 
-    /// What a task and an interrupt do alike.
-    fn call_of_either(&mut self, call: Call) -> Outcome {
+    /// What a task, task `id` if there is one, a job, and who starts them do alike.
+    fn call_of_thread(&mut self, id: Option<TaskId>, clock: u64, call: Call) -> Outcome {
         match call {
-            Call::Start { task } => Outcome::Truth(self.start(task)),
-            Call::Resume { task } => Outcome::Truth(self.resume(task)),
-            Call::Post { semaphore } => self.post(semaphore),
-            Call::TryWait { semaphore } => Outcome::Truth(self.take_signal(semaphore)),
-            Call::SetFlags(flags) => self.set_flags(flags),
-            Call::TakeFlags(flags) => Outcome::Number(self.take_flags(flags).into()),
+            Call::StartTimer { timer, ticks, semaphore } => {
+                self.disarm(timer);
+                self.alarms.push(Alarm {
+                    deadline: deadline(clock, ticks),
+                    event: Event::Post { timer: Some(timer), semaphore },
+                });
+                self.fire();
+                Outcome::Nothing
+            }
+            Call::CancelTimer { timer } => self.disarm(timer).into(),
+            Call::Suspend { task } => self.suspend(id, task).into(),
+            Call::SetPriority { task, priority } => self.set_priority(id, task, priority).into(),
+            Call::State { task } => Outcome::State(self.state(task)),
+            Call::Kill { task } => self.kill(id, task).into(),
+            _ => self.call_of_any(call),
+        }
+    }
+
+    /// What everybody does alike.
+    fn call_of_any(&mut self, call: Call) -> Outcome {
+        match call {
+            Call::Start { task } => self.start(task).into(),
+            Call::Resume { task } => self.resume(task).into(),
+            Call::Priority { task } => Outcome::Priority(self.tasks[task].priority),
+            Call::Post { semaphore } => self.signal(Object::Semaphore(semaphore)).into(),
+            Call::TryWait { semaphore } => self.take_signal(Object::Semaphore(semaphore)).into(),
+            Call::SetFlags(flags) => self.set_flags(flags).into(),
+            Call::TakeFlags(flags) => self.take_flags(flags).into(),
             Call::Send { queue, value } => self.make_and_send(queue, value),
-            Call::Refused { queue } => Outcome::Number(self.queues[queue].refused),
-            Call::PoolMostUsed => Outcome::Number(self.pool.most_used as u16),
-            Call::PoolExhausted => Outcome::Number(self.pool.exhausted),
-            Call::Put(byte) => self.put(byte),
-            Call::Take => Outcome::Byte(self.bytes.pop_front()),
-            Call::Overruns => Outcome::Number(self.overruns),
-            Call::Now => Outcome::Number(self.ticks()),
-            _ => unreachable!("a task only can make {call:?}"),
+            Call::Refused { queue } => self.queues[queue].refused.into(),
+            Call::PoolMostUsed => (self.pool.most_used as u16).into(),
+            Call::PoolExhausted => self.pool.exhausted.into(),
+            Call::TimerIsRunning { timer } => self.is_running(timer).into(),
+            Call::Now => self.ticks().into(),
+            _ => self.call_for_bytes(call),
         }
     }
 
-    pub(super) fn post(&mut self, semaphore: usize) -> Outcome {
-        match self.first_in_line(Object::Semaphore(semaphore)) {
-            Some(id) => self.wake(id, Activity::Returning(Outcome::Nothing)),
-            None => self.semaphores[semaphore] = self.semaphores[semaphore].saturating_add(1),
+    /// Gives a signal for `object` to the first who waits for it, or stores it.
+    pub(super) fn signal(&mut self, object: Object) {
+        match self.first_in_line(object) {
+            Some(Waiter::Member(id, member)) => self.arrive(id, member),
+            Some(Waiter::Task(id)) => {
+                let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
+                self.wake(id, with_signal(call));
+            }
+            None => {
+                let signals = self.signals(object);
+                *signals = signals.saturating_add(1);
+            }
         }
-        Outcome::Nothing
     }
 
-    fn take_signal(&mut self, semaphore: usize) -> bool {
-        let is_taken = self.semaphores[semaphore] > 0;
-        self.semaphores[semaphore] -= u8::from(is_taken);
+    /// Takes a signal for `object`, if there is one, and says whether there was.
+    pub(super) fn take_signal(&mut self, object: Object) -> bool {
+        let signals = self.signals(object);
+        let is_taken = *signals > 0;
+        *signals -= u8::from(is_taken);
         is_taken
     }
 
+    /// The signals in store.
+    fn signals(&mut self, object: Object) -> &mut u8 {
+        match object {
+            Object::Semaphore(semaphore) => &mut self.semaphores[semaphore],
+            Object::Byte => &mut self.pipe.bytes,
+            Object::Space => &mut self.pipe.space,
+            Object::Mutex(_) | Object::Queue(_) | Object::Flags => unreachable!("it has no signals"),
+        }
+    }
+
     /// Wakes all who wait for flags, to look again.
-    fn set_flags(&mut self, flags: u8) -> Outcome {
+    fn set_flags(&mut self, flags: u8) {
         self.flags |= flags;
         while self.wake_for_flags() {}
-        Outcome::Nothing
     }
 
     /// Wakes the first who waits for flags. Returns whether there was one.
     pub(super) fn wake_for_flags(&mut self) -> bool {
-        let Some(id) = self.first_in_line(Object::Flags) else { return false };
+        let Some(id) = self.first_task_in_line(Object::Flags) else { return false };
         let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
         self.wake(id, Activity::Acting(call));
         true
@@ -198,7 +258,7 @@ impl Reference {
     pub(super) fn hand_over(&mut self, id: TaskId) {
         let mutex = self.tasks[id].holds.expect("it holds one");
         self.mutexes[mutex].is_taken = false;
-        if let Some(next) = self.first_in_line(Object::Mutex(mutex)) {
+        if let Some(next) = self.first_task_in_line(Object::Mutex(mutex)) {
             let outcome = self.lock(next, mutex);
             self.wake(next, Activity::Returning(outcome));
         }
@@ -210,21 +270,15 @@ impl Reference {
         Outcome::Nothing
     }
 
-    fn put(&mut self, byte: u8) -> Outcome {
-        if self.bytes.len() == FIFO_BYTES {
-            self.overruns = self.overruns.saturating_add(1);
-            return Outcome::Byte(None);
-        }
-        self.bytes.push_back(byte);
-        Outcome::Byte(Some((FIFO_BYTES - self.bytes.len()) as u8))
-    }
-
     /// Returns whether the timer was armed.
     pub(super) fn disarm(&mut self, timer: usize) -> bool {
-        let armed = self.alarms.len();
-        self.alarms
-            .retain(|alarm| !matches!(alarm.event, Event::Post { timer: other, .. } if other == timer));
-        self.alarms.len() < armed
+        let was_running = self.is_running(timer);
+        self.alarms.retain(|alarm| !alarm.is_of(timer));
+        was_running
+    }
+
+    fn is_running(&self, timer: usize) -> bool {
+        self.alarms.iter().any(|alarm| alarm.is_of(timer))
     }
 
     /// Returns the number of deadlines missed if that of the task's period has passed.
@@ -241,9 +295,11 @@ impl Reference {
     fn end(&self, id: TaskId, call: Call) -> Option<u64> {
         let clock = self.tasks[id].clock?;
         let ticks = match call {
-            Call::WaitTimeout { ticks, .. } | Call::ReceiveTimeout { ticks, .. } | Call::Delay(ticks) => {
-                ticks
-            }
+            Call::WaitTimeout { ticks, .. }
+            | Call::ReceiveTimeout { ticks, .. }
+            | Call::PipePutTimeout { ticks, .. }
+            | Call::PipeTakeTimeout { ticks }
+            | Call::Delay(ticks) => ticks,
             Call::DelayUntil(deadline) => deadline.wrapping_sub(clock as Ticks),
             Call::WaitForPeriod => self.tasks[id].period?.deadline.wrapping_sub(clock as Ticks),
             _ => return None,
@@ -254,11 +310,25 @@ impl Reference {
     /// What a call returns that has ended by itself.
     pub(super) fn outcome_in_the_end(&self, id: TaskId, call: Call) -> Outcome {
         match call {
-            Call::WaitTimeout { .. } | Call::ReceiveTimeout { .. } => Outcome::Elapsed,
+            Call::WaitTimeout { .. }
+            | Call::ReceiveTimeout { .. }
+            | Call::PipePutTimeout { .. }
+            | Call::PipeTakeTimeout { .. } => Outcome::Elapsed,
             Call::DelayUntil(_) => Outcome::Truth(true),
             Call::WaitForPeriod => Outcome::Number(self.tasks[id].period.map_or(0, |period| period.missed)),
             _ => Outcome::Nothing,
         }
+    }
+}
+
+/// What a task is at that waited in `call` and is given the signal.
+fn with_signal(call: Call) -> Activity {
+    match call {
+        Call::PipePut(byte) | Call::PipePutTimeout { byte, .. } => {
+            Activity::Moving(Motion::Fill(byte, Outcome::Nothing))
+        }
+        Call::PipeTake | Call::PipeTakeTimeout { .. } => Activity::Moving(Motion::Drain { flushes: false }),
+        _ => Activity::Returning(Outcome::Nothing),
     }
 }
 

@@ -4,8 +4,7 @@ use std::mem;
 
 use kernel::{Priority, Refused, TaskState};
 
-use super::{Activity, Reference, TaskId};
-use crate::call::Outcome;
+use super::{Activity, Reference, TaskId, Waiter};
 
 impl Reference {
     /// Returns whether the task was new, or had ended.
@@ -20,14 +19,12 @@ impl Reference {
         is_new
     }
 
-    /// `id`, which runs, suspends `task`.
-    pub(super) fn suspend(&mut self, id: TaskId, task: TaskId) -> Outcome {
-        if let Some(refused) = self.refuses(id, task) {
-            return Outcome::Refused(refused);
-        }
+    /// Suspends `task`: task `id` if that runs, or who starts them all.
+    pub(super) fn suspend(&mut self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
+        self.may_change(id, task)?;
         self.tasks[task].is_suspended = true;
         self.ready.retain(|&other| other != task);
-        Outcome::Nothing
+        Ok(())
     }
 
     /// Returns whether the task was suspended. What it waited for may have come meanwhile.
@@ -39,24 +36,26 @@ impl Reference {
         was_suspended
     }
 
-    /// `id`, which runs, gives `task` another priority. A task that waits keeps its place.
-    pub(super) fn set_priority(&mut self, id: TaskId, task: TaskId, priority: Priority) -> Outcome {
-        if let Some(refused) = self.refuses(id, task) {
-            return Outcome::Refused(refused);
-        }
+    /// Gives `task` another priority, likewise. One that waits keeps its place.
+    pub(super) fn set_priority(
+        &mut self,
+        id: Option<TaskId>,
+        task: TaskId,
+        priority: Priority,
+    ) -> Result<(), Refused> {
+        self.may_change(id, task)?;
         self.tasks[task].priority = priority;
         if self.ready.contains(&task) {
             self.make_ready(task);
         }
-        Outcome::Nothing
+        Ok(())
     }
 
     /// `id`, which runs, is to give another task, which is not suspended, another priority: until then that does not run.
     /// Returns whether it may.
     pub(super) fn begin_to_set_priority(&mut self, id: TaskId, task: TaskId, priority: Priority) -> bool {
-        let may = self.refuses(id, task).is_none() && !self.tasks[task].is_suspended && task != id;
+        let may = !self.tasks[task].is_suspended && task != id && self.suspend(Some(id), task).is_ok();
         if may {
-            self.suspend(id, task);
             self.tasks[task].is_held = true;
             self.tasks[id].activity = Activity::SettingPriority { task, priority };
         }
@@ -78,31 +77,29 @@ impl Reference {
         }
     }
 
-    /// `id`, which runs, ends another task. The messages that this has are lost.
-    pub(super) fn kill(&mut self, id: TaskId, task: TaskId) -> Outcome {
-        match self.refuses(id, task) {
-            Some(refused) => Outcome::Refused(refused),
-            None => {
-                self.end_task(task);
-                Outcome::Nothing
-            }
-        }
+    /// Ends another task, likewise. The messages that this has are lost.
+    pub(super) fn kill(&mut self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
+        self.may_kill(id, task)?;
+        self.end_task(task);
+        Ok(())
     }
 
-    /// `id`, which runs, is to end another task: nobody resumes that any more. Returns whether it may.
-    pub(super) fn begin_to_kill(&mut self, id: TaskId, task: TaskId) -> bool {
-        let may = self.refuses(id, task).is_none() && task != id;
-        if may {
-            self.suspend(id, task);
-            self.tasks[task].is_held = true;
-            self.tasks[id].activity = Activity::Killing { task };
-        }
-        may
+    /// `id`, which runs, is to end another task: nobody resumes that any more.
+    pub(super) fn begin_to_kill(&mut self, id: TaskId, task: TaskId) -> Result<(), Refused> {
+        self.may_kill(Some(id), task)?;
+        self.suspend(Some(id), task)?;
+        self.tasks[task].is_held = true;
+        self.tasks[id].activity = Activity::Killing { task };
+        Ok(())
+    }
+
+    pub(super) fn leave_line(&mut self, id: TaskId) {
+        self.lines.retain(|&(_, waiter)| waiter != Waiter::Task(id));
     }
 
     pub(super) fn end_task(&mut self, id: TaskId) {
         self.ready.retain(|&other| other != id);
-        self.lines.retain(|&(_, other)| other != id);
+        self.leave_line(id);
         self.cancel_end(id);
         let task = &mut self.tasks[id];
         task.activity = Activity::New;
@@ -115,13 +112,18 @@ impl Reference {
         task.period = None;
     }
 
-    /// Why `task` is left alone by `id`, if it is.
-    fn refuses(&self, id: TaskId, task: TaskId) -> Option<Refused> {
+    /// Whether `task` may be suspended or changed.
+    fn may_change(&self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         let other = &self.tasks[task];
         match other.activity {
-            Activity::New => Some(Refused::NotStarted),
-            _ if (other.locks || other.is_held) && id != task => Some(Refused::Busy),
-            _ => None,
+            Activity::New => Err(Refused::NotStarted),
+            _ if (other.locks || other.is_held) && id != Some(task) => Err(Refused::Busy),
+            _ => Ok(()),
         }
+    }
+
+    fn may_kill(&self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
+        self.may_change(id, task)?;
+        if self.tasks[task].group.is_some() { Err(Refused::Busy) } else { Ok(()) }
     }
 }

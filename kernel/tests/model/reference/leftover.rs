@@ -1,7 +1,7 @@
 //! What shows the state in the end: steps that empty every object and end every wait.
 
-use super::{Activity, Queue, Reference};
-use crate::call::{BUFFERS, Call, Handler, Step};
+use super::{Activity, Queue, Reference, Waiter};
+use crate::call::{BUFFERS, Call, Handler, Object, Step};
 
 impl Reference {
     /// The next such step, while no task runs.
@@ -20,7 +20,8 @@ impl Reference {
         None.or(semaphore.map(|semaphore| Call::TryWait { semaphore }))
             .or(queue.map(|queue| Call::TryReceive { queue }))
             .or((self.flags != 0).then_some(Call::TakeFlags(0xff)))
-            .or((!self.bytes.is_empty()).then_some(Call::Take))
+            .or((!self.fifo.is_empty()).then_some(Call::FifoTake))
+            .or((self.pipe.bytes > 0).then_some(Call::PipeTryTake))
     }
 
     fn task_to_resume(&self) -> Option<Call> {
@@ -31,7 +32,10 @@ impl Reference {
     fn call_to_end_a_wait(&self) -> Option<Call> {
         self.tasks.iter().find_map(|task| match task.activity {
             Activity::Blocked(Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. }) => {
-                Some(Call::Post { semaphore })
+                self.post_for_task(semaphore)
+            }
+            Activity::Blocked(Call::WaitForSeveral { semaphores }) => {
+                semaphores.into_iter().find_map(|semaphore| self.post_for_task(semaphore))
             }
             // A task that stays blocked may have all messages.
             Activity::Blocked(Call::Receive { queue } | Call::ReceiveTimeout { queue, .. })
@@ -40,7 +44,19 @@ impl Reference {
                 Some(Call::Send { queue, value: 0 })
             }
             Activity::Blocked(Call::WaitAny(1..) | Call::WaitAll(_)) => Some(Call::SetFlags(0xff)),
+            Activity::Blocked(Call::PipeTake | Call::PipeTakeTimeout { .. }) if self.pipe.space > 0 => {
+                Some(Call::PipeTryPut(0))
+            }
             _ => None,
         })
+    }
+
+    /// A signal for a task: none where a job takes it, which may wait again before the task for ever.
+    fn post_for_task(&self, semaphore: usize) -> Option<Call> {
+        let is_for_job = match self.first_in_line(Object::Semaphore(semaphore))? {
+            Waiter::Member(id, member) => self.is_job(id, member),
+            Waiter::Task(_) => false,
+        };
+        (!is_for_job).then_some(Call::Post { semaphore })
     }
 }

@@ -18,7 +18,7 @@ impl Reference {
     }
 
     fn first_receiver(&self, from: usize) -> Option<TaskId> {
-        self.first_in_line(Object::Queue(from))
+        self.first_task_in_line(Object::Queue(from))
     }
 
     pub(super) fn is_full(&self, index: usize) -> bool {

@@ -1,16 +1,20 @@
 //! The kernel as `docs/kernel.md` describes it, written as plainly as can be: who runs, who waits, and what time does.
 
+mod bytes;
 mod calls;
 mod control;
 mod leftover;
 mod messages;
+mod several;
 mod struck;
 
 use std::collections::VecDeque;
 
-use kernel::{Priority, Refused, Ticks};
+use kernel::{Priority, Ticks};
 
 use crate::call::{Call, Object, Outcome, Setup};
+use bytes::{Fifo, Motion, Pipe};
+use several::{Group, Stage};
 
 pub type TaskId = usize;
 
@@ -31,10 +35,16 @@ enum Activity {
     Announcing { queue: usize },
     /// In a call that counts a message as refused when the task runs.
     Refused { queue: usize },
+    /// In this wait for several semaphores, or before a job, where this comes next when the task runs.
+    Several(Call, Stage),
+    /// In a call where this comes next when the task runs.
+    Moving(Motion),
     /// In a call that leaves a ceiling when the task runs.
     Leaving,
-    /// In a call that ends another task when this one runs.
+    /// In a call that takes another task from its line when this one runs, and then ends it.
     Killing { task: TaskId },
+    /// In a call that ends another task when this one runs.
+    Ending { task: TaskId },
     /// In a call that gives another task this priority when this one runs.
     SettingPriority { task: TaskId, priority: Priority },
     /// It has not been started, or has ended.
@@ -63,6 +73,18 @@ struct Task {
     /// How many messages it has received and not dropped yet.
     received: usize,
     period: Option<Period>,
+    /// Those that stand in line in its place.
+    group: Option<Group>,
+    /// The member of these whose job runs.
+    job: Option<usize>,
+}
+
+/// Who stands in line.
+#[derive(Clone, Copy, PartialEq)]
+enum Waiter {
+    Task(TaskId),
+    /// A member of this task's group.
+    Member(TaskId, usize),
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -106,7 +128,11 @@ struct Alarm {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Event {
-    Post { timer: usize, semaphore: usize },
+    /// The timer is not running any more where its signal is about to be posted.
+    Post {
+        timer: Option<usize>,
+        semaphore: usize,
+    },
     EndWait(TaskId),
 }
 
@@ -117,7 +143,7 @@ pub struct Reference {
     /// The tasks that are ready, in the order in which they became so. One that is preempted keeps its place.
     ready: Vec<TaskId>,
     /// Who waits for what; those for one and the same in the order in which they are served.
-    lines: Vec<(Object, TaskId)>,
+    lines: Vec<(Object, Waiter)>,
     /// In the order in which they were set.
     alarms: Vec<Alarm>,
     /// The signals in store.
@@ -126,15 +152,24 @@ pub struct Reference {
     flags: u8,
     queues: Vec<Queue>,
     pool: Pool,
-    bytes: VecDeque<u8>,
-    overruns: u16,
+    fifo: Fifo,
+    pipe: Pipe,
+    /// The semaphore that each waits for.
+    jobs: Vec<usize>,
+}
+
+impl Alarm {
+    fn is_of(&self, timer: usize) -> bool {
+        matches!(self.event, Event::Post { timer: Some(other), .. } if other == timer)
+    }
 }
 
 impl Reference {
     /// The kernel at the start.
     pub fn new(setup: &Setup) -> Self {
         let task = |(id, &priority)| Task {
-            priority,
+            // A task has its priority from its start on.
+            priority: if id < setup.started { priority } else { Priority::P0 },
             first_priority: priority,
             is_suspended: false,
             is_held: false,
@@ -145,6 +180,8 @@ impl Reference {
             made: None,
             received: 0,
             period: None,
+            group: None,
+            job: None,
         };
         let mutex = |&ceiling| Mutex { ceiling, value: 0, is_taken: false };
         let queue =
@@ -160,8 +197,9 @@ impl Reference {
             flags: 0,
             queues: setup.rooms.iter().map(queue).collect(),
             pool: Pool { used: 0, most_used: 0, exhausted: 0 },
-            bytes: VecDeque::new(),
-            overruns: 0,
+            fifo: Reference::new_fifo(),
+            pipe: Pipe::new(),
+            jobs: setup.jobs.clone(),
         }
     }
 
@@ -182,20 +220,23 @@ impl Reference {
     /// Whether the running task can make `call` now.
     pub fn permits(&self, call: Call) -> bool {
         let Some(id) = self.running() else { return false };
-        // The guard of a mutex borrows the task.
-        let holds = self.tasks[id].holds.is_some();
+        let task = &self.tasks[id];
         match call {
-            Call::Unlock => holds,
-            Call::Make { .. } => !holds && self.tasks[id].made.is_none(),
-            Call::SendMade { .. } => !holds && self.tasks[id].made.is_some(),
-            Call::WaitForPeriod => !holds && self.tasks[id].period.is_some(),
-            _ => !holds,
+            Call::Unlock => task.holds.is_some(),
+            // The guard of a mutex borrows the task.
+            _ if task.holds.is_some() => false,
+            Call::EndJob => task.job.is_some(),
+            _ if task.job.is_some() && call.needs_task() => false,
+            Call::Make { .. } => task.made.is_none(),
+            Call::SendMade { .. } => task.made.is_some(),
+            Call::WaitForPeriod => task.period.is_some(),
+            _ => true,
         }
     }
 
-    /// Whether the running task holds a mutex.
-    pub fn is_in_section(&self) -> bool {
-        self.permits(Call::Unlock)
+    /// The call by which the running task leaves a section of a mutex, or a job, if it is in one.
+    pub fn way_out(&self) -> Option<Call> {
+        [Call::Unlock, Call::EndJob].into_iter().find(|&call| self.permits(call))
     }
 
     /// The running task calls. The call acts when things settle.
@@ -205,6 +246,10 @@ impl Reference {
         task.activity = Activity::Acting(call);
         if let (Call::WaitForPeriod, Some(period)) = (call, &mut task.period) {
             period.deadline = period.deadline.wrapping_add(period.length);
+        }
+        // A job has no messages of another's.
+        if matches!(call, Call::RunJobs { .. } | Call::EndJob) {
+            self.drop_messages(id);
         }
     }
 
@@ -225,15 +270,17 @@ impl Reference {
         self.drop_messages(id);
     }
 
-    /// Whether all tasks have left.
+    /// Whether all tasks have left, but for those that run jobs for good.
     pub fn is_deserted(&self) -> bool {
-        self.tasks.iter().all(|task| task.activity == Activity::Gone)
+        self.tasks.iter().all(|task| {
+            matches!(task.activity, Activity::Gone | Activity::Blocked(Call::RunJobs { .. } | Call::EndJob))
+        })
     }
 
-    /// All tasks come back.
+    /// All tasks come back that have left.
     pub fn come_back(&mut self) {
-        self.ready = (0..self.tasks.len()).collect();
-        self.tasks.iter_mut().for_each(|task| task.activity = Activity::Own);
+        self.ready = (0..self.tasks.len()).filter(|&id| self.tasks[id].activity == Activity::Gone).collect();
+        self.ready.iter().for_each(|&id| self.tasks[id].activity = Activity::Own);
     }
 
     /// An interrupt comes and goes. Tells what its calls return.
@@ -251,16 +298,18 @@ impl Reference {
         while self.fire_first() {}
     }
 
+    /// Which is the first of what is due by now.
+    fn first_due(&self) -> Option<usize> {
+        let due = self.alarms.iter().enumerate().filter(|(_, alarm)| alarm.deadline <= self.now);
+        due.min_by_key(|(_, alarm)| alarm.deadline).map(|(index, _)| index)
+    }
+
     /// The first of what is due by now happens. Returns whether there was any.
     fn fire_first(&mut self) -> bool {
-        let due = self.alarms.iter().filter(|alarm| alarm.deadline <= self.now);
-        let Some(Alarm { event, .. }) = due.min_by_key(|alarm| alarm.deadline) else { return false };
-        let event = *event;
-        self.alarms.retain(|alarm| alarm.event != event);
+        let Some(first) = self.first_due() else { return false };
+        let Alarm { event, .. } = self.alarms.remove(first);
         match event {
-            Event::Post { semaphore, .. } => {
-                self.post(semaphore);
-            }
+            Event::Post { semaphore, .. } => self.signal(Object::Semaphore(semaphore)),
             Event::EndWait(id) => {
                 // If it does not wait yet, it looks at the clock itself before it does.
                 if let Activity::Blocked(call) = self.tasks[id].activity {
@@ -296,9 +345,15 @@ impl Reference {
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
             }
             Activity::Killing { task } => {
+                self.leave_line(task);
+                self.tasks[id].activity = Activity::Ending { task };
+            }
+            Activity::Ending { task } => {
                 self.end_task(task);
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
             }
+            Activity::Several(call, stage) => self.go_on_with_several(id, call, stage),
+            Activity::Moving(motion) => self.go_on_with_motion(id, motion),
             Activity::Leaving => {
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
                 self.leave_ceiling(id);
@@ -310,7 +365,7 @@ impl Reference {
 
     /// Makes a blocked task ready.
     fn wake(&mut self, id: TaskId, activity: Activity) {
-        self.lines.retain(|&(_, other)| other != id);
+        self.leave_line(id);
         self.cancel_end(id);
         self.tasks[id].activity = activity;
         self.make_ready(id);
@@ -328,23 +383,38 @@ impl Reference {
     fn block(&mut self, id: TaskId, call: Call) {
         self.ready.retain(|&other| other != id);
         if let Some(object) = call.awaits() {
-            self.stand_in_line(id, object);
+            self.stand_in_line(Waiter::Task(id), object);
         }
         self.tasks[id].activity = Activity::Blocked(call);
     }
 
-    /// A task is served before the first that is lower when it comes.
-    fn stand_in_line(&mut self, id: TaskId, object: Object) {
-        let priority = self.tasks[id].priority;
+    /// Who comes is served before the first that is lower.
+    fn stand_in_line(&mut self, waiter: Waiter, object: Object) {
+        let priority = self.priority_in_line(waiter);
         let is_behind =
-            |&(other, behind): &(Object, TaskId)| other == object && self.tasks[behind].priority > priority;
+            |&(other, behind): &(Object, Waiter)| other == object && self.priority_in_line(behind) > priority;
         let place = self.lines.iter().position(is_behind).unwrap_or(self.lines.len());
-        self.lines.insert(place, (object, id));
+        self.lines.insert(place, (object, waiter));
     }
 
-    /// The first task that waits for `object`.
-    fn first_in_line(&self, object: Object) -> Option<TaskId> {
-        self.lines.iter().find(|&&(other, _)| other == object).map(|&(_, id)| id)
+    fn priority_in_line(&self, waiter: Waiter) -> Priority {
+        match waiter {
+            Waiter::Task(id) => self.tasks[id].priority,
+            Waiter::Member(id, member) => self.priority_of_member(id, member),
+        }
+    }
+
+    /// The first that waits for `object`.
+    fn first_in_line(&self, object: Object) -> Option<Waiter> {
+        self.lines.iter().find(|&&(other, _)| other == object).map(|&(_, waiter)| waiter)
+    }
+
+    /// The first task that waits for `object`, one for which only tasks do.
+    fn first_task_in_line(&self, object: Object) -> Option<TaskId> {
+        match self.first_in_line(object)? {
+            Waiter::Task(id) => Some(id),
+            Waiter::Member(..) => unreachable!("groups wait for semaphores"),
+        }
     }
 
     /// The present tick, as the kernel tells it: modulo 65,536.

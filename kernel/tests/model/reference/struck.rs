@@ -1,9 +1,9 @@
 //! How things may stand where an interrupt strikes inside of a call.
 
-use std::iter;
+use std::{iter, mem};
 
 use super::calls::deadline;
-use super::{Activity, Reference, TaskId};
+use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
@@ -15,6 +15,7 @@ impl Reference {
                 return Vec::new();
             }
         }
+        let mut ways = vec![before.clone()];
         let mut acted = before.clone();
         if let Activity::Acting(call) = before.tasks[id].activity {
             // It counts time from here.
@@ -24,23 +25,31 @@ impl Reference {
             let mut timed = begun.clone();
             timed.set_end(id, call);
             acted.perform(id, call);
-            let mut ways = begun.halfway(id, call);
-            ways.extend([before, begun, timed, acted]);
-            ways
-        } else {
-            let mut ways = vec![before];
-            while acted.running() == Some(id) && acted.settle_first() {
+            ways.extend(begun.halfway(id, call));
+            ways.extend([begun, timed, acted.clone()]);
+        }
+        // A call of several acts goes on, also after it has blocked and others have run.
+        let mut runs = acted.running() == Some(id);
+        while acted.settle_first() {
+            let ran = mem::replace(&mut runs, acted.running() == Some(id));
+            if ran || runs {
                 ways.push(acted.clone());
             }
-            ways
         }
+        ways
     }
 
-    /// All ways in which things may stand inside of a tick: what is due happens one after the other.
+    /// All ways in which things may stand inside of a tick: what is due happens one after the other. A timer is not running
+    /// any more before its signal is posted.
     pub fn struck_at_tick(&self) -> Vec<Reference> {
         let mut way = self.clone();
         let mut ways = vec![way.clone()];
-        while way.fire_first() {
+        while let Some(first) = way.first_due() {
+            if let Event::Post { timer, .. } = &mut way.alarms[first].event {
+                *timer = None;
+                ways.push(way.clone());
+            }
+            way.fire_first();
             ways.push(way.clone());
         }
         ways
@@ -76,8 +85,6 @@ impl Reference {
                 way.tasks[id].activity = Activity::Receiving { queue };
                 vec![way]
             }
-            // A task is suspended for good before it is killed.
-            Call::Kill { task } if way.begin_to_kill(id, task) => vec![way],
             Call::SetPriority { task, priority } if way.begin_to_set_priority(id, task, priority) => {
                 vec![way]
             }
