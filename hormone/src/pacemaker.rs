@@ -105,7 +105,7 @@ impl Pacemaker {
 
     /// Takes in a hormone of this gait. Returns whether it is news: one for a beat that was already, be it made good, is
     /// not, nor one from another leader while the present one beats. `same_way` says that it came by the dock
-    /// that the rhythm comes by: then another rhythm is that of a new leader, or of a new place in the robot.
+    /// that the rhythm comes by.
     pub fn hear(&mut self, pace: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
@@ -131,7 +131,7 @@ impl Pacemaker {
                 return true;
             }
         }
-        if self.is_beating(now) && (is_same || !same_way) {
+        if self.is_beating(now) && (is_same || !self.succeeds(same_way, now)) {
             return false;
         }
         self.take(pace, now);
@@ -141,7 +141,7 @@ impl Pacemaker {
     /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way while the
     /// present leader beats.
     pub fn change(&mut self, gait: Gait, pace: Pace, same_way: bool, now: u16) -> bool {
-        if self.is_beating(now) && !same_way {
+        if self.is_beating(now) && !self.succeeds(same_way, now) {
             return false;
         }
         self.gait = gait;
@@ -153,6 +153,13 @@ impl Pacemaker {
     fn is_beating(&self, now: u16) -> bool {
         let beat = self.gait.beat.get();
         self.is_following() && self.missed == 0 && now.wrapping_sub(self.last_at) < beat - beat / 8
+    }
+
+    /// Whether another rhythm takes the place of one that beats: if it comes the same way, for then it is that of a new leader,
+    /// or of a new place in the robot. What comes so within a quarter of a beat may be the module's own hormone, round a loop
+    /// in which nobody leads: there it would race.
+    fn succeeds(&self, same_way: bool, now: u16) -> bool {
+        same_way && now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4
     }
 
     fn take(&mut self, pace: Pace, at: u16) {

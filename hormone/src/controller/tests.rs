@@ -179,7 +179,7 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
     assert_eq!(leg.timer(2 * BEAT + 12).unwrap().action, Some(Swing));
     assert_eq!(leg.received(Up, other(B), 1_100).action, Some(Holding));
     assert_eq!(leg.received(Up, other(A), 1_600).action, Some(Swing));
-    assert_eq!(leg.received(Up, cp(A), 1_700).action, Some(Swing), "by the same dock it is at once");
+    assert_eq!(leg.received(Up, cp(A), 1_725).action, Some(Swing), "by the same dock it is at once");
 }
 
 #[test]

@@ -137,6 +137,7 @@ fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_ano
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
     assert!(!timer.hear(other, false, 100));
+    assert!(!timer.hear(other, true, BEAT / 4 - 1), "it may have gone round a loop");
     assert!(!timer.hear(other, false, 400));
     assert!(timer.hear(other, true, 401));
     assert_eq!((timer.rhythm(), timer.last()), (8, (A, 401)));
@@ -150,6 +151,10 @@ fn another_gait_is_another_rhythm() {
     assert!(hear(&mut timer, cp(A), 0));
     let wave = Pace { name: 2, ..cp(B) };
     assert!(!timer.change(GaitName::Caterpillar.gait(), wave, false, 10));
-    assert!(timer.change(GaitName::Caterpillar.gait(), wave, true, 10));
-    assert_eq!(timer.until_overdue(10), Some(200 + PATIENCE));
+    assert!(
+        !timer.change(GaitName::Caterpillar.gait(), wave, true, BEAT / 4 - 1),
+        "it may have gone round a loop"
+    );
+    assert!(timer.change(GaitName::Caterpillar.gait(), wave, true, BEAT / 4));
+    assert_eq!(timer.until_overdue(BEAT / 4), Some(200 + PATIENCE));
 }

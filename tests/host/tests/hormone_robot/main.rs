@@ -4,6 +4,7 @@
 mod changes;
 mod discovery;
 mod gait;
+mod loops;
 mod loss;
 mod orders;
 mod ring;
