@@ -182,8 +182,9 @@ impl Controller {
                 let has_led = self.is_leader();
                 let passed_on = self.election.hear(token, now);
                 if self.is_leader() && !has_led {
-                    // As in `become_type`.
+                    // As in `become_type`, and in `topology`.
                     self.pacemaker.skip(now);
+                    self.source = None;
                 }
                 passed_on.map_or(NOTHING, |token| self.send(Hormone::Token(token), BACK))
             }
@@ -403,7 +404,7 @@ impl Controller {
         let response = match send {
             Some(Send { data, docks }) => {
                 let pace = Pace { name: self.gait().name, data, rhythm, lifetime };
-                self.send(Hormone::Pace(pace), docks)
+                self.send(Hormone::Pace(pace), self.onwards(docks))
             }
             None => NOTHING,
         };
@@ -441,14 +442,17 @@ impl Controller {
         }
     }
 
-    /// What a module of no known type sends: the same, to all the others.
+    /// What a module of no known type sends: the same, to all.
     fn passes_on(&self, data: Data) -> Option<Send> {
-        if self.acting != ModuleType::Other {
-            return None;
+        (self.acting == ModuleType::Other).then_some(Send { data, docks: ALL_DOCKS })
+    }
+
+    /// Of these docks those by which the rhythm does not come: what went back would be taken for a beat of somebody else.
+    fn onwards(&self, mut docks: DockSet) -> DockSet {
+        if let Some(source) = self.source {
+            docks.remove(source);
         }
-        let mut docks = ALL_DOCKS;
-        docks.remove(self.source?);
-        Some(Send { data, docks })
+        docks
     }
 }
 

@@ -141,6 +141,16 @@ fn the_unknown_keeps_still_and_passes_on_to_all_others() {
 }
 
 #[test]
+fn no_hormone_goes_back_to_where_it_came_from() {
+    let mut spine = module(&SPINE);
+    assert_eq!(sent(spine.received(Back, cp(A), 0)), None);
+    assert_eq!(spine.timer(BEAT + 12).unwrap().send, None, "nor what is made good for it");
+    assert_eq!(sent(spine.received(Front, cp(A), 1_100)), by(A, &[Back]));
+    let mut branch = module(&BRANCH);
+    assert_eq!(sent(branch.received(Left, cp(A), 0)), by(B, &[Right, Back]));
+}
+
+#[test]
 fn a_hormone_that_does_not_come_is_made_good_and_dropped_when_it_comes_late() {
     let mut branch = module(&BRANCH);
     let first = branch.received(Front, cp(A), 0);
