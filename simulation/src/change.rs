@@ -54,13 +54,13 @@ impl Change {
     /// Brings the wiring to what it is after this. A module without power counts as attached to nothing.
     ///
     /// # Errors
-    /// It can't happen: a module is not there, a dock not free or not attached.
+    /// It can't happen: a module is not there or has no power, a dock is not free or not attached.
     pub fn apply(&self, wiring: &mut Wiring) -> Result<(), WiringError> {
         match *self {
             Change::Attach(one, other) => wiring.attach(one, other),
             Change::Detach(face) => wiring.detach(face).map(|_| ()),
             Change::Swap(one, other) => wiring.swap(one, other),
-            Change::Kill(module) => wiring.isolate(module),
+            Change::Kill(module) => wiring.kill(module),
             Change::Reset { module, .. } => wiring.check(module),
             Change::Loss { links, .. } | Change::Noise { links, .. } => match links {
                 Links::All => Ok(()),

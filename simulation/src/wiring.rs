@@ -27,13 +27,19 @@ impl fmt::Display for Face {
 pub struct Wiring {
     /// By module, in the order of [`Dock::ALL`], what is attached there.
     peers: Vec<[Option<Face>; 6]>,
+    /// Modules whose power has failed.
+    dead: Vec<usize>,
 }
 
-/// Why docks can't be attached, or detached.
+/// Why docks can't be attached, or detached, or something else not happen to a module.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WiringError {
     #[error("there is no module {module}: the robot has {modules}, counted from 0")]
     NoSuchModule { module: usize, modules: usize },
+    #[error("the power of module {module} has failed before; name another")]
+    NoPower { module: usize },
+    #[error("module {module} can't change places with itself; name another")]
+    SwapWithItself { module: usize },
     #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
     DockInUse { module: usize, dock: Dock },
     #[error("the {dock:?} dock of module {module} can't be attached to itself; name another")]
@@ -47,7 +53,7 @@ pub enum WiringError {
 impl Wiring {
     /// So many modules, attached to nothing.
     pub fn new(modules: usize) -> Self {
-        Self { peers: vec![[None; 6]; modules] }
+        Self { peers: vec![[None; 6]; modules], dead: Vec::new() }
     }
 
     pub fn modules(&self) -> usize {
@@ -84,10 +90,13 @@ impl Wiring {
     /// Lets two modules change places.
     ///
     /// # Errors
-    /// One of them is not there.
+    /// One of them is not there, or both are one.
     pub fn swap(&mut self, one: usize, other: usize) -> Result<(), WiringError> {
         self.check(one)?;
         self.check(other)?;
+        if one == other {
+            return Err(WiringError::SwapWithItself { module: one });
+        }
         self.peers.swap(one, other);
         for peer in self.peers.iter_mut().flatten().flatten() {
             if peer.module == one {
@@ -99,12 +108,13 @@ impl Wiring {
         Ok(())
     }
 
-    /// Detaches all that is attached to a module.
+    /// A module's power fails: it counts as attached to nothing, and nothing else can happen to it.
     ///
     /// # Errors
     /// It is not there.
-    pub fn isolate(&mut self, module: usize) -> Result<(), WiringError> {
+    pub fn kill(&mut self, module: usize) -> Result<(), WiringError> {
         self.check(module)?;
+        self.dead.push(module);
         for dock in Dock::ALL {
             if let Some(peer) = self.peer_mut(Face { module, dock }).take() {
                 *self.peer_mut(peer) = None;
@@ -114,10 +124,13 @@ impl Wiring {
     }
 
     /// # Errors
-    /// The module is not there.
+    /// The module is not there, or has no power.
     pub fn check(&self, module: usize) -> Result<(), WiringError> {
         let modules = self.modules();
-        if module < modules { Ok(()) } else { Err(WiringError::NoSuchModule { module, modules }) }
+        if module >= modules {
+            return Err(WiringError::NoSuchModule { module, modules });
+        }
+        if self.dead.contains(&module) { Err(WiringError::NoPower { module }) } else { Ok(()) }
     }
 
     /// # Errors

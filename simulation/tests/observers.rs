@@ -255,8 +255,8 @@ fn what_no_hormone_reaches_need_not_walk() {
     script.walk(&mut observer, 1..9);
     // With nobody in front and nobody behind a branch is none, and has no rule: nobody beats the time.
     let mut wiring = script.wiring.clone();
-    wiring.isolate(0).unwrap();
-    wiring.isolate(4).unwrap();
+    wiring.kill(0).unwrap();
+    wiring.kill(4).unwrap();
     observer.gait.disturbed(&wiring, script.now);
     script.passes(&mut observer, 9 * PERIOD);
     assert_eq!((observer.gait.legs(), observer.gait.violations), (0, 0));

@@ -128,6 +128,7 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\nattach = [\"0.Back\", \"4.Back\"]"), 4, "[[event]]", "detach it or use another"),
         (&event("at = 1\ndetach = \"0.Front\""), 4, "[[event]]", "attach something first"),
         (&event("at = 1\nswap = [0, 5]"), 4, "[[event]]", "there is no module 5"),
+        (&event("at = 1\nswap = [2, 2]"), 4, "[[event]]", "can't change places with itself"),
         (&event("at = -1\nkill = 0"), 4, "[[event]]", "from 0 to 86400"),
         (&event("kill = 0"), 4, "[[event]]", "missing field `at`"),
         (&event("at = 1\nloss = 2"), 4, "[[event]]", "give a probability from 0 to 1"),
@@ -148,6 +149,23 @@ fn errors_point_at_the_line_and_say_what_to_do() {
     ] {
         let error = error(text, line, shown);
         assert!(error.contains(advice), "{advice:?} is not in: {error}");
+    }
+}
+
+#[test]
+fn nothing_happens_to_a_module_whose_power_has_failed() {
+    for fields in [
+        "attach = [\"1.Back\", \"2.Front\"]",
+        "swap = [3, 1]",
+        "reset = 1",
+        "kill = 1",
+        "obstacle = \"1.Up\"",
+        "command = [1, 0]\nto = \"1.Up\"",
+    ] {
+        let text = format!(
+            "modules = 4\nshape = \"chain\"\n[[event]]\nat = 1\nkill = 1\n[[event]]\nat = 2\n{fields}"
+        );
+        assert!(error(&text, 6, "[[event]]").contains("the power of module 1 has failed"), "{fields}");
     }
 }
 
