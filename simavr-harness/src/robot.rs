@@ -20,8 +20,6 @@ pub struct Robot {
     seed: u64,
     /// Channels made so far.
     channels: u64,
-    /// Of links to come.
-    faults: Faults,
     /// How it lies: turned about its long axis by so many degrees.
     roll: f64,
     /// Messages sent from outside so far.
@@ -33,6 +31,8 @@ pub(crate) struct Member {
     pub module: Module,
     /// In the order of [`Dock::ALL`].
     ports: [Option<Port>; 6],
+    /// Likewise, what goes wrong with what leaves there, whatever is attached.
+    faults: [Faults; 6],
     /// Docks that hear what they send.
     echoes: DockSet,
     /// Markers of this run, in no particular order.
@@ -141,12 +141,12 @@ impl RobotBuilder {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
             module.power_up_at(random.next_u64().checked_rem(power_up_within).unwrap_or(0));
-            Ok(Member { module, ports: Default::default(), echoes: DockSet::EMPTY, events: Vec::new() })
+            let (ports, faults) = Default::default();
+            Ok(Member { module, ports, faults, echoes: DockSet::EMPTY, events: Vec::new() })
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
         let wiring = Wiring::new(modules);
-        let mut robot =
-            Robot { members, wiring, seed, channels: 0, faults: Faults::default(), roll: 0.0, commands: 0 };
+        let mut robot = Robot { members, wiring, seed, channels: 0, roll: 0.0, commands: 0 };
         for (one, other) in attachments {
             robot.attach(one, other)?;
         }
@@ -256,7 +256,8 @@ impl Robot {
             // Apart from the numbers of the modules.
             let random = Random::of_part(self.seed, u64::MAX - self.channels);
             self.channels += 1;
-            let channel = Channel::new(self.faults.clone(), random);
+            let faults = self.members[from.module].faults[index(from.dock)].clone();
+            let channel = Channel::new(faults, random);
             *self.port_mut(from) = Some(Port { peer, channel, delay });
         }
     }
@@ -266,15 +267,15 @@ impl Robot {
     }
 
     fn for_links(&mut self, links: Links, change: impl Fn(&mut Faults)) {
-        match links {
-            Links::All => {
-                change(&mut self.faults);
-                let ports = self.members.iter_mut().flat_map(|member| &mut member.ports);
-                ports.flatten().for_each(|port| change(&mut port.channel.faults));
-            }
-            Links::From(face) => {
-                if let Some(port) = self.port_mut(face) {
-                    change(&mut port.channel.faults);
+        for (number, member) in self.members.iter_mut().enumerate() {
+            for ((dock, faults), port) in Dock::ALL.into_iter().zip(&mut member.faults).zip(&mut member.ports)
+            {
+                let from = Face { module: number, dock };
+                if links == Links::All || links == Links::From(from) {
+                    change(faults);
+                    if let Some(port) = port {
+                        change(&mut port.channel.faults);
+                    }
                 }
             }
         }
@@ -297,8 +298,7 @@ impl Robot {
         self.port(from).map(|port| port.channel.counts())
     }
 
-    /// Sets what goes wrong on the link that begins at this dock. Returns `false` if it is attached
-    /// to nothing.
+    /// Sets what goes wrong with what leaves by this dock, whatever is attached there. Returns `false` if nothing is.
     pub fn set_faults(&mut self, from: Face, faults: Faults) -> bool {
         let is_attached = self.port(from).is_some();
         self.for_links(Links::From(from), |old| *old = faults.clone());

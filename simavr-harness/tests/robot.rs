@@ -8,7 +8,7 @@ use simavr_harness::{
     Controller, Engine, Event, Face, Faults, Images, LinkCounts, Pin, Robot, RobotBuilder, RobotError,
     WiringError,
 };
-use simulation::Change;
+use simulation::{Change, Links};
 use tasks::dock::Dock;
 
 const MILLISECOND: u64 = 16_000;
@@ -98,6 +98,20 @@ fn packets_run_down_the_chain() {
     assert_eq!(bus.bytes, 10 * 3);
     assert!(engine.take_events().is_empty());
     assert_eq!(engine.robot().crashes().count(), 0);
+}
+
+#[test]
+fn a_blind_dock_stays_so_whatever_is_attached_to_it() {
+    let blind = Change::Loss { links: Links::From(back_of(0)), probability: 1.0 };
+    let mut robot = chain(&relay(), 2, 0);
+    for change in [blind, Change::Detach(back_of(0)), Change::Attach(front_of(1), back_of(0))] {
+        robot.change(&change).unwrap();
+    }
+    let mut engine = Engine::new(robot, 1);
+    engine.run_until(130 * MILLISECOND);
+    assert_eq!(hops(&engine.take_events(), 2), [vec![], vec![]]);
+    let counts = engine.robot().link_counts(back_of(0)).unwrap();
+    assert!(counts.frames > 0 && counts.lost_frames == counts.frames, "{counts:?}");
 }
 
 #[test]
