@@ -232,6 +232,36 @@ fn a_reset_begins_anew() {
 }
 
 #[test]
+fn a_reset_before_the_power_comes_brings_it_no_sooner() {
+    let mut robot = robot(Shape::Chain, 3, 1);
+    let module = (0..3).max_by_key(|&module| robot.powered_up_at(module)).unwrap();
+    let power = robot.powered_up_at(module);
+    robot.change(&Change::Reset { module, mcus: Mcus::Both }).unwrap();
+    robot.run_until(power);
+    assert_eq!(robot.status(module), None);
+    robot.run_until(power + FOUND);
+    assert!(robot.is_right(module));
+}
+
+/// A tail's Back is on its slave: the approach goes on while its master starts over, and joints stay where they are.
+#[test]
+fn docks_of_the_other_mcu_go_on_when_one_is_reset() {
+    let closing = |event: &str| {
+        let file = include_str!("../../robots/ring.toml");
+        let scenario = Scenario::from_toml(&format!("{file}\n[[event]]\nat = 8\n{event}")).unwrap();
+        let mut run = Run::new(Native::new(scenario.wiring, 1, 40 * MILLISECOND), scenario.timeline, PERIOD);
+        while run.step(16 * SECOND).expect("the events can happen") {}
+        run.observer.own_changes.first().map(|event| (event.at / SECOND, event.change.clone()))
+    };
+    let attach = Change::Attach(face(5, Back), face(0, Front));
+    for event in ["loss = 0", "reset = 5\nmcu = \"master\"", "reset = 0", "reset = 2\nmcu = \"master\""] {
+        assert_eq!(closing(event), Some((8, attach.clone())), "{event}");
+    }
+    let (at, change) = closing("reset = 5\nmcu = \"slave\"").expect("it is tried again");
+    assert!(at > 12 && change == attach, "{at} s");
+}
+
+#[test]
 fn a_command_reaches_hormone_through_a_free_dock() {
     let mut robot = robot(Shape::Chain, 3, 1);
     robot.run_until(SECOND / 4);

@@ -33,6 +33,8 @@ pub struct Behaviours {
     asked: Option<Docking>,
     /// What sensors were asked for, and when they answer.
     questions: Vec<(u64, Sense)>,
+    /// Where the joints were told to be before the last input.
+    pub told: Option<Posture>,
 }
 
 impl Hash for Behaviours {
@@ -69,6 +71,7 @@ impl Behaviours {
             beat_at: None,
             asked: None,
             questions: Vec::new(),
+            told: None,
         }
     }
 
@@ -76,9 +79,9 @@ impl Behaviours {
         self.controller.status()
     }
 
-    /// Where the joints are told to be; `None` if they stay where they are.
+    /// Where the joints were told to be last; `None` if they were told nothing yet.
     pub fn posture(&self, now: u64) -> Option<Posture> {
-        self.controller.posture(self.clock(now))
+        self.controller.posture(self.clock(now)).or(self.told)
     }
 
     /// When a timer is next up.
@@ -173,6 +176,7 @@ impl Behaviours {
     /// HORMONE: a neighbour sent a hormone.
     fn receive(&mut self, now: u64, dock: Dock, payload: &[u8], doing: &mut Doing) {
         let clock = self.clock(now);
+        self.told = self.posture(now);
         match Hormone::from_payload(payload) {
             Some(hormone) => {
                 let response = self.controller.received(dock, hormone, clock);
@@ -185,6 +189,7 @@ impl Behaviours {
 
     /// HORMONE: AC_RECV reported the neighbours.
     fn learn(&mut self, now: u64, payload: &[u8], doing: &mut Doing) {
+        self.told = self.posture(now);
         if let Some(neighbours) = topology::from_bytes(payload) {
             let response = self.controller.topology(&neighbours, self.clock(now));
             self.follow(now, response, doing);
@@ -195,6 +200,7 @@ impl Behaviours {
     /// HORMONE looks at the clock, as it does after each message and when its timer is up.
     fn beat(&mut self, now: u64, doing: &mut Doing) {
         let clock = self.clock(now);
+        self.told = self.posture(now);
         while let Some(response) = self.controller.timer(clock) {
             self.follow(now + WAKE, response, doing);
         }

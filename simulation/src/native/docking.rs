@@ -1,8 +1,9 @@
-//! Docks that attach and let go by themselves: without latches, and with joints that are where they were told to be. A module
-//! that was told nothing counts as straight.
+//! Docks that attach and let go by themselves: without latches, and with joints that are where they were told to be last. A
+//! module that was told nothing yet is straight.
 
 use hormone::action::Docking;
 use plants::dock::catches;
+use tasks::dock::Dock;
 
 use super::Native;
 use super::time::{APPROACH, RELEASE};
@@ -28,6 +29,12 @@ impl Due {
             Docking::Release(_) => RELEASE,
         };
         Due { at: asked_at + takes, module, docking }
+    }
+
+    pub fn dock(&self) -> Dock {
+        match self.docking {
+            Docking::Approach(dock) | Docking::Release(dock) => dock,
+        }
     }
 }
 

@@ -31,7 +31,7 @@ use docking::{Due, SOONEST};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use lying::FEELING;
-use module::{Module, Output};
+use module::{Module, Output, is_reset, mcu_of};
 use port::{Flight, Wire};
 use time::LOOKAHEAD;
 
@@ -231,7 +231,7 @@ impl Robot for Native {
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
             &Change::Reset { module, mcus } => {
-                self.dockings.retain(|due| due.module != module);
+                self.dockings.retain(|due| due.module != module || !is_reset(mcu_of(due.dock()), mcus));
                 self.modules[module].reset(self.now, mcus);
                 self.due[module] = self.now;
             }

@@ -114,7 +114,7 @@ impl Module {
         (self.live_since[Mcu::Master as usize] <= now).then(|| *self.behaviours.status())
     }
 
-    /// Where the joints are told to be; `None` if they stay where they are.
+    /// Where the joints were told to be last; `None` if they were told nothing yet.
     pub fn posture(&self, now: u64) -> Option<Posture> {
         self.behaviours.posture(now)
     }
@@ -277,12 +277,8 @@ impl Module {
 
     /// Programs start over.
     pub fn reset(&mut self, now: u64, mcus: Mcus) {
-        let is_reset = |mcu: Mcu| match mcus {
-            Mcus::Both => true,
-            Mcus::Master => mcu == Mcu::Master,
-            Mcus::Slave => mcu == Mcu::Slave,
-        };
-        let live = now + START;
+        let is_reset = |mcu: Mcu| is_reset(mcu, mcus);
+        let live = now.max(self.powered_up_at) + START;
         for mcu in [Mcu::Master, Mcu::Slave].into_iter().filter(|mcu| is_reset(*mcu)) {
             self.live_since[mcu as usize] = live;
         }
@@ -293,7 +289,9 @@ impl Module {
             }
         }
         if is_reset(Mcu::Master) {
+            let told = self.behaviours.posture(now);
             self.behaviours = Behaviours::new(live, self.gait, self.random.next_u64() as u16);
+            self.behaviours.told = told;
         }
         // What crosses the bridge is lost whichever end of it is reset.
         self.crossing = [0; 2];
@@ -310,8 +308,17 @@ impl Module {
     }
 }
 
+/// Whether an MCU is one of these.
+pub fn is_reset(mcu: Mcu, mcus: Mcus) -> bool {
+    match mcus {
+        Mcus::Both => true,
+        Mcus::Master => mcu == Mcu::Master,
+        Mcus::Slave => mcu == Mcu::Slave,
+    }
+}
+
 /// The MCU that a dock is on.
-fn mcu_of(dock: Dock) -> Mcu {
+pub fn mcu_of(dock: Dock) -> Mcu {
     if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
 }
 
