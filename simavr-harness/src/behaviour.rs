@@ -77,8 +77,12 @@ impl simulation::Robot for Engine {
     }
 }
 
+/// The MCUs whose programs have slept: before that their RAM may hold what it did at power-up.
 fn mcus(engine: &Engine) -> impl Iterator<Item = &Mcu> {
     let robot = engine.robot();
     let modules = (0..robot.modules()).filter_map(|module| robot.module(module));
-    modules.flat_map(|module| Controller::ALL.map(|controller| module.mcu(controller)))
+    modules.flat_map(|module| {
+        let mcus = Controller::ALL.map(|controller| module.mcu(controller));
+        mcus.into_iter().filter(|mcu| mcu.awake_cycles() < mcu.cycle().saturating_sub(module.powered_up_at()))
+    })
 }
