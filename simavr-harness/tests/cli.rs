@@ -151,6 +151,11 @@ fn a_robot_file_is_run_through_its_changes() {
     // On a link that lost frames a neighbour has up to 900 ms.
     assert!((200.0..=950.0).contains(&ms("loss_notice_ms_max")), "{report:#}");
 
+    let output =
+        run(&["sim", file.to_str().expect("the path is text"), "--engine", "host", "--seconds", "16"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("did not happen: 2; see --seconds"), "{message}");
+
     let broken = Path::new(env!("CARGO_TARGET_TMPDIR")).join("broken.toml");
     std::fs::write(&broken, "modules = 2\ndocks = [[\"0.Back\", \"2.Front\"]]\n")
         .expect("the file can be written");
@@ -181,6 +186,9 @@ fn a_robot_that_had_no_time_fails_and_says_why() {
     let output = run(&["sim", "chain", "--modules", "5", "--seconds", "0.05", "--json", "-"]);
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(json(&output)["hormones_delivered"], 0);
+    // An MCU that has not begun has counted nothing, whatever its RAM holds.
+    let report = json(&run(&["sim", "chain", "--seconds", "0.001", "--json", "-"]));
+    assert_eq!((&report["link"]["frames"], &report["bridge"]["messages"]), (&0.into(), &0.into()));
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(message.contains("no hormone was delivered: run longer"), "{message}");
 }
@@ -206,7 +214,9 @@ fn what_can_not_be_run_is_refused_with_advice() {
     assert_refused(&run(&[]), "sim");
     let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
     let nowhere = nowhere.to_str().expect("the path is text");
-    assert_refused(&run(&["sim", "chain", "--seconds", "0.001", "--json", nowhere]), "can't write");
+    // That is said before anything is run.
+    assert_refused(&run(&["sim", "chain", "--images", "no/such/folder", "--json", nowhere]), "can't write");
+    assert_refused(&run(&["bench", "--images", "no/such/folder", "--json", nowhere]), "can't write");
 }
 
 #[test]

@@ -41,4 +41,9 @@ impl<R: Robot> Run<R> {
         }
         Ok(now < end)
     }
+
+    /// How many events have not happened yet.
+    pub fn events_to_come(&self) -> usize {
+        self.timeline.len()
+    }
 }

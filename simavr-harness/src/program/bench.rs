@@ -12,6 +12,7 @@ use super::{arguments, json, listing, module};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
+    json::expect_writable(options.json.as_deref())?;
     if options.subject == Subject::Module {
         return module::run(options);
     }

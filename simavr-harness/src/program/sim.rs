@@ -23,6 +23,7 @@ const SIMAVR_MODULES: usize = 1000;
 
 /// Returns whether the robot did as it should.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
+    json::expect_writable(options.json.as_deref())?;
     let scenario = scenario(options)?;
     match options.engine {
         EngineName::Simavr => {
@@ -62,6 +63,9 @@ fn run_robot<R: Robot>(
     match &options.json {
         Some(path) => json::write(&report, path)?,
         None => print!("{report}"),
+    }
+    if let to_come @ 1.. = run.events_to_come() {
+        eprintln!("superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds");
     }
     for fault in report.faults() {
         eprintln!("superbot-sim: {fault}");
