@@ -180,7 +180,7 @@ impl Report {
             faults.push(format!("{more} more modules are not what they are wired to be"));
         }
         if self.hormones_delivered == 0 {
-            faults.push("no hormone was delivered: run longer, or look at the types".into());
+            faults.push("no hormone was delivered: run longer, or look at the types, for without a head nobody sends any".into());
         }
         if self.gait_violations > 0 {
             faults.push(format!("the gait was wrong {} times", self.gait_violations));
