@@ -132,7 +132,7 @@ fn frames_are_lost_as_asked_for() {
 fn shapes_have_their_modules() {
     let output = run(&["sim", "ring", "--seconds", "0.3", "--json", "-"]);
     let report = json(&output);
-    assert_eq!(report["types"], serde_json::json!({ "Spine": 8 }));
+    assert_eq!(report["types"], serde_json::json!({ "Spine": 6 }));
     assert_eq!(report["topology_correct"], true);
 }
 

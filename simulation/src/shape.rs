@@ -54,10 +54,10 @@ impl Shape {
         match self {
             Shape::Centipede => 100,
             Shape::Chain => 5,
-            Shape::Ring => 8,
+            Shape::Ring => 6,
             Shape::FourLegs => 8,
             Shape::SixLegs => 11,
-            Shape::Cross => 9,
+            Shape::Cross => 5,
         }
     }
 
@@ -189,6 +189,13 @@ mod tests {
             }
         }
         assert_eq!(Shape::SixLegs.wiring(10), Err(TooFewModules { least: 11 }));
+    }
+
+    #[test]
+    fn a_cross_has_one_head_and_a_pair_of_arms_unless_it_is_asked_for_more() {
+        let cross = Shape::Cross.wiring(Shape::Cross.usual_modules()).unwrap();
+        use ModuleType::{Branch, Head, LeftLeg, RightLeg, Tail};
+        assert_eq!([Head, Branch, LeftLeg, RightLeg, Tail].map(|of| count(&cross, of)), [1; 5]);
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub struct Sim {
     #[arg(long, default_value = "simavr")]
     pub engine: EngineName,
 
-    /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 8, four-legs 8, six-legs 11, cross 9.
+    /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs 11, cross 5.
     #[arg(long, value_parser = modules)]
     pub modules: Option<usize>,
 
