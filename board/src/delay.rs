@@ -60,7 +60,14 @@ impl DelayNs for Delay<'_> {
     }
 }
 
+/// Keeps the CPU busy for so many of its cycles, interrupts not counted, and a few for the call.
+#[inline(always)]
+pub fn cycles<const CYCLES: u16>() {
+    spin(CYCLES / 4);
+}
+
 /// Four clocks `times` over; at least once.
+#[inline(always)]
 fn spin(times: u16) {
     // SAFETY: counts a register pair down.
     unsafe {

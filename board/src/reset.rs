@@ -24,6 +24,11 @@ impl ResetCause {
         ResetCause(flags)
     }
 
+    /// The flags as they stood in MCUCSR.
+    pub fn flags(self) -> u8 {
+        self.0
+    }
+
     /// The supply voltage came up.
     pub fn is_power_on(self) -> bool {
         self.0 & Self::POWER_ON != 0

@@ -48,6 +48,11 @@ const HOLD: Suspension = Suspension { flag: Flag::Held as u8, ..SUSPEND };
 const KILL: Suspension = Suspension { unless: SUSPEND.unless | Flag::Represented as u8, ..HOLD };
 
 impl TaskHandle {
+    /// The size of its stack, in bytes.
+    pub fn stack_size(self) -> usize {
+        self.bytes
+    }
+
     /// Keeps the task from running until it is resumed. What it waits for may come meanwhile. A task may suspend itself.
     ///
     /// Linear in the number of ready tasks, but interrupts are masked for a step at a time.

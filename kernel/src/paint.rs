@@ -31,7 +31,14 @@ impl TaskHandle {
     pub fn unused_stack(self, context: &mut impl Context) -> Option<usize> {
         let is_started = context.mask(|masked| self.control.is_started(masked));
         let is_painted = cfg!(target_arch = "avr") && is_started;
-        is_painted.then(|| arch::stack(self.control, self.bytes).take_while(|&byte| is_unused(byte)).count())
+        is_painted.then(|| {
+            let stack = arch::stack(self.control, self.bytes);
+            let mut used = stack.start;
+            while used < stack.end && is_unused(used) {
+                used += 1;
+            }
+            used - stack.start
+        })
     }
 
     /// Whether the lowest byte of its stack, the *canary*, is as `start` painted it. Where it is not, the task has used its

@@ -1,6 +1,17 @@
 //! Counts that one task keeps and anybody reads. They begin again at 0 after 65,535.
 
+use core::{ptr, slice};
+
 use kernel::{Context, MaskedCell};
+
+/// The counters that `counters` is made of, in order.
+///
+/// # Safety
+/// It is `repr(C)`, and each of its fields is a [`Counter`].
+pub(crate) const unsafe fn all<T>(counters: &T) -> &[Counter] {
+    // SAFETY: by the caller's promise so many counters lie there, one after the other.
+    unsafe { slice::from_raw_parts(ptr::from_ref(counters).cast(), size_of::<T>() / size_of::<Counter>()) }
+}
 
 /// A count in two bytes.
 #[repr(transparent)]

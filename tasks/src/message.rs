@@ -25,8 +25,11 @@ impl TaskCode {
     pub const AC_RECEIVE: TaskCode = TaskCode(0x00);
     /// HORMONE (paper, Figure 5).
     pub const HORMONE: TaskCode = TaskCode(0x01);
-    /// The bridge between the two MCUs.
-    pub const BRIDGE: TaskCode = TaskCode(0x10);
+    /// The console: it tells who asks, at whichever dock, how the module's programs do.
+    pub const CONSOLE: TaskCode = TaskCode(0x02);
+    /// The inspectors of the two MCUs.
+    pub const MASTER_INSPECTOR: TaskCode = TaskCode(0x10);
+    pub const SLAVE_INSPECTOR: TaskCode = TaskCode(0x1F);
     /// Power management: battery, charging.
     pub const POWER: TaskCode = TaskCode(0x11);
     /// Power management of the MCU without the battery: it sheds load when it is told to.
@@ -231,6 +234,23 @@ impl Letter {
         self.length = payload.len() as u8 | kind as u8;
     }
 
+    /// Sends it back to where it comes from. What is written stays.
+    pub fn turn(&mut self) {
+        (self.to, self.from) = (self.from, self.to);
+    }
+
+    /// Writes two bytes more, the low one first, if there is room for them.
+    #[inline(never)]
+    pub fn push(&mut self, word: u16) {
+        let length = usize::from(self.length & !Kind::BITS);
+        if let Some([low, high]) = self.payload.get_mut(length..length + 2) {
+            let bytes = word.to_le_bytes();
+            low.write(bytes[0]);
+            high.write(bytes[1]);
+            self.length += 2;
+        }
+    }
+
     /// What is written.
     pub fn message(&self) -> Message<'_> {
         Message { to: self.to, from: self.from, kind: self.kind(), payload: self.payload() }
@@ -250,8 +270,8 @@ impl Letter {
     pub fn payload(&self) -> &[u8] {
         let length = usize::from(self.length & !Kind::BITS);
         let written = self.payload.get(..length).unwrap_or(&[]);
-        // SAFETY: `write` alone sets the length, to the number of bytes that it has written; a message has no more than there is
-        // room for.
+        // SAFETY: `write` and `push` alone set the length, to the number of bytes that they have written; a message has no more
+        // than there is room for.
         unsafe { &*(ptr::from_ref(written) as *const [u8]) }
     }
 
@@ -344,6 +364,23 @@ mod tests {
         }
         assert_eq!(Message::new(to, from, &bytes), Err(TooLong));
         assert_eq!(Message::datagram(to, from, &bytes), Err(TooLong));
+    }
+
+    #[test]
+    fn a_letter_goes_back_with_more_on_it() {
+        let (to, from) = (Address::here(TaskCode::MASTER_INSPECTOR), Address::here(TaskCode::CONSOLE));
+        let mut letter = Letter::of(Message::new(to, from, &[1, 2, 3]).unwrap());
+        letter.turn();
+        assert_eq!((letter.to(), letter.from()), (from, to));
+        for word in 0..6 {
+            letter.push(0x1000 + word);
+            assert_eq!(letter.payload().len(), 5 + 2 * usize::from(word));
+        }
+        assert_eq!(letter.payload()[..7], [1, 2, 3, 0, 0x10, 1, 0x10]);
+        let full = letter.clone();
+        letter.push(0xffff); // 15 bytes are written
+        assert_eq!(letter, full);
+        assert_eq!(letter.kind(), Kind::Lasting);
     }
 
     #[test]

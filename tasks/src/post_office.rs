@@ -10,9 +10,9 @@ use crate::router::{Route, Router, Source};
 /// The mailboxes of one MCU, and the router that chooses among them.
 pub struct PostOffice {
     pub router: Router,
-    /// The behaviours here that can be addressed.
+    /// The tasks here that have a mailbox of their own.
     pub tasks: &'static [(TaskCode, &'static Mailbox)],
-    /// The one that serves all devices here that can be addressed.
+    /// The one that serves all others here that can be addressed: devices.
     pub devices: &'static Mailbox,
     /// The sending tasks of the docks here.
     pub links: &'static [(Dock, &'static Mailbox)],
@@ -45,8 +45,9 @@ impl PostOffice {
 
     fn mailbox(&self, to: Address, source: Source) -> Result<&'static Mailbox, Undelivered> {
         match self.router.route(to, source) {
-            Route::Task(code) if code.is_behaviour() => find(self.tasks, |named| named == code),
-            Route::Task(_) => Some(self.devices),
+            Route::Task(code) => {
+                find(self.tasks, |named| named == code).or((!code.is_behaviour()).then_some(self.devices))
+            }
             Route::Link(dock) => find(self.links, |named| named == dock),
             Route::Bridge => Some(self.bridge),
             Route::Ignored => None,

@@ -4,7 +4,7 @@
 use kernel::{Never, Task, Ticks, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
-use crate::counter::Counter;
+use crate::counter::{self, Counter};
 use crate::device::{Bus, Transfer};
 use crate::mailbox::Mailbox;
 use crate::post_office::{PostOffice, Undelivered};
@@ -45,6 +45,12 @@ impl Bridge {
     /// Where messages to the other MCU go. The bus posts its semaphore when a transfer has ended or come in.
     pub const fn mailbox(&self) -> &Mailbox {
         &self.mailbox
+    }
+
+    /// Its counts, in the order of [`BridgeCounters`].
+    pub const fn counts(&self) -> &[Counter] {
+        // SAFETY: it is so.
+        unsafe { counter::all(&self.counters) }
     }
 
     /// What the bridge counts.

@@ -5,7 +5,7 @@ use kernel::{Context, MaskedCell, Mutex, Priority, Task};
 use super::counters::LinkCounters;
 use super::endpoint::Endpoint;
 use super::frame::Label;
-use crate::counter::Counter;
+use crate::counter::{self, Counter};
 use crate::dock::Dock;
 use crate::mailbox::Mailbox;
 
@@ -43,12 +43,19 @@ impl Port {
         &self.mailbox
     }
 
+    /// Its counts, in the order of [`LinkCounters`].
+    pub const fn counts(&self) -> &[Counter] {
+        // SAFETY: it is so.
+        unsafe { counter::all(&self.counters) }
+    }
+
     /// What the link counts.
     pub fn counters(&self, task: &mut Task) -> LinkCounters {
         self.counters.read(task)
     }
 
-    pub(super) fn dock(&self) -> Dock {
+    /// Where it is.
+    pub fn dock(&self) -> Dock {
         self.dock
     }
 

@@ -4,6 +4,7 @@ use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 
 use super::joint::{Joint, State};
 use super::{Position, to_angle};
+use crate::counter::{self, Counter};
 use crate::device::JointMotors;
 use crate::duty::Duty;
 
@@ -11,7 +12,7 @@ use crate::duty::Duty;
 /// start.
 #[repr(C)]
 pub struct Motors<const N: usize> {
-    counters: MaskedCell<Counters>,
+    counters: Counters<Counter>,
     panels: [Panel; N],
     /// Posted with each order.
     ordered: Semaphore,
@@ -25,11 +26,11 @@ pub struct Motors<const N: usize> {
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct Counters {
+pub struct Counters<Count = u16> {
     /// Periods in which the joints were controlled.
-    pub periods: u16,
+    pub periods: Count,
     /// Periods that passed before the one before was done.
-    pub missed: u16,
+    pub missed: Count,
 }
 
 /// What a joint is told.
@@ -75,7 +76,7 @@ impl<const N: usize> Motors<N> {
     /// Joints that are off.
     pub const fn new() -> Self {
         Motors {
-            counters: MaskedCell::new(Counters { periods: 0, missed: 0 }),
+            counters: Counters { periods: Counter::new(), missed: Counter::new() },
             panels: [const { Panel::new() }; N],
             ordered: Semaphore::new(0),
             period: Semaphore::new(0),
@@ -113,7 +114,14 @@ impl<const N: usize> Motors<N> {
 
     /// What the task counts.
     pub fn counters(&self, task: &mut Task) -> Counters {
-        task.mask(|masked| self.counters.get(masked))
+        let Counters { periods, missed } = &self.counters;
+        Counters { periods: periods.get(task), missed: missed.get(task) }
+    }
+
+    /// Its counts, in the order of [`Counters`].
+    pub const fn counts(&self) -> &[Counter] {
+        // SAFETY: it is so.
+        unsafe { counter::all(&self.counters) }
     }
 }
 
@@ -186,15 +194,11 @@ fn rest<const N: usize>(
 
 /// Counts a period, and those that have passed meanwhile.
 fn count<const N: usize>(task: &mut Task, motors: &'static Motors<N>) {
-    let mut missed = 0;
+    let Counters { periods, missed } = &motors.counters;
+    periods.count(task);
     while motors.period.try_wait(task) {
-        missed += 1;
+        missed.count(task);
     }
-    task.mask(|masked| {
-        let Counters { periods, missed: before } = motors.counters.get(masked);
-        let counters = Counters { periods: periods.wrapping_add(1), missed: before.wrapping_add(missed) };
-        motors.counters.set(masked, counters);
-    });
 }
 
 /// One period of a joint. Returns whether its state has changed by itself.
