@@ -236,17 +236,20 @@ pub const RESIDENCE: Residence = Residence {
             TaskCode::POWER_BEYOND,
             TaskCode::ACCELEROMETER,
             TaskCode::MASTER_TEMPERATURE,
+            TaskCode::MASTER_INSPECTOR,
         ]),
     },
     slave: Residents {
         docks: DockSet::of(&[SLAVE.usart0, SLAVE.usart1, SLAVE.timer3]),
         tasks: TaskSet::of(&[
+            TaskCode::CONSOLE,
             TaskCode::joint(SLAVE_AXES[0]),
             TaskCode::dock(SLAVE.usart0),
             TaskCode::dock(SLAVE.usart1),
             TaskCode::dock(SLAVE.timer3),
             TaskCode::POWER,
             TaskCode::SLAVE_TEMPERATURE,
+            TaskCode::SLAVE_INSPECTOR,
         ]),
     },
 };

@@ -10,16 +10,20 @@
 
 use board::Board;
 use board::debug::mark;
+use board::delay;
 use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
+use console::inspector::{self, Inspected};
+use console::question::{self, COUNTING};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use hormone::task as behaviours;
-use kernel::{Boot, Context, MaskedCell, Mutex, Priority, Semaphore, Stack, Ticks};
+use kernel::{Boot, Context, MaskedCell, Mutex, Priority, Semaphore, Stack, Task, TaskHandle, Ticks};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
+use tasks::counter::Counter;
 use tasks::devices::task as devices;
 use tasks::duty::Duty;
 use tasks::link::port::Port;
@@ -59,10 +63,15 @@ static DEVICES_DUTY: Duty = Duty::new();
 /// How late the devices' task may be before the watchdog is no longer fed, in ticks of 1 ms.
 const LATE: Ticks = 2 * devices::ALIVE;
 static BEHAVIOURS: Mailbox = Mailbox::new(8);
+static INSPECTOR: Mailbox = Mailbox::new(1);
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
-    tasks: &[(TaskCode::AC_RECEIVE, &BEHAVIOURS), (TaskCode::HORMONE, &BEHAVIOURS)],
+    tasks: &[
+        (TaskCode::AC_RECEIVE, &BEHAVIOURS),
+        (TaskCode::HORMONE, &BEHAVIOURS),
+        (TaskCode::MASTER_INSPECTOR, &INSPECTOR),
+    ],
     devices: &DEVICES,
     links: &[
         (MASTER.usart0, LINK_USART0.mailbox()),
@@ -76,15 +85,40 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<276> = Stack::new();
+    pub static RECEIVE: Stack<279> = Stack::new();
     pub static SEND_USART0: Stack<221> = Stack::new();
     pub static SEND_USART1: Stack<221> = Stack::new();
     pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
-    pub static DEVICES: Stack<243> = Stack::new();
-    pub static BRIDGE: Stack<151> = Stack::new();
+    pub static DEVICES: Stack<246> = Stack::new();
+    pub static BRIDGE: Stack<154> = Stack::new();
     pub static BEHAVIOURS: Stack<387> = Stack::new();
+    pub static INSPECTOR: Stack<80> = Stack::new();
 }
+
+/// All tasks, for the inspector: in the order in which the console names them.
+static TASKS: [TaskHandle; 9] = [
+    stack::MOTORS.task(),
+    stack::RECEIVE.task(),
+    stack::BRIDGE.task(),
+    stack::SEND_USART0.task(),
+    stack::SEND_USART1.task(),
+    stack::SEND_SOFT_UART.task(),
+    stack::DEVICES.task(),
+    stack::BEHAVIOURS.task(),
+    stack::INSPECTOR.task(),
+];
+
+/// All counts, for the inspector.
+static COUNTS: [&[Counter]; COUNTING] = {
+    let mut counts: [&[Counter]; COUNTING] = [&[]; COUNTING];
+    counts[MASTER.usart0 as usize] = LINK_USART0.counts();
+    counts[MASTER.usart1 as usize] = LINK_USART1.counts();
+    counts[MASTER.timer3 as usize] = LINK_SOFT_UART.counts();
+    counts[question::BRIDGE as usize] = BRIDGE.counts();
+    counts[question::MOTORS as usize] = MOTORS.counts();
+    counts
+};
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
@@ -145,6 +179,15 @@ fn start(boot: &mut Boot) -> Option<()> {
             devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE, |task| {
                 DEVICES_DUTY.promise(task, LATE);
             })
+        })
+        .ok()?;
+
+    stack::INSPECTOR
+        .start(boot, Priority::P7, |task| {
+            let mcu = Inspected { tasks: &TASKS, counts: &COUNTS };
+            let reset_cause = |task: &mut Task| task.mask(|masked| RESET_CAUSE.get(masked)).flags();
+            let work = delay::cycles::<{ 1600 - inspector::ROUND }>;
+            inspector::run(task, &INSPECTOR, BRIDGE.mailbox(), mcu, reset_cause, work)
         })
         .ok()?;
 

@@ -7,17 +7,23 @@
 #![feature(asm_experimental_arch)]
 
 use board::Board;
+use board::delay;
 use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
-use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack};
+use console::inspector::{self, Inspected};
+use console::question::{self, COUNTING};
+use console::task::{self as console_task, Console};
+use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack, Task, TaskHandle};
 use tasks::bridge::task::{self as bridge, Bridge};
+use tasks::counter::Counter;
 use tasks::devices::task as devices;
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
 use tasks::link::send;
 use tasks::mailbox::Mailbox;
+use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
@@ -36,6 +42,8 @@ static LINK_SOFT_UART: Port = Port::new(SLAVE.timer3);
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
 static MOTORS: Motors<1> = Motors::new();
+#[unsafe(no_mangle)]
+static CONSOLE: Console = Console::new();
 
 /// Posted when something has come in at a dock.
 static RECEIVED: Semaphore = Semaphore::new(0);
@@ -44,10 +52,11 @@ static RECEIVED: Semaphore = Semaphore::new(0);
 static RESET_CAUSE: MaskedCell<ResetCause> = MaskedCell::new(ResetCause::NONE);
 
 static DEVICES: Mailbox = Mailbox::new(6);
+static INSPECTOR: Mailbox = Mailbox::new(1);
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Slave, RESIDENCE),
-    tasks: &[],
+    tasks: &[(TaskCode::CONSOLE, CONSOLE.mailbox()), (TaskCode::SLAVE_INSPECTOR, &INSPECTOR)],
     devices: &DEVICES,
     links: &[
         (SLAVE.usart0, LINK_USART0.mailbox()),
@@ -61,14 +70,40 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<276> = Stack::new();
+    pub static RECEIVE: Stack<279> = Stack::new();
     pub static SEND_USART0: Stack<221> = Stack::new();
     pub static SEND_USART1: Stack<221> = Stack::new();
     pub static SEND_SOFT_UART: Stack<221> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<286> = Stack::new();
-    pub static BRIDGE: Stack<151> = Stack::new();
+    pub static DEVICES: Stack<289> = Stack::new();
+    pub static BRIDGE: Stack<154> = Stack::new();
+    pub static CONSOLE: Stack<620> = Stack::new();
+    pub static INSPECTOR: Stack<80> = Stack::new();
 }
+
+/// All tasks, for the inspector: in the order in which the console names them.
+static TASKS: [TaskHandle; 9] = [
+    stack::MOTORS.task(),
+    stack::RECEIVE.task(),
+    stack::BRIDGE.task(),
+    stack::SEND_USART0.task(),
+    stack::SEND_USART1.task(),
+    stack::SEND_SOFT_UART.task(),
+    stack::DEVICES.task(),
+    stack::CONSOLE.task(),
+    stack::INSPECTOR.task(),
+];
+
+/// All counts, for the inspector.
+static COUNTS: [&[Counter]; COUNTING] = {
+    let mut counts: [&[Counter]; COUNTING] = [&[]; COUNTING];
+    counts[SLAVE.usart0 as usize] = LINK_USART0.counts();
+    counts[SLAVE.usart1 as usize] = LINK_USART1.counts();
+    counts[SLAVE.timer3 as usize] = LINK_SOFT_UART.counts();
+    counts[question::BRIDGE as usize] = BRIDGE.counts();
+    counts[question::MOTORS as usize] = MOTORS.counts();
+    counts
+};
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
@@ -120,6 +155,18 @@ fn start(boot: &mut Boot) -> Option<()> {
             motor::run(task, &MOTORS, [Joint::new(JOINT)], motors, DEVICES.semaphore())
         })
         .ok()?;
+    stack::CONSOLE
+        .start(boot, Priority::P6, |task| console_task::run(task, &CONSOLE, RESIDENCE.slave.docks, &OFFICE))
+        .ok()?;
+    stack::INSPECTOR
+        .start(boot, Priority::P7, |task| {
+            let mcu = Inspected { tasks: &TASKS, counts: &COUNTS };
+            let reset_cause = |task: &mut Task| task.mask(|masked| RESET_CAUSE.get(masked)).flags();
+            let work = delay::cycles::<{ 1600 - inspector::ROUND }>;
+            inspector::run(task, &INSPECTOR, CONSOLE.mailbox(), mcu, reset_cause, work)
+        })
+        .ok()?;
+
     let mut feeder = board.watchdog.start(boot);
     let peripherals: Peripherals<SlaveSide> =
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);

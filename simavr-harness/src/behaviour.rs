@@ -2,7 +2,7 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
-use simulation::{BridgeTotals, Change, Deed, Event, LinkTotals, Wiring, WiringError};
+use simulation::{BridgeTotals, Change, Deed, Event, LinkTotals, Transcript, Wiring, WiringError};
 
 use crate::counters;
 use crate::engine::Engine;
@@ -62,6 +62,10 @@ impl simulation::Robot for Engine {
         let mut totals = BridgeTotals::default();
         mcus(self).filter_map(counters::bridge).for_each(|counters| totals.add(&counters));
         totals
+    }
+
+    fn transcripts(&self) -> Vec<Transcript> {
+        self.robot().transcripts()
     }
 
     fn crashes(&self) -> Vec<String> {

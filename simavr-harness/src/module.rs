@@ -141,6 +141,11 @@ impl Module {
         self.is_on
     }
 
+    /// The cycle that the MCU ahead has come to.
+    pub(crate) fn cycle(&self) -> u64 {
+        self.mcus.iter().map(Mcu::cycle).max().unwrap_or(0)
+    }
+
     /// What the bus between the MCUs has carried.
     pub fn bus_counts(&self) -> BusCounts {
         self.bus.counts()

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use simulation::{Change, Face, Links, Mcus, Random, Wiring, WiringError, fnv_1a};
+use console::request::Topic;
+use simulation::{
+    Change, Face, Links, MILLISECOND, Mcus, Random, Terminal, Transcript, Wiring, WiringError, fnv_1a,
+};
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
 use thiserror::Error;
@@ -35,6 +38,8 @@ pub(crate) struct Member {
     faults: [Faults; 6],
     /// Docks that hear what they send.
     echoes: DockSet,
+    /// Terminals that were ever put to its docks.
+    terminals: Vec<Placed>,
     /// Markers of this run, in no particular order.
     pub events: Vec<Event>,
 }
@@ -141,8 +146,8 @@ impl RobotBuilder {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
             module.power_up_at(random.next_u64().checked_rem(power_up_within).unwrap_or(0));
-            let (ports, faults) = Default::default();
-            Ok(Member { module, ports, faults, echoes: DockSet::EMPTY, events: Vec::new() })
+            let (ports, faults, terminals) = Default::default();
+            Ok(Member { module, ports, faults, echoes: DockSet::EMPTY, terminals, events: Vec::new() })
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
         let wiring = Wiring::new(modules);
@@ -234,6 +239,12 @@ impl Robot {
                 self.feel();
             }
             Change::Command { at, payload } => self.command(*at, payload),
+            &Change::Console(Face { module, dock }) => {
+                let member = &mut self.members[module];
+                let at = member.module.cycle();
+                let terminal = Terminal::new(Topic::All, at / MILLISECOND);
+                member.terminals.push(Placed { dock, at, terminal, free_at: at });
+            }
         }
         Ok(())
     }
@@ -285,12 +296,23 @@ impl Robot {
     fn command(&mut self, at: Face, payload: &[u8]) {
         self.commands = self.commands.wrapping_add(1);
         let module = &mut self.members[at.module].module;
-        let mut start = Controller::ALL.map(|mcu| module.mcu(mcu).cycle()).into_iter().max().unwrap_or(0);
-        for &value in &simulation::command(at.dock, self.commands, payload) {
-            let end = start + LONGEST_WINDOW;
-            module.receive(at.dock, Character { value, start, end });
-            start = end;
-        }
+        let bytes = simulation::command(at.dock, self.commands, payload);
+        send(module, at.dock, module.cycle(), &bytes);
+    }
+
+    /// What consoles have told, in the order in which they were asked.
+    pub fn transcripts(&self) -> Vec<Transcript> {
+        let transcripts = self.members.iter().enumerate().flat_map(|(module, member)| {
+            member.terminals.iter().map(move |&Placed { dock, at, ref terminal, .. }| Transcript {
+                at,
+                face: Face { module, dock },
+                text: terminal.text().into(),
+                is_complete: terminal.is_complete(),
+            })
+        });
+        let mut transcripts: Vec<Transcript> = transcripts.collect();
+        transcripts.sort_by_key(|transcript| transcript.at);
+        transcripts
     }
 
     /// What the link has carried that begins at this dock; `None` if it is attached to nothing.
@@ -336,7 +358,12 @@ impl Member {
     pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             let from = Face { module: number, dock };
-            for sent in self.module.take_sent(dock) {
+            let sent = self.module.take_sent(dock);
+            let terminal = self.terminals.iter_mut().rfind(|terminal| terminal.dock == dock);
+            if let Some(terminal) = terminal.filter(|_| port.is_none()) {
+                terminal.step(&mut self.module, sent.iter().map(|sent| sent.value));
+            }
+            for sent in sent {
                 if self.echoes.contains(dock) {
                     let delay = if Module::is_on_pins(dock) { 2 * LONGEST_WINDOW } else { 0 };
                     deliver(Delivery { from, to: from, character: sent.later(delay) });
@@ -350,6 +377,37 @@ impl Member {
             }
         }
     }
+}
+
+/// A terminal at a module's dock.
+struct Placed {
+    dock: Dock,
+    /// Since when.
+    at: u64,
+    terminal: Terminal,
+    /// When all that it has sent so far is through.
+    free_at: u64,
+}
+
+impl Placed {
+    /// Takes what the dock has sent.
+    fn step(&mut self, module: &mut Module, bytes: impl Iterator<Item = u8>) {
+        let now = module.cycle();
+        let answer = self.terminal.step(now / MILLISECOND, bytes);
+        if !answer.is_empty() {
+            self.free_at = send(module, self.dock, now.max(self.free_at), &answer);
+        }
+    }
+}
+
+/// Lets bytes come in at a dock from `start` on. Returns when they are through.
+fn send(module: &mut Module, dock: Dock, mut start: u64, bytes: &[u8]) -> u64 {
+    for &value in bytes {
+        let end = start + LONGEST_WINDOW;
+        module.receive(dock, Character { value, start, end });
+        start = end;
+    }
+    start
 }
 
 fn index(dock: Dock) -> usize {

@@ -166,6 +166,27 @@ fn a_robot_file_is_run_through_its_changes() {
 }
 
 #[test]
+fn a_console_is_asked_and_what_it_tells_is_reported() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../robots/console.toml");
+    let output = run(&["sim", file, "--seconds", "5", "--json", "-"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let report = json(&output);
+    let console = &report["consoles"][0];
+    let is_right = console["at"] == 3.0 && console["dock"] == "1.Up" && console["complete"] == true;
+    assert!(is_right && report["consoles"][1].is_null(), "{report:#}");
+    let text = console["text"].as_str().expect("a text");
+    assert!(text.starts_with("SuperBot ") && told.contains(text), "{told}");
+
+    let cut = run(&["sim", file, "--seconds", "3.5", "--json", "-"]);
+    let console = &json(&cut)["consoles"][0];
+    let begun = console["text"].as_str().expect("a text");
+    assert!(console["complete"] == false && !begun.is_empty() && begun.len() < text.len(), "{console:#}");
+
+    assert_refused(&run(&["sim", file, "--engine", "host"]), "--engine simavr");
+}
+
+#[test]
 fn the_summary_is_for_people_and_json_can_go_to_a_file() {
     let output = run(&["sim", "chain", "--seconds", "1"]);
     assert_eq!(output.status.code(), Some(0));

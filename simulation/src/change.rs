@@ -30,6 +30,8 @@ pub enum Change {
     Roll(f64),
     /// Someone with a remote control sends a message to HORMONE, once, through a dock to which nothing is attached.
     Command { at: Face, payload: Vec<u8> },
+    /// Someone with a terminal at a dock to which nothing is attached asks the module's console for all that it tells.
+    Console(Face),
 }
 
 /// MCUs of a module.
@@ -68,13 +70,14 @@ impl Change {
             },
             Change::Obstacle { at, .. } => wiring.check(at.module),
             Change::Roll(_) => Ok(()),
-            Change::Command { at, .. } => wiring.expect_free(at),
+            Change::Command { at, .. } | Change::Console(at) => wiring.expect_free(at),
         }
     }
 
     /// Whether legs and hormones may be out of step for a while because of it.
     pub fn disturbs(&self) -> bool {
-        !matches!(self, Change::Loss { .. } | Change::Noise { .. } | Change::Roll(_) | Change::Command { .. })
+        use Change::{Command, Console, Loss, Noise, Roll};
+        !matches!(self, Loss { .. } | Noise { .. } | Roll(_) | Command { .. } | Console(_))
     }
 
     /// The gait that the robot is ordered to walk by, if this is such an order.

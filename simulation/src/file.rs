@@ -49,6 +49,7 @@ struct EventTable {
     roll: Option<f64>,
     command: Option<Vec<u8>>,
     to: Option<Face>,
+    console: Option<Face>,
 }
 
 /// More modules than a robot file may ask for.
@@ -141,14 +142,16 @@ impl EventTable {
             self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
             self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
             self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
+            self.console.map(|at| Ok(Change::Console(at))),
         ];
         let mut changes = changes.into_iter().flatten();
         match (changes.next(), changes.next()) {
             (Some(change), None) => change,
-            _ => {
-                Err("give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll and command"
-                    .into())
-            }
+            _ => Err(
+                "give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll, command and \
+                      console"
+                    .into(),
+            ),
         }
     }
 }

@@ -27,6 +27,7 @@ mod robot;
 mod run;
 mod scenario;
 mod shape;
+mod terminal;
 mod totals;
 mod wiring;
 
@@ -47,5 +48,6 @@ pub use robot::Robot;
 pub use run::Run;
 pub use scenario::{Event, Scenario};
 pub use shape::{Shape, TooFewModules};
+pub use terminal::{Terminal, Transcript};
 pub use totals::{BridgeTotals, LinkTotals};
 pub use wiring::{Face, Wiring, WiringError};

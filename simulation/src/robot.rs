@@ -5,6 +5,7 @@ use hormone::status::Status;
 use crate::change::Change;
 use crate::deed::Deed;
 use crate::scenario::Event;
+use crate::terminal::Transcript;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Wiring, WiringError};
 
@@ -45,6 +46,11 @@ pub trait Robot {
 
     /// What all bridges count.
     fn bridges(&self) -> BridgeTotals;
+
+    /// What consoles have told, in the order in which they were asked.
+    fn transcripts(&self) -> Vec<Transcript> {
+        Vec::new()
+    }
 
     /// The programs that have crashed, and why, a line each.
     fn crashes(&self) -> Vec<String> {

@@ -1,7 +1,7 @@
 //! Robot files: what they say, and that their errors point at the line.
 
 use simulation::{Change, Event, Face, Links, MILLISECOND, Mcus, Scenario, Shape, Wiring};
-use tasks::dock::Dock::{self, Back, Front, Left, Right, Up};
+use tasks::dock::Dock::{self, Back, Down, Front, Left, Right, Up};
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
@@ -62,6 +62,10 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         [[event]]
         at = 8.5
         roll = -180
+
+        [[event]]
+        at = 8.75
+        console = "1.Down"
         "#,
     )
     .unwrap();
@@ -80,6 +84,7 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         (7.5, Change::Obstacle { at: face(2, Up), is_there: false }),
         (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
         (8.5, Change::Roll(-180.0)),
+        (8.75, Change::Console(face(1, Down))),
         (9.0, Change::Kill(0)),
     ];
     let expected = expected.map(|(at, change)| Event { at: (at * SECOND as f64) as u64, change });
@@ -145,6 +150,8 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         ),
         (&event("at = 1\ncommand = [1]"), 4, "[[event]]", "give both `command`"),
         (&event("at = 1\ncommand = [1, 2]\nto = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
+        (&event("at = 1\nconsole = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
+        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "roll, command and console"),
         (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
     ] {
         let error = error(text, line, shown);

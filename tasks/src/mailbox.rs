@@ -23,6 +23,7 @@ impl Mailbox {
     ///
     /// # Errors
     /// [`Full`] with the message when there is no room.
+    #[inline(never)]
     pub fn put(&self, context: &mut impl Context, letter: Buffered) -> Result<(), Full<Letter>> {
         self.queue.send(context, letter)?;
         self.wake(context);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::Serialize;
 use simavr_harness::Controller;
 use simulation::{
-    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run,
+    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run, Transcript,
 };
 
 use super::arguments::{EngineName, Sim};
@@ -60,6 +60,7 @@ pub struct Report {
     pub cpu_load: Option<CpuLoad>,
     pub link: LinkTotals,
     pub bridge: BridgeTotals,
+    pub consoles: Vec<Console>,
     /// Over the RAM, registers and clocks of all MCUs, in hexadecimal.
     pub state_hash: String,
     #[serde(skip)]
@@ -75,6 +76,17 @@ pub struct Reconfiguration {
     pub attach: Option<[String; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detach: Option<String>,
+}
+
+/// What a console has told.
+#[derive(Serialize)]
+pub struct Console {
+    /// When it was asked, in seconds since power-up, and at which dock.
+    pub at: f64,
+    pub dock: String,
+    /// Whether the text is all that it had to tell.
+    pub complete: bool,
+    pub text: String,
 }
 
 #[derive(Serialize)]
@@ -126,6 +138,12 @@ impl Report {
                 _ => None,
             },
         };
+        let console = |transcript: Transcript| Console {
+            at: seconds(transcript.at),
+            dock: transcript.face.to_string(),
+            complete: transcript.is_complete,
+            text: transcript.text,
+        };
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let mut report = Report {
@@ -156,6 +174,7 @@ impl Report {
             cpu_load,
             link: robot.links(),
             bridge: robot.bridges(),
+            consoles: robot.transcripts().into_iter().map(console).collect(),
             state_hash: format!("{:016x}", robot.state_hash()),
             faults: Vec::new(),
         };

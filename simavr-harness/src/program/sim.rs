@@ -13,7 +13,7 @@ use simulation::{Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario
 use super::arguments::{EngineName, Sim, Source};
 use super::display::Display;
 use super::json;
-use super::report::{CpuLoad, Report};
+use super::report::{Console, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes each dock once.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
@@ -33,6 +33,9 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             })
         }
         EngineName::Host => {
+            if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
+                return Err("a console tells of programs that run: ask for --engine simavr".into());
+            }
             let robot = Native::new(scenario.wiring, options.seed, POWER_UP_WITHIN);
             run_robot(robot, scenario.timeline, options, |_| None)
         }
@@ -60,6 +63,10 @@ fn run_robot<R: Robot>(
     display.show(&run, end, started.elapsed())?;
     display.finish();
     let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), is_calm);
+    for Console { at, dock, complete, text } in &report.consoles {
+        let rest = if *complete { "" } else { "...\n" };
+        eprint!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n");
+    }
     match &options.json {
         Some(path) => json::write(&report, path)?,
         None => print!("{report}"),

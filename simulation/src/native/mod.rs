@@ -255,6 +255,7 @@ impl Robot for Native {
                 self.feel();
             }
             Change::Command { at, payload } => self.command(*at, payload),
+            Change::Console(_) => {} // natively there are no stacks to tell of: nobody answers
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use simavr_harness::{CLOCK_HZ, Controller, Face, Image, Part, RobotBuilder};
+use simulation::Change;
 use superbot_tests_simavr::chain::Chain;
 use superbot_tests_simavr::stacks::{paint, stacks};
 use superbot_tests_simavr::target::{TARGETS, Target};
@@ -38,11 +39,15 @@ fn of_the_robot() {
         (controller, stacks(Part::ATMEGA128, &image, Some(&notes(name))))
     });
     // Their tasks, and the kernel's.
-    assert_eq!(stacks.each_ref().map(|(_, stacks)| stacks.len()), [9, 8]);
+    assert_eq!(stacks.each_ref().map(|(_, stacks)| stacks.len()), [10, 10]);
     for module in 0..MODULES {
         for (controller, stacks) in &stacks {
             paint(robot.module_mut(module).expect("the module is there").mcu_mut(*controller), stacks);
         }
+    }
+
+    for (module, dock) in [(2, Dock::Down), (3, Dock::Right)] {
+        robot.change(&Change::Console(Face { module, dock })).expect("the dock is free");
     }
 
     let mut chain = Chain::of_robot(robot, 2);
