@@ -1,10 +1,11 @@
 //! A neighbour that floods a module: its one dock, at USART0, sends messages to the other's HORMONE as fast as they are
-//! acknowledged. Few of them are hormones.
+//! acknowledged. Few of them are hormones. It may ask the other's console beside, again and again.
 
 use board::Board;
 use board::interrupts::Serves;
 use board::tick::Tick;
 use board::usart::Usart0;
+use console::request::{Request, Topic, piece};
 use hormone::gait::GaitName;
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
@@ -25,23 +26,35 @@ pub static NOWHERE: Mailbox = Mailbox::new(1);
 
 pub static AC_RECEIVE: Mailbox = Mailbox::new(4);
 pub static SINK: Mailbox = Mailbox::new(4);
+pub static CONSOLE: Mailbox = Mailbox::new(2);
 
 static RECEIVED: Semaphore = Semaphore::new(0);
 static RECEIVE: Stack<300> = Stack::new();
 static SEND: Stack<300> = Stack::new();
 static FLOOD: Stack<300> = Stack::new();
 static PROBE: Stack<300> = Stack::new();
+static ASK: Stack<300> = Stack::new();
 
-/// The whole of such an image: `dock` is the neighbour's dock at USART0. One that `$probes` is taken for a neighbour.
+/// What such an image does besides.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Beside {
+    Nothing,
+    /// It probes, and so is taken for a neighbour.
+    Probes,
+    /// It asks the console.
+    Asks,
+}
+
+/// The whole of such an image: `dock` is the neighbour's dock at USART0.
 #[macro_export]
 macro_rules! flood {
-    ($dock:expr, $probes:expr) => {
+    ($dock:expr, $beside:expr) => {
         use tasks::dock::DockSet;
         use tasks::link::port::Port;
         use tasks::message::TaskCode;
         use tasks::post_office::PostOffice;
         use tasks::router::{Mcu, Residence, Residents, Router, TaskSet};
-        use $crate::flood::{AC_RECEIVE, NOWHERE, SINK};
+        use $crate::flood::{AC_RECEIVE, CONSOLE, NOWHERE, SINK};
 
         board::interrupts!(Interrupts: Tick, Usart0);
 
@@ -49,13 +62,17 @@ macro_rules! flood {
 
         const HERE: Residents = Residents {
             docks: DockSet::of(&[$dock]),
-            tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE]),
+            tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE, TaskCode::CONSOLE]),
         };
         const OTHER: Residents = Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[]) };
 
         static OFFICE: PostOffice = PostOffice {
             router: Router::new(Mcu::Master, Residence { master: HERE, slave: OTHER }),
-            tasks: &[(TaskCode::AC_RECEIVE, &AC_RECEIVE), (TaskCode::HORMONE, &SINK)],
+            tasks: &[
+                (TaskCode::AC_RECEIVE, &AC_RECEIVE),
+                (TaskCode::HORMONE, &SINK),
+                (TaskCode::CONSOLE, &CONSOLE),
+            ],
             devices: &NOWHERE,
             links: &[($dock, PORT.mailbox())],
             bridge: &NOWHERE,
@@ -64,7 +81,7 @@ macro_rules! flood {
         #[unsafe(no_mangle)]
         extern "C" fn main() -> ! {
             kernel::run(|boot| {
-                if $crate::flood::begin(boot, Interrupts, &PORT, &OFFICE, $dock, $probes).is_none() {
+                if $crate::flood::begin(boot, Interrupts, &PORT, &OFFICE, $dock, $beside).is_none() {
                     board::debug::halt();
                 }
             })
@@ -79,7 +96,7 @@ pub fn begin(
     port: &'static Port,
     office: &'static PostOffice,
     dock: Dock,
-    probes: bool,
+    beside: Beside,
 ) -> Option<()> {
     let board = Board::take(boot)?;
     let seed = board.nonce;
@@ -92,8 +109,10 @@ pub fn begin(
         .ok()?;
     SEND.start(boot, Priority::P2, move |task| send::run(task, port, transmitter, seed)).ok()?;
     let api = Api::new(office, |_| {});
-    if probes {
-        PROBE.start(boot, Priority::P4, move |task| probe(task, api)).ok()?;
+    match beside {
+        Beside::Nothing => {}
+        Beside::Probes => PROBE.start(boot, Priority::P4, move |task| probe(task, api)).ok()?,
+        Beside::Asks => ASK.start(boot, Priority::P4, move |task| ask(task, dock, api)).ok()?,
     }
     FLOOD.start(boot, Priority::P6, move |task| flood(task, dock, api)).ok()
 }
@@ -115,6 +134,31 @@ fn probe(task: &mut Task, api: Api) -> Never {
         let time = now(task);
         AC_RECEIVE.wake_in(task, due.map(|due| until(due, time)).into_iter().min().unwrap_or(0));
         AC_RECEIVE.wait(task);
+    }
+}
+
+/// How long a piece of the console's text may take, in ticks of 1 ms.
+const PATIENCE: Ticks = 400;
+
+/// Asks for all that the console tells, piece by piece, and begins anew at the end.
+fn ask(task: &mut Task, dock: Dock, api: Api) -> Never {
+    let (to, from) = (Address::beyond(dock, TaskCode::CONSOLE), Address::here(TaskCode::CONSOLE));
+    let mut request = Request::Begin(Topic::All);
+    loop {
+        request.with_payload(|payload| {
+            if let Ok(message) = Message::new(to, from, payload) {
+                // One that finds no room is sent again.
+                let _ = api.send(task, message);
+            }
+        });
+        CONSOLE.wake_in(task, PATIENCE);
+        CONSOLE.wait(task);
+        while let Some(letter) = CONSOLE.take(task) {
+            match piece(letter.payload()) {
+                Some((_, [])) | None => request = Request::Begin(Topic::All),
+                Some((number, _)) => request = Request::Next(number),
+            }
+        }
     }
 }
 

@@ -1,11 +1,12 @@
-//! A module whose neighbours at all docks send as fast as they can, while something pulls at its joints.
+//! A module whose neighbours at all docks send as fast as they can, one of which asks its console all the time, while something
+//! pulls at its joints.
 
 use simulation::Face;
 use tasks::dock::Dock;
 
 use super::control::{Control, TURN};
 use super::{MEASURED, ModuleImages, SECOND, awake, expect_no_reset, load, module};
-use crate::bench::BenchError;
+use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 use crate::module::Controller;
 use crate::robot::RobotBuilder;
@@ -21,6 +22,16 @@ pub struct Saturated {
     pub framing_errors: u64,
 }
 
+/// What the console takes, requests and answers, in a second at least.
+const TAKEN: u64 = 10;
+
+/// The messages that the console has taken.
+fn taken(engine: &Engine) -> Result<u16, BenchError> {
+    let counts = module(engine)?.mcu(Controller::Slave).read_symbol("CONSOLE");
+    let counts = counts.map_err(|error| unmeasurable("firmware", error.to_string()))?;
+    Ok(counts.first_chunk().copied().map_or(0, u16::from_le_bytes))
+}
+
 /// Floods the module for so many seconds.
 pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchError> {
     // Those in front and behind are neighbours to the module, which so is a spine. The others do not probe.
@@ -30,20 +41,35 @@ pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchEr
         .attach(Face { module: MEASURED, dock: Dock::Front }, Face { module: 1, dock: Dock::Back })
         .attach(Face { module: MEASURED, dock: Dock::Back }, Face { module: 2, dock: Dock::Front })
         .seed(1);
-    for (number, dock) in (3..).zip([Dock::Left, Dock::Right, Dock::Up, Dock::Down]) {
+    // What the console tells at Left crosses the bridge, as its answers from the master do.
+    let sides = [
+        (Dock::Left, "flood_side"),
+        (Dock::Right, "flood_side"),
+        (Dock::Up, "flood_console"),
+        (Dock::Down, "flood_side"),
+    ];
+    for (number, (dock, image)) in (3..).zip(sides) {
         robot = robot
-            .program(number, images.neighbour("flood_side", "flood_side")?)
+            .program(number, images.neighbour(image, image)?)
             .attach(Face { module: MEASURED, dock }, Face { module: number, dock: Dock::Back });
     }
     let mut engine = Engine::new(robot.build()?, 1);
     engine.run_until(SECOND);
     let mut control = Control::watch(&mut engine);
     let before = awake(&engine)?;
+    let taken_before = taken(&engine)?;
     let turns = seconds * SECOND / TURN;
     for _ in 0..turns {
         control.turn(&mut engine);
     }
     expect_no_reset(&engine)?;
+    let taken = u64::from(taken(&engine)?.wrapping_sub(taken_before));
+    if taken < seconds * TAKEN {
+        return Err(unmeasurable(
+            "firmware",
+            format!("in {seconds} s its console took {taken} messages only"),
+        ));
+    }
     let rhythm = control.rhythm()?;
     let module = module(&engine)?;
     let framing_errors = Controller::ALL

@@ -4,5 +4,6 @@
 #![feature(asm_experimental_arch)]
 
 use tasks::dock::Dock;
+use tests_images::flood::Beside;
 
-tests_images::flood!(Dock::Front, true);
+tests_images::flood!(Dock::Front, Beside::Probes);
