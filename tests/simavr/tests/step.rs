@@ -85,7 +85,10 @@ fn a_suspended_task_steps_by_one_instruction() {
             // The button, at all distances from the steps.
             random = (random * 4_005 + 1) % (1 << 16);
             mcu.run_until(mcu.cycle() + random % SHORTER);
-            for marker in mcu.take_markers() {
+            let markers = mcu.take_markers();
+            // Behind the last step it soon goes on by itself.
+            let is_suspended = markers.iter().all(|marker| marker.value != RESUMED);
+            for marker in markers {
                 match marker.value {
                     STEPPED => {
                         place = (place + 1) % round.len();
@@ -93,8 +96,10 @@ fn a_suspended_task_steps_by_one_instruction() {
                         let cycles = marker.cycle - before;
                         assert!((SHORTER..STEP).contains(&cycles), "{name}: a step of {cycles} cycles");
                         before = marker.cycle;
-                        let pc = saved_pc(&mcu, target, worker);
-                        assert_eq!(pc, round[place], "{name}: step {steps}, from {:#x}", round[place - 1]);
+                        if is_suspended {
+                            let pc = saved_pc(&mcu, target, worker);
+                            assert_eq!(pc, round[place], "{name}: step {steps}, from {:#x}", round[place - 1]);
+                        }
                     }
                     PRESSED => {
                         let pressed: u64 = pressed_at.take().expect("it was pressed");
