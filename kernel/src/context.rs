@@ -45,12 +45,6 @@ mod sealed {
             None
         }
 
-        /// Whether interrupts were enabled before [`mask`](super::Context::mask), and may be in the midst of it.
-        #[inline(always)]
-        fn may_be_struck(&self, _: Private) -> bool {
-            true
-        }
-
         /// A task was taken from those that are ready, the head perhaps if none runs.
         #[inline(always)]
         fn refill(&mut self, _: Private) {}
@@ -142,19 +136,9 @@ impl sealed::Sealed for JobContext<'_> {
     }
 }
 
-impl sealed::Sealed for Interrupt {
-    #[inline(always)]
-    fn may_be_struck(&self, _: Private) -> bool {
-        false
-    }
-}
+impl sealed::Sealed for Interrupt {}
 
 impl sealed::Sealed for Boot {
-    #[inline(always)]
-    fn may_be_struck(&self, _: Private) -> bool {
-        false
-    }
-
     fn refill(&mut self, _: Private) {
         ready::refill(&self.masked);
     }
@@ -257,8 +241,6 @@ impl Task {
     /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
     #[inline(always)]
     pub fn yield_now(&mut self) {
-        if let Some(task) = ready::rotate(self) {
-            arch::switch(task);
-        }
+        arch::yield_now(self);
     }
 }

@@ -77,7 +77,7 @@ impl EventFlags {
 
     /// Blocks until there is a change, unless `until` has come.
     fn block(&self, task: &mut Task, until: Until) {
-        if let Came::Blocked(_) = self.changed.block_until(task, Some(&until)) {
+        if self.changed.block_until(task, Some(&until)) == Came::Blocked {
             arch::switch_from_call();
         }
     }

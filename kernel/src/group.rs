@@ -132,7 +132,7 @@ impl Task {
         for (index, StandIn { control, semaphore }) in stand_ins.iter().enumerate().take(sent) {
             if index != came && !list::expel(self, semaphore, control, |_| {}) {
                 // It has taken a signal too.
-                semaphore.post_by_call(self);
+                semaphore.post(self);
             }
         }
         self.mask(|masked| group.task.clear_flag(masked, Flag::Represented));

@@ -40,7 +40,7 @@ impl Link {
     }
 
     /// The end of the list of those that wait for `semaphore`.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn end_of(semaphore: &Semaphore) -> Link {
         Link(ptr::with_exposed_provenance(ptr::from_ref(semaphore).expose_provenance() | END))
     }

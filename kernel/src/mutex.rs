@@ -6,7 +6,7 @@ use core::ops::{Deref, DerefMut};
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::ready;
-use crate::semaphore::Semaphore;
+use crate::semaphore::{Came, Semaphore};
 use crate::task::{Flag, Priority};
 
 /// A value that one task at a time works on, with interrupts enabled. 3 bytes besides the value.
@@ -103,7 +103,7 @@ impl Lock {
         });
         if !is_taken {
             // The task that gives it hands it to this one.
-            if self.free.block(task).is_some() {
+            if self.free.block_until(task, None) == Came::Blocked {
                 arch::switch_from_call();
             }
             task.mask(|masked| ready::raise(masked, self.ceiling));

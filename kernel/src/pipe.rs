@@ -120,13 +120,13 @@ impl<const BYTES: usize> Pipe<BYTES> {
     fn fill(&self, context: &mut impl Context, byte: u8) {
         context.mask(|masked| self.fifo.append(masked, byte));
         // In a section of its own, to be short. Whose byte the woken task takes does not matter.
-        self.filled.post_by_call(context);
+        self.filled.post(context);
     }
 
     /// Removes a byte, for which a signal was taken before.
     fn drain(&self, context: &mut impl Context) -> Option<u8> {
         let byte = context.mask(|masked| self.fifo.remove(masked));
-        self.free.post_by_call(context);
+        self.free.post(context);
         byte
     }
 }

@@ -74,7 +74,7 @@ impl<T: Pooled> Queue<T> {
         if appended == Appended::AWAITED {
             // In a section of its own, to be short. Should another's message have woken the task meanwhile, this signal is
             // for that.
-            self.messages.post_by_call(context);
+            self.messages.post(context);
             return Ok(());
         }
         context.mask(|masked| self.refused.count(masked));
@@ -86,13 +86,8 @@ impl<T: Pooled> Queue<T> {
     #[inline(always)]
     pub fn receive(&self, task: &mut Task) -> Message<T> {
         loop {
+            self.messages.wait(task);
             // The signal stood for a message, so there is one.
-            if let Some(message) = self.try_receive(task) {
-                return message;
-            }
-            if let Some(task) = self.messages.block(task) {
-                arch::switch(task);
-            }
             if let Some(message) = task.mask(|masked| self.take(masked)) {
                 return message;
             }

@@ -100,12 +100,12 @@ pub(crate) fn block_unless(
             (is_over, if is_over { None } else { block(masked, link) })
         });
         if is_over {
-            push(task);
+            arch::push(task);
         }
         if is_over || blocked.is_some() {
             return blocked;
         }
-        pull(task);
+        arch::pull(task);
     }
 }
 
@@ -116,7 +116,7 @@ pub(crate) fn retire<R>(task: &mut Task, then: impl Fn(&'static ControlBlock, &M
         let result = task.mask(|masked| block(masked, Link::PARKED).map(|task| then(task, masked)));
         match result {
             Some(result) => return result,
-            None => pull(task),
+            None => arch::pull(task),
         }
     }
 }
@@ -125,7 +125,7 @@ pub(crate) fn retire<R>(task: &mut Task, then: impl Fn(&'static ControlBlock, &M
 ///
 /// A section of its own, since interrupts are masked meanwhile. A task of the running one's own priority must not
 /// stay there unless that blocks: [`push`] puts it back.
-#[inline(never)]
+#[cfg(not(target_arch = "avr"))]
 pub(crate) fn pull(task: &mut Task) {
     let among = |masked: &Masked| {
         let ready = &KERNEL.ready;
@@ -157,7 +157,7 @@ pub(crate) fn refill(masked: &Masked) {
 }
 
 /// Puts what [`pull`] has taken back as the first of its queue, where the running task does not block after all.
-#[inline(never)]
+#[cfg(not(target_arch = "avr"))]
 pub(crate) fn push(task: &mut Task) {
     task.mask(|masked| {
         let ready = &KERNEL.ready;
@@ -191,7 +191,7 @@ pub(crate) fn is_due(masked: &Masked) -> bool {
 
 /// Puts the running task behind those that arrived at its priority, and their first in its place. Returns
 /// it if there is one, and a switch is due.
-#[inline(never)]
+#[cfg(not(target_arch = "avr"))]
 pub(crate) fn rotate(task: &mut Task) -> Option<&'static ControlBlock> {
     task.mask(|masked| {
         let ready = &KERNEL.ready;
@@ -305,7 +305,7 @@ pub(crate) fn take_after(masked: &Masked, before: &'static ControlBlock, task: &
 }
 
 /// Makes `task` the only one that arrived at its priority.
-#[inline(always)]
+#[cfg(not(target_arch = "avr"))]
 fn begin_queue(masked: &Masked, last: &Last, task: &'static ControlBlock) {
     let ready = &KERNEL.ready;
     last.set(masked, Some(task));

@@ -7,6 +7,7 @@ use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::ready;
 use crate::task::ControlBlock;
+#[cfg(not(target_arch = "avr"))]
 use crate::walk;
 use crate::word::{State, Word};
 
@@ -35,30 +36,23 @@ impl Semaphore {
     /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
-        let may_strike = context.may_be_struck(Private);
-        #[cfg(not(feature = "fault-unmasked-post"))]
-        let is_due = context.mask(|masked| self.signal(masked, may_strike));
-        // SAFETY: none. The tests show what comes of it.
-        #[cfg(feature = "fault-unmasked-post")]
-        let is_due = self.signal(&unsafe { Masked::assume() }, may_strike);
-        context.reschedule(is_due);
-    }
-
-    /// [`post`](Self::post) where it need not be fast.
-    #[inline(always)]
-    pub(crate) fn post_by_call(&self, context: &mut impl Context) {
-        let may_strike = context.may_be_struck(Private);
-        let is_due = context.mask(|masked| arch::signal(masked, self, may_strike));
-        context.reschedule(is_due);
+        match context.task(Private) {
+            Some(task) => arch::post(self, task),
+            // An interrupt, at whose end a switch comes; or there is no task yet.
+            None => {
+                context.mask(|masked| match self.first(masked) {
+                    Some(first) => self.wake(masked, first, false),
+                    None => arch::signal(masked, self, false),
+                });
+            }
+        }
     }
 
     /// Takes a signal, and blocks until there is one.
     #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        if !task.mask(|masked| self.take(masked))
-            && let Some(task) = self.block(task)
-        {
-            arch::switch(task);
+        if !self.try_wait(task) {
+            arch::wait(self, task);
         }
     }
 
@@ -70,7 +64,7 @@ impl Semaphore {
 
     /// Signals. Returns whether another task is to run now. If interrupts `may_strike`, they do so inside, where who waits stands
     /// in for a task.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn signal(&self, masked: &Masked, may_strike: bool) -> bool {
         match self.word.get(masked) {
             State::Signals(u8::MAX) => false,
@@ -82,7 +76,7 @@ impl Semaphore {
                 self.word.reset(masked, 1);
                 false
             }
-            State::Waiting(first) => self.wake(masked, first, may_strike),
+            State::Waiting => self.first(masked).is_some_and(|first| self.wake(masked, first, may_strike)),
         }
     }
 
@@ -96,10 +90,7 @@ impl Semaphore {
     /// Wakes the first waiting task, if there is one, that stands for itself. Returns whether it is now the one to run.
     #[inline(always)]
     pub(crate) fn wake_first(&self, masked: &Masked) -> Option<bool> {
-        match self.word.get(masked) {
-            State::Waiting(first) => Some(self.wake(masked, first, false)),
-            _ => None,
-        }
+        self.first(masked).is_some().then(|| arch::signal(masked, self, false))
     }
 
     /// Takes a signal if one is in store.
@@ -117,10 +108,7 @@ impl Semaphore {
     /// The first waiting task.
     #[inline(always)]
     pub(crate) fn first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
-        match self.word.get(masked) {
-            State::Waiting(first) => Some(first),
-            _ => None,
-        }
+        self.word.first(masked)
     }
 
     /// Sets what stands first among the waiting tasks, or their end.
@@ -140,23 +128,25 @@ impl Semaphore {
         self.first(masked).is_some_and(|first| first.is(&IDLE))
     }
 
-    /// Takes a signal; else blocks the task. Returns it if it has blocked, and a switch is due.
-    #[inline(always)]
-    pub(crate) fn block(&self, task: &mut Task) -> Option<&'static ControlBlock> {
-        arch::block(self, task)
+    /// Takes a signal, unless `until` has come; else blocks the task, and a switch is due. All this in one masked section.
+    ///
+    /// Linear in the number of waiting tasks that this one does not precede, but interrupts are masked for a step at a time.
+    pub(crate) fn block_until(&self, task: &mut Task, until: Option<&Until>) -> Came {
+        let own = task.mask(ready::running);
+        arch::enter_list(self, task, own, until)
     }
 
-    /// The same by steps, where there is more to it than that the running task is the first to wait.
-    #[inline(always)]
-    pub(crate) fn block_or_take(&self, task: &mut Task) -> Option<&'static ControlBlock> {
-        match self.block_until(task, None) {
-            Came::Blocked(task) => Some(task),
-            _ => None,
-        }
+    /// Takes a signal; else puts `stand_in` among those that wait. Returns whether it waits.
+    ///
+    /// Linear likewise.
+    pub(crate) fn enlist(&self, task: &mut Task, stand_in: &'static ControlBlock) -> bool {
+        arch::enter_list(self, task, stand_in, None) == Came::Blocked
     }
+}
 
+#[cfg(not(target_arch = "avr"))]
+impl Semaphore {
     /// Has a task wait as the first, if that is so simple.
-    #[inline(always)]
     fn enter_first(
         &self,
         masked: &Masked,
@@ -167,42 +157,21 @@ impl Semaphore {
         Some(blocked)
     }
 
-    /// Takes a signal, unless `until` has come; else blocks the task. All this in one masked section.
-    ///
-    /// Linear in the number of waiting tasks that this one does not precede, but interrupts are masked for a step at a time.
-    #[inline(never)]
-    pub(crate) fn block_until(&self, task: &mut Task, until: Option<&Until>) -> Came {
-        let own = task.mask(ready::running);
-        self.enter(task, own, until, ready::block)
-    }
-
-    /// Takes a signal; else puts `stand_in` among those that wait. Returns whether it waits.
-    ///
-    /// Linear likewise.
-    #[inline(never)]
-    pub(crate) fn enlist(&self, task: &mut Task, stand_in: &'static ControlBlock) -> bool {
-        let came = self.enter(task, stand_in, None, |masked, link| {
+    /// Takes a signal, unless `until` has come; else has `own` wait, the running task or what stands in for one.
+    pub(crate) fn enter(&self, task: &mut Task, own: &'static ControlBlock, until: Option<&Until>) -> Came {
+        let block = |masked: &Masked, link| {
+            if ready::running(masked).is(own) {
+                return ready::block(masked, link);
+            }
             walk::end(masked);
-            stand_in.link.set(masked, link);
-            Some(stand_in)
-        });
-        matches!(came, Came::Blocked(_))
-    }
-
-    /// Takes a signal, unless `until` has come; else has `own` wait: `block` links it as it says, and returns it.
-    #[inline(always)]
-    fn enter(
-        &self,
-        task: &mut Task,
-        own: &'static ControlBlock,
-        until: Option<&Until>,
-        block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
-    ) -> Came {
+            own.link.set(masked, link);
+            Some(own)
+        };
         let mut place = Place { before: None, began_with: None };
         loop {
             let step = task.mask(|masked| {
                 let first = match self.word.get(masked) {
-                    State::Waiting(first) => Some(first),
+                    State::Waiting => self.first(masked),
                     State::Signals(signals @ 1..) => {
                         self.word.set_signals(masked, signals - 1);
                         return Step::Done(Came::Signal);
@@ -213,7 +182,7 @@ impl Semaphore {
                     && walk::goes_on(masked)
                     && place.began_with.is_some_and(|began_with| began_with.is(first))
                 {
-                    return self.step(masked, own, first, &mut place, &block);
+                    return self.step(masked, own, first, &mut place, block);
                 }
                 // Once in a walk: what makes it come ends the walk.
                 if until.is_some_and(|until| until.has_come(masked)) {
@@ -224,12 +193,12 @@ impl Semaphore {
                     place = Place { before: None, began_with: first };
                     return Step::On;
                 }
-                self.enter_first(masked, &block).map_or(Step::Arrived, |task| Step::Done(Came::Blocked(task)))
+                self.enter_first(masked, block).map_or(Step::Arrived, |_| Step::Done(Came::Blocked))
             });
             match step {
                 Step::On => {}
                 Step::Done(came) => {
-                    if !matches!(came, Came::Blocked(_)) {
+                    if came != Came::Blocked {
                         ready::push(task); // in vain unless one was pulled; seldom done
                     }
                     return came;
@@ -240,7 +209,6 @@ impl Semaphore {
     }
 
     /// One step of `task` on its way into the list that begins with `first`.
-    #[inline(always)]
     fn step(
         &self,
         masked: &Masked,
@@ -261,16 +229,17 @@ impl Semaphore {
             Some(before) => before.link.set(masked, Link::to(blocked)),
             None => self.word.set_link(masked, Link::to(blocked)),
         }
-        Step::Done(Came::Blocked(blocked))
+        Step::Done(Came::Blocked)
     }
 }
 
 /// What else ends a wait: that of `flags` in `set` enough are set. Whoever sets one ends a walk.
+#[repr(C)]
 pub(crate) struct Until<'a> {
     set: &'a MaskedCell<u8>,
-    flags: u8,
+    pub(crate) flags: u8,
     /// The least value of those that are set.
-    least: u8,
+    pub(crate) least: u8,
 }
 
 impl<'a> Until<'a> {
@@ -284,27 +253,31 @@ impl<'a> Until<'a> {
         Until { set, flags, least: flags }
     }
 
+    #[cfg(not(target_arch = "avr"))]
     fn has_come(&self, masked: &Masked) -> bool {
         self.set.get(masked) & self.flags >= self.least
     }
 }
 
 /// What came of a wait.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub(crate) enum Came {
     /// The task has blocked, and a switch is due.
-    Blocked(&'static ControlBlock),
-    Signal,
-    Until,
+    Blocked = 0,
+    Signal = 1,
+    Until = 2,
 }
 
 /// How far a task has got in a list of waiting tasks: behind `before`, in the list that began with `began_with`.
+#[cfg(not(target_arch = "avr"))]
 struct Place {
     before: Option<&'static ControlBlock>,
     began_with: Option<&'static ControlBlock>,
 }
 
 /// What came of one step.
+#[cfg(not(target_arch = "avr"))]
 enum Step {
     On,
     Done(Came),

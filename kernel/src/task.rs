@@ -125,13 +125,13 @@ impl ControlBlock {
     }
 
     /// Whether this task runs before `other`.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn outranks(&self, masked: &Masked, other: &ControlBlock) -> bool {
         self.above.get(masked) < other.above.get(masked)
     }
 
     /// Whether this task is of higher priority than `other`, where both wait.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn precedes(&self, masked: &Masked, other: &ControlBlock) -> bool {
         self.priority.get(masked) & PRIORITY < other.priority.get(masked) & PRIORITY
     }

@@ -64,7 +64,7 @@ impl Semaphore {
         let is_taken = match self.block_until(task, Some(&until)) {
             Came::Signal => true,
             Came::Until => false,
-            Came::Blocked(_) => {
+            Came::Blocked => {
                 arch::switch_from_call();
                 task.mask(|masked| timeout.state.get(masked) & EXPELLED == 0)
             }

@@ -133,7 +133,7 @@ impl Timer {
         loop {
             match arm(context, self, deadline, Target::semaphore(semaphore)) {
                 Arming::Done => return,
-                Arming::Passed => return semaphore.post_by_call(context),
+                Arming::Passed => return semaphore.post(context),
                 Arming::Already => {
                     disarm(context, self);
                 }

@@ -7,7 +7,8 @@ use crate::task::ControlBlock;
 /// A [`Word`]'s content.
 pub(crate) enum State {
     Signals(u8),
-    Waiting(&'static ControlBlock),
+    /// Tasks wait: see [`Word::first`].
+    Waiting,
     /// No signals, as left by the last task that waited.
     Empty,
 }
@@ -21,7 +22,7 @@ pub(crate) use plain::Word;
 /// datasheet, "SRAM Data Memory"). The commonest calls look at one of the bytes alone.
 #[cfg(target_arch = "avr")]
 mod packed {
-    use core::ptr;
+    use core::{hint, ptr};
 
     use super::{ControlBlock, Link, Masked, State};
     use crate::masked::MaskedCell;
@@ -44,23 +45,29 @@ mod packed {
         pub(crate) fn get(&self, masked: &Masked) -> State {
             let high = self.byte(1).get(masked) as i8;
             if high > 0 {
-                // SAFETY: neither a number nor an end, so `set_link` stored this, made from a static.
-                return State::Waiting(unsafe { &*self.0.get(masked) });
+                return State::Waiting;
             }
             if high == 0 { State::Signals(self.byte(0).get(masked)) } else { State::Empty }
+        }
+
+        /// The first waiting task.
+        #[inline(always)]
+        pub(crate) fn first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+            let word = self.0.get(masked);
+            if (word.addr() >> 8) as i8 <= 0 {
+                return None;
+            }
+            // SAFETY: neither a number nor an end, so `set_link` stored this, made from a static. The compiler looks no more.
+            unsafe {
+                hint::assert_unchecked(!word.is_null());
+                Some(&*word)
+            }
         }
 
         /// Sets the number of signals, where there is a number.
         #[inline(always)]
         pub(crate) fn set_signals(&self, masked: &Masked, signals: u8) {
             self.byte(0).set(masked, signals);
-        }
-
-        /// Sets the number of signals.
-        #[inline(always)]
-        pub(crate) fn reset(&self, masked: &Masked, signals: u8) {
-            self.byte(0).set(masked, signals);
-            self.byte(1).set(masked, 0);
         }
 
         /// Sets what stands first in the list of waiting tasks, its end if none does.
@@ -74,7 +81,7 @@ mod packed {
 /// The same where bytes are plenty.
 #[cfg(not(target_arch = "avr"))]
 mod plain {
-    use super::{Link, Masked, State};
+    use super::{ControlBlock, Link, Masked, State};
     use crate::masked::MaskedCell;
 
     pub(crate) struct Word {
@@ -90,10 +97,14 @@ mod plain {
         pub(crate) fn get(&self, masked: &Masked) -> State {
             let link = self.waiting.get(masked);
             match link.task() {
-                Some(first) => State::Waiting(first),
+                Some(_) => State::Waiting,
                 None if link.is_end() => State::Empty,
                 None => State::Signals(self.signals.get(masked)),
             }
+        }
+
+        pub(crate) fn first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+            self.waiting.get(masked).task()
         }
 
         pub(crate) fn set_signals(&self, masked: &Masked, signals: u8) {

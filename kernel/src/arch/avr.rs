@@ -38,6 +38,10 @@
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
+mod waits;
+
+pub(crate) use waits::{enter_list, pull, push};
+
 use core::arch::asm;
 use core::mem::{MaybeUninit, offset_of, size_of};
 use core::ops::Range;
@@ -369,8 +373,10 @@ unsafe extern "C" fn kernel_switch() {
     // registers and the stack as they were, when the task runs again.
     unsafe {
         asm!(
-            // Saves the running task's stack pointer and takes up the head's context. Y is on the stack, and Z is the
-            // running task's control block: its own.
+            // Saves the running task's context and takes up the head's. Z is the running task's control block: its own.
+            "push r28",                           // 2: Y, which the compiler needs and can't be told is lost
+            "push r29",                           // 2
+            "switch:",
             "in r24, 0x3d",                       // 1: r25:r24 = SP
             "in r25, 0x3e",                       // 1: its bit 15 is clear: voluntary
             "cli",                                // 1
@@ -390,6 +396,8 @@ unsafe extern "C" fn kernel_switch() {
             "call {charge}",                      // 4
             "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
             "lds r31, {kernel}+{head}+1",         // 2
+            #[cfg(feature = "fault-stale-head")]
+            "resume:",
             "ldd r24, Z+{sp}",                    // 2: r25:r24 = its stack pointer
             "ldd r25, Z+{sp}+1",                  // 2
             "sbrc r25, 7",                        // 2: skips the next for a voluntary context
@@ -399,7 +407,10 @@ unsafe extern "C" fn kernel_switch() {
             "out 0x3e, r25",                      // 1: SPH
             "sei",                                // 1: takes effect after the next instruction,
             "out 0x3d, r24",                      // 1: SPL: so the stack is whole before any interrupt
-            "ret",                                // 4: to the task's `switch`
+            "return_to_task:",
+            "pop r29",                            // 2
+            "pop r28",                            // 2
+            "ret",                                // 4: to where the task has blocked
             // The idle task, with interrupts enabled.
             "idle:",
             #[cfg(feature = "tickless")]
@@ -555,24 +566,12 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{sp}, r28",                    // 2: its stack pointer
             "std Z+{sp}+1, r29",                  // 2
             "cli",                                // 1
-            #[cfg(feature = "cpu-time")]
-            "rjmp resume_head",                   // 2: what follows does without the charge
             #[cfg(not(feature = "fault-stale-head"))]
-            "lds r30, {kernel}+{head}",           // 2: Z = the head: an interrupt may have changed it meanwhile,
-            #[cfg(not(feature = "fault-stale-head"))]
-            "lds r31, {kernel}+{head}+1",         // 2: and back to the task that is saved here
+            "rjmp resume_head",                   // 2: an interrupt may have changed it meanwhile, and back to the task saved here
             #[cfg(feature = "fault-stale-head")]
             "movw r30, r26",
-            "ldd r24, Z+{sp}",                    // 2: as from `resume_head` on
-            "ldd r25, Z+{sp}+1",                  // 2
-            "sbrc r25, 7",                        // 2
-            "rjmp resume_preempted",              // 2
-            "sts {kernel}+{running}, r30",        // 2
-            "sts {kernel}+{running}+1, r31",      // 2
-            "out 0x3e, r25",                      // 1: SPH
-            "sei",                                // 1
-            "out 0x3d, r24",                      // 1: SPL
-            "ret",                                // 4
+            #[cfg(feature = "fault-stale-head")]
+            "rjmp resume",
             "to_struck_kernel:",
             "rjmp struck_kernel",                 // 2: a branch does not reach so far
             // Leaves an interrupt to what it struck.
@@ -744,12 +743,14 @@ unsafe extern "C" fn kernel_switch() {
             "cli",                                // 1: leaves the Z flag alone
             "brne 3b",                            // 1, or 2
             "rjmp exit_interrupt",                // 2
-            // Blocks the running task at the semaphore r25:r24, and returns it in these; in the commonest case: where there are
-            // neither signals nor other tasks, and none has arrived that should run before the next.
-            ".global kernel_block",
-            "kernel_block:",
+            // The running task waits at the semaphore Z; in the commonest case there are neither signals nor other tasks, and none
+            // has arrived that should run before the next. All registers but Y are lost.
+            ".global kernel_wait",
+            "kernel_wait:",
+            "push r28",                           // 2: as for a switch
+            "push r29",                           // 2
+            "movw r24, r30",                      // 1: r25:r24 = the semaphore
             "cli",                                // 1
-            "movw r30, r24",                      // 1: Z = the semaphore
             "ldd r18, Z+1",                       // 2: the high byte of its word
             "tst r18",                            // 1
             "brmi 6f",                            // 2, or 1: it was left empty by who waited last
@@ -774,12 +775,123 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{link}+1, r25",                // 2
             "st X+, r30",                         // 2: and its beginning is the task
             "st X, r31",                          // 2
-            "sei",                                // 1
-            "movw r24, r30",                      // 1
-            "ret",                                // 4
+            "rjmp switch",                        // 2
             "7:",
             "sei",                                // 1
-            "jmp {block}",                        // 3
+            "lds r28, {kernel}+{running}",        // 2: Y = the running task
+            "lds r29, {kernel}+{running}+1",      // 2
+            "clr r21",                            // 1: nothing else ends the wait
+            "call {enter}",                       // 4: r24 = whether it has not blocked
+            "movw r30, r28",                      // 1
+            "cpse r24, r1",                       // 1, or 2 where it has
+            "rjmp return_to_task",                // 2
+            "rjmp switch",                        // 2
+            // Lets the first task that has arrived at the running one's priority run. All registers but Y are lost.
+            ".global kernel_yield",
+            "kernel_yield:",
+            "lds r30, {kernel}+{running}",        // 2: Z = the running task
+            "lds r31, {kernel}+{running}+1",      // 2
+            "rcall queue_of",                     // 3: X = where the last of its priority is
+            "cli",                                // 1
+            "ld r18, X+",                         // 2
+            "ld r19, X",                          // 2
+            "tst r19",                            // 1
+            "breq 1f",                            // 1: there is none
+            "st X, r31",                          // 2: that is the task now
+            "st -X, r30",                         // 2
+            "movw r26, r18",                      // 1
+            "adiw r26, {link}",                   // 2: X = the link of the last before
+            "ld r20, X+",                         // 2: r21:r20 = the first
+            "ld r21, X",                          // 2
+            "st X, r31",                          // 2: the task is behind that
+            "st -X, r30",                         // 2
+            "movw r26, r20",                      // 1
+            "adiw r26, {link}",                   // 2: X = the link of the first: to the task, if it was alone
+            "ld r18, X",                          // 2
+            "ldd r19, Z+{link}",                  // 2
+            "st X+, r19",                         // 2: the first is before the rest of the list
+            "ld r19, X",                          // 2
+            "ldd r22, Z+{link}+1",                // 2
+            "st X, r22",                          // 2
+            "std Z+{link}, r18",                  // 2: the task is before the second
+            "std Z+{link}+1, r19",                // 2
+            "sts {kernel}+{head}, r20",           // 2
+            "sts {kernel}+{head}+1, r21",         // 2
+            "sei",                                // 1
+            "rjmp kernel_switch",                  // 2
+            // X = where the last is of those that have arrived at the priority of the task Z.
+            ".global kernel_queue_of",
+            "kernel_queue_of:",
+            "queue_of:",
+            "ldd r26, Z+{priority}",              // 2
+            "andi r26, 7",                        // 1
+            "lsl r26",                            // 1
+            "clr r27",                            // 1
+            "subi r26, lo8(-({kernel}+{last}))",  // 1
+            "sbci r27, hi8(-({kernel}+{last}))",  // 1
+            "ret",                                // 4
+            "1:",
+            "sei",                                // 1
+            "ret",                                // 4
+            // A task signals the semaphore Z. It preserves what a call does.
+            ".global kernel_post",
+            "kernel_post:",
+            #[cfg(not(feature = "fault-unmasked-post"))]
+            "cli",                                // 1
+            "ldd r25, Z+1",                       // 2: the high byte of its word
+            "tst r25",                            // 1
+            "brne 1f",                            // 1: tasks wait, or the last has left it empty
+            "ld r24, Z",                          // 2
+            "inc r24",                            // 1
+            "breq 2f",                            // 1: no more go in
+            "st Z, r24",                          // 2
+            "2:",
+            "reti",                               // 4: and interrupts are enabled
+            "1:",
+            "ldi r21, 1",                         // 1
+            "rcall kernel_signal",                // 3
+            "sei",                                // 1
+            "sbrs r24, 0",                        // 1, or 2: is another task to run?
+            "ret",                                // 4
+            // A switch from where it seldom comes to one: saves what a call preserves.
+            ".global kernel_switch_from_call",
+            "kernel_switch_from_call:",
+            "push r2",                            // 2
+            "push r3",                            // 2
+            "push r4",                            // 2
+            "push r5",                            // 2
+            "push r6",                            // 2
+            "push r7",                            // 2
+            "push r8",                            // 2
+            "push r9",                            // 2
+            "push r10",                           // 2
+            "push r11",                           // 2
+            "push r12",                           // 2
+            "push r13",                           // 2
+            "push r14",                           // 2
+            "push r15",                           // 2
+            "push r16",                           // 2
+            "push r17",                           // 2
+            "lds r30, {kernel}+{running}",        // 2: Z = the running task
+            "lds r31, {kernel}+{running}+1",      // 2
+            "rcall kernel_switch",                 // 3
+            "pop r17",                            // 2
+            "pop r16",                            // 2
+            "pop r15",                            // 2
+            "pop r14",                            // 2
+            "pop r13",                            // 2
+            "pop r12",                            // 2
+            "pop r11",                            // 2
+            "pop r10",                            // 2
+            "pop r9",                             // 2
+            "pop r8",                             // 2
+            "pop r7",                             // 2
+            "pop r6",                             // 2
+            "pop r5",                             // 2
+            "pop r4",                             // 2
+            "pop r3",                             // 2
+            "pop r2",                             // 2
+            "ret",                                // 4
             // Signals the semaphore Z, with interrupts masked. r24 = whether another task is to run now. What else a call may
             // change is changed. r21 is 0 unless interrupts may strike in between.
             ".global kernel_signal",
@@ -795,14 +907,12 @@ unsafe extern "C" fn kernel_switch() {
             "st X, r19",                          // 2: the next one is the first now
             "st -X, r18",                         // 2
             "ld r25, Z",                          // 2: the priorities above the task
-            "cpi r25, {suspended}",               // 1
-            "breq to_suspended",                  // 1
-            "make_ready:",
             "lds r26, {kernel}+{head}",           // 2: X = the head
             "lds r27, {kernel}+{head}+1",         // 2
             "ld r24, X",                          // 2: the priorities above that
             "cp r25, r24",                        // 1
-            "brsh arrive",                        // 1, or 2
+            "brsh arrive_or_stand",               // 1, or 2
+            "preempt_head:",
             "std Z+{link}, r26",                  // 2: the task goes before the head
             "std Z+{link}+1, r27",                // 2
             "sts {kernel}+{head}, r30",           // 2
@@ -814,7 +924,13 @@ unsafe extern "C" fn kernel_switch() {
             "kernel_make_ready:",
             "ld r25, Z",                          // 2
             "cpi r25, {suspended}",               // 1
-            "brne make_ready",                    // 2, or 1
+            "breq park",                          // 1
+            "lds r26, {kernel}+{head}",           // 2: as above
+            "lds r27, {kernel}+{head}+1",         // 2
+            "ld r24, X",                          // 2
+            "cp r25, r24",                        // 1
+            "brlo preempt_head",                  // 1, or 2
+            "rjmp arrive",                        // 2
             // It is suspended, and left until it is resumed.
             "park:",
             "ldi r24, lo8({parked})",             // 1
@@ -834,12 +950,11 @@ unsafe extern "C" fn kernel_switch() {
             "2:",
             "clr r24",                            // 1
             "ret",                                // 4
-            "to_suspended:",
-            "rjmp suspended",                     // 2
             // The task Z, first of those that waited, does not outrank the head.
             ".global kernel_arrive",
             "kernel_arrive:",
             "ld r25, Z",                          // 2
+            "arrive_or_stand:",
             "cpi r25, {suspended}",               // 1
             "breq suspended",                     // 1
             // It joins those that have arrived at its priority.
@@ -985,10 +1100,9 @@ unsafe extern "C" fn kernel_switch() {
             "ldi r24, 1",                         // 1
             "1:",
             "ret",                                // 4
-            // Where a task starts: its body and its entry lie on the stack, laid there by `prepare`.
+            // Where a task starts: Y is its body and its entry lies on the stack, laid there by `prepare`.
             "kernel_start_task:",
-            "pop r24",                            // 2: the first argument
-            "pop r25",                            // 2
+            "movw r24, r28",                      // 1: the first argument
             "pop r30",                            // 2
             "pop r31",                            // 2
             "ijmp",                               // 2
@@ -1006,7 +1120,7 @@ unsafe extern "C" fn kernel_switch() {
             deadline = const DEADLINE,
             target = const TARGET,
             delayed = const (crate::link::DELAYED >> 8),
-            block = sym block_slowly,
+            enter = sym waits::kernel_enter_list,
             suspended = const crate::task::SUSPENDED,
             stands_in = const (Flag::StandsIn as u8).trailing_zeros(),
             grouped_task = const GROUPED_TASK,
@@ -1035,7 +1149,10 @@ unsafe extern "C" {
     fn kernel_signal();
     fn kernel_make_ready();
     fn kernel_arrive();
-    fn kernel_block(semaphore: &Semaphore) -> Option<&'static ControlBlock>;
+    fn kernel_wait();
+    fn kernel_yield();
+    fn kernel_post();
+    fn kernel_switch_from_call();
     #[doc(hidden)]
     pub fn kernel_enter_interrupt();
     #[doc(hidden)]
@@ -1044,52 +1161,67 @@ unsafe extern "C" {
     pub fn kernel_enter_tick();
 }
 
-/// Takes a signal of `semaphore`; else blocks the task. Returns it if it has blocked, and a switch is due.
-#[inline(always)]
-pub(crate) fn block(semaphore: &Semaphore, _: &mut Task) -> Option<&'static ControlBlock> {
-    // SAFETY: a task calls this, with interrupts enabled; a call it is, and lets the semaphore's word and the lists as it should.
-    unsafe { kernel_block(semaphore) }
-}
-
-/// The same where there is more to it.
-extern "C" fn block_slowly(semaphore: &Semaphore) -> Option<&'static ControlBlock> {
-    // SAFETY: `kernel_block` jumps here, with a task's promise.
-    semaphore.block_or_take(&mut unsafe { Task::assume() })
-}
-
-/// Saves the running task's context and takes up the head's; returns when this task runs again.
-///
-/// 48 cycles to a task that blocked likewise, of which 26 masked. If an interrupt has made the switch first,
-/// this one is to the task itself, and comes back at once.
-///
-/// Every register but Y is lost here, so a function that inlines this saves what it must preserve: right for
-/// the loop of a task, which must preserve nothing. Elsewhere [`switch_from_call`] costs less.
-#[inline(always)]
-pub(crate) fn switch(task: &ControlBlock) {
-    // SAFETY: `task` calls this, with interrupts enabled. All that changes meanwhile is declared.
-    unsafe {
+/// A call after which every register but Y is lost. So a function that inlines this saves what it must preserve: right for the
+/// loop of a task, which must preserve nothing.
+macro_rules! call_that_loses_all {
+    ($entry:ident, $subject:expr) => {
         asm!(
-            "push r28",             // 2: Y, which the compiler needs and can't be told is lost
-            "push r29",             // 2
-            "call {switch}",        // 4
-            "pop r29",              // 2
-            "pop r28",              // 2
-            switch = sym kernel_switch,
-            inout("Z") ptr::from_ref(task) => _,
+            "call {entry}", // 4
+            entry = sym $entry,
+            inout("Z") $subject => _,
             out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r6") _, out("r7") _,
             out("r8") _, out("r9") _, out("r10") _, out("r11") _, out("r12") _, out("r13") _,
             out("r14") _, out("r15") _, out("r16") _, out("r17") _, out("r18") _, out("r19") _,
             out("r20") _, out("r21") _, out("r22") _, out("r23") _, out("r24") _, out("r25") _,
             out("r26") _, out("r27") _,
         )
-    }
+    };
+}
+
+/// Takes a signal of `semaphore`, and blocks until there is one. 64 cycles to a task that blocked likewise, where none else waits.
+#[inline(always)]
+pub(crate) fn wait(semaphore: &Semaphore, _: &mut Task) {
+    // SAFETY: a task calls this, with interrupts enabled. All that changes meanwhile is declared.
+    unsafe { call_that_loses_all!(kernel_wait, ptr::from_ref(semaphore)) }
+}
+
+/// Lets tasks of the same priority that are ready run first.
+#[inline(always)]
+pub(crate) fn yield_now(_: &mut Task) {
+    // SAFETY: as above.
+    unsafe { call_that_loses_all!(kernel_yield, MaybeUninit::<u16>::uninit()) }
+}
+
+/// Saves the running task's context and takes up the head's; returns when this task runs again.
+///
+/// 48 cycles to a task that blocked likewise, of which 26 masked. If an interrupt has made the switch first,
+/// this one is to the task itself, and comes back at once.
+#[inline(always)]
+pub(crate) fn switch(task: &ControlBlock) {
+    // SAFETY: `task` calls this, with interrupts enabled. All that changes meanwhile is declared.
+    unsafe { call_that_loses_all!(kernel_switch, ptr::from_ref(task)) }
 }
 
 /// [`switch`] for a function that seldom gets there: 64 cycles more, but none where it is not called.
-#[inline(never)]
+#[inline(always)]
 pub(crate) fn switch_from_call() {
-    // SAFETY: the running task is the one that calls this, whatever interrupts do meanwhile.
-    switch(KERNEL.ready.running.get(&unsafe { Masked::assume() }));
+    // SAFETY: a task calls this, with interrupts enabled. It is a call.
+    unsafe { kernel_switch_from_call() }
+}
+
+/// [`Semaphore::signal`] by a task, and a switch if one is due.
+#[inline(always)]
+pub(crate) fn post(semaphore: &Semaphore, _: &mut Task) {
+    // SAFETY: a task calls this, with interrupts enabled; and what a call may change is declared.
+    unsafe {
+        asm!(
+            "call {post}", // 4
+            post = sym kernel_post,
+            inout("Z") ptr::from_ref(semaphore) => _,
+            out("r18") _, out("r19") _, out("r20") _, out("r21") _, out("r22") _, out("r23") _, out("r24") _, out("r25") _,
+            out("X") _,
+        )
+    }
 }
 
 /// Runs the tasks; idles while none is ready.
@@ -1143,7 +1275,7 @@ where
     Some(below.as_ptr_range().end as usize - 1)
 }
 
-/// The bytes of a first context: the program counter, and what `kernel_start_task` pops.
+/// The bytes of a first context: a voluntary one, and what `kernel_start_task` pops.
 const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
 
 /// Lays the context of a task that begins at `entry` with its body at `place`.
@@ -1153,12 +1285,12 @@ fn lay_context(context: &mut [MaybeUninit<u8>], entry: usize, place: usize) {
     let [place_low, place_high] = place.to_le_bytes();
     let [entry_low, entry_high] = entry.to_le_bytes();
     let first = [
+        place_high,
+        place_low,
         #[cfg(target_feature = "eijmpcall")]
         0, // bits 16 to 21 of the program counter
         start_high,
         start_low,
-        place_low,
-        place_high,
         entry_low,
         entry_high,
     ];

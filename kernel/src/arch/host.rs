@@ -17,13 +17,13 @@ use std::vec::Vec;
 use corosensei::stack::{DefaultStack, Stack as _};
 use corosensei::{Coroutine, Yielder};
 
-use crate::context::{Interrupt, Task};
+use crate::context::{Context, Interrupt, Task};
 use crate::group::Group;
 use crate::link::Link;
 use crate::masked::Masked;
 use crate::pool::{Pooled, Slot};
 use crate::queue::{Appended, Queue};
-use crate::semaphore::Semaphore;
+use crate::semaphore::{Came, Semaphore, Until};
 use crate::task::{Boot, ControlBlock, Flag, Never};
 use crate::word::State;
 use crate::{IDLE, KERNEL, ready, timer};
@@ -234,7 +234,7 @@ pub(crate) fn arrive(masked: &Masked, task: &'static ControlBlock, _: bool) -> b
 
 pub(crate) fn append<T: Pooled>(masked: &Masked, queue: &Queue<T>, slot: &'static Slot<T>) -> Appended {
     let signals = match queue.messages.word.get(masked) {
-        State::Waiting(_) => None,
+        State::Waiting => None,
         State::Signals(signals) => Some(signals),
         State::Empty => Some(0),
     };
@@ -257,8 +257,39 @@ pub(crate) fn mask_anywhere<R>(body: impl FnOnce(&Masked) -> R) -> R {
     body(&unsafe { Masked::assume() })
 }
 
-pub(crate) fn block(semaphore: &Semaphore, task: &mut Task) -> Option<&'static ControlBlock> {
-    semaphore.block_or_take(task)
+pub(crate) fn post(semaphore: &Semaphore, task: &mut Task) {
+    if task.mask(|masked| semaphore.signal(masked, true)) {
+        switch_from_call();
+    }
+}
+
+pub(crate) fn wait(semaphore: &Semaphore, task: &mut Task) {
+    if semaphore.block_until(task, None) == Came::Blocked {
+        switch_from_call();
+    }
+}
+
+pub(crate) fn enter_list(
+    semaphore: &Semaphore,
+    task: &mut Task,
+    own: &'static ControlBlock,
+    until: Option<&Until>,
+) -> Came {
+    semaphore.enter(task, own, until)
+}
+
+pub(crate) fn pull(task: &mut Task) {
+    ready::pull(task);
+}
+
+pub(crate) fn push(task: &mut Task) {
+    ready::push(task);
+}
+
+pub(crate) fn yield_now(task: &mut Task) {
+    if ready::rotate(task).is_some() {
+        switch_from_call();
+    }
 }
 
 pub(crate) fn switch(_: &ControlBlock) {
