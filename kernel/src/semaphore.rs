@@ -123,7 +123,7 @@ impl Semaphore {
     }
 
     /// Whether this is such a mark.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn is_timeout(&self, masked: &Masked) -> bool {
         self.first(masked).is_some_and(|first| first.is(&IDLE))
     }

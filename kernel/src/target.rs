@@ -2,20 +2,21 @@
 
 use core::ptr;
 
-use crate::arch;
-use crate::context::{Context, Expiry};
-use crate::link::Link;
 use crate::semaphore::Semaphore;
-use crate::task::ControlBlock;
-use crate::timeout::Timeout;
+#[cfg(not(target_arch = "avr"))]
+use crate::{
+    arch,
+    context::{Context, Expiry},
+    link::Link,
+    task::ControlBlock,
+    timeout::Timeout,
+};
 
 /// A semaphore to post, or a task to wake whose delay is over; or nothing. One bit that no address has set marks a task.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(crate) struct Target(*const Semaphore);
 
-#[cfg(target_arch = "avr")]
-const TASK: usize = 0x8000;
 #[cfg(not(target_arch = "avr"))]
 const TASK: usize = 1;
 
@@ -26,6 +27,7 @@ impl Target {
         Target(semaphore)
     }
 
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn task(task: &'static ControlBlock) -> Target {
         Target(ptr::with_exposed_provenance(ptr::from_ref(task).expose_provenance() | TASK))
     }
@@ -36,7 +38,7 @@ impl Target {
     }
 
     /// Wakes it, a task only if its delay has begun; ends the wait, if it is a time-out's.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn wake(self, expiry: &mut Expiry) {
         if self.0.addr() & TASK != 0 {
             // SAFETY: made from a static by `task`.
@@ -53,11 +55,11 @@ impl Target {
     }
 }
 
-#[inline(never)]
+#[cfg(not(target_arch = "avr"))]
 fn wake_semaphore(expiry: &mut Expiry, semaphore: &'static Semaphore) {
     // A section of its own: what is a mark stays one, as no task runs meanwhile.
     match expiry.mask(|masked| Timeout::marked(masked, semaphore)) {
-        Some(timeout) => timeout.elapse(expiry),
+        Some(timeout) => timeout.elapse(),
         None => expiry.mask(|masked| {
             arch::signal(masked, semaphore, true);
         }),

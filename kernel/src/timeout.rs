@@ -5,12 +5,14 @@ use core::ptr;
 use crate::arch;
 use crate::context::{Context, Expiry, Task};
 use crate::list;
-use crate::masked::{Masked, MaskedCell};
+#[cfg(not(target_arch = "avr"))]
+use crate::masked::Masked;
+use crate::masked::MaskedCell;
 use crate::ready;
 use crate::semaphore::{Came, Semaphore, Until};
 use crate::target::Target;
 use crate::task::ControlBlock;
-use crate::timer::{self, Arming, LONGEST, Ticks, Timer};
+use crate::timer::{self, LONGEST, Ticks, Timer};
 
 /// The time of a wait was up before what it waited for came.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -44,6 +46,8 @@ impl Semaphore {
         if self.try_wait(task) {
             return Ok(());
         }
+        #[cfg(target_arch = "avr")]
+        arch::name_elapse();
         let timer = Timer::new();
         let timeout = Timeout {
             mark: Semaphore::new(0),
@@ -56,7 +60,7 @@ impl Semaphore {
         let (timer, timeout) = unsafe { (&*ptr::from_ref(&timer), &*ptr::from_ref(&timeout)) };
         task.mask(|masked| timeout.mark.mark_as_timeout(masked));
         let deadline = timer::now(task).wrapping_add(ticks.clamp(1, LONGEST));
-        if timer::arm(task, timer, deadline, Target::semaphore(&timeout.mark)) != Arming::Done {
+        if !timer::arm(task, timer, deadline, Target::semaphore(&timeout.mark)) {
             // It has passed already.
             return if self.try_wait(task) { Ok(()) } else { Err(Elapsed) };
         }
@@ -76,6 +80,7 @@ impl Semaphore {
 
 impl Timeout {
     /// The wait whose mark `semaphore` is, if it is one.
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn marked(masked: &Masked, semaphore: &'static Semaphore) -> Option<&'static Timeout> {
         if !semaphore.is_timeout(masked) {
             return None;
@@ -85,8 +90,9 @@ impl Timeout {
     }
 
     /// Ends the wait, unless its signal has come before or it has not begun.
-    #[inline(never)]
-    pub(crate) fn elapse(&self, expiry: &mut Expiry) {
+    pub(crate) extern "C" fn elapse(&self) {
+        // SAFETY: only the tick's interrupt calls this, with interrupts masked.
+        let expiry = &mut unsafe { Expiry::assume() };
         // A tick has ended any walk that was under way.
         expiry.peek(|masked| self.state.set(masked, FIRED));
         list::expel(expiry, self.semaphore, self.task, |masked| {

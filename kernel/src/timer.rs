@@ -8,13 +8,12 @@ use core::ops::Range;
 use core::ptr;
 
 use crate::arch;
-use crate::context::{Context, Expiry, Task, ThreadContext};
-use crate::link::Link;
+#[cfg(not(target_arch = "avr"))]
+use crate::context::Expiry;
+use crate::context::{Context, Private, Task, ThreadContext};
 use crate::masked::{Masked, MaskedCell};
-use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::target::Target;
-use crate::task::ControlBlock;
 use crate::walk;
 use crate::{KERNEL, Kernel};
 
@@ -96,6 +95,7 @@ pub fn now(context: &mut impl Context) -> Ticks {
 /// static TIMEOUT: Timer = Timer::new();
 /// static WAKE: Semaphore = Semaphore::new(0);
 /// ```
+#[repr(C)]
 pub struct Timer {
     pub(crate) link: MaskedCell<Option<&'static Timer>>,
     pub(crate) deadline: MaskedCell<Ticks>,
@@ -130,20 +130,17 @@ impl Timer {
         semaphore: &'static Semaphore,
     ) {
         let deadline = now(context).wrapping_add(ticks.clamp(1, LONGEST));
-        loop {
-            match arm(context, self, deadline, Target::semaphore(semaphore)) {
-                Arming::Done => return,
-                Arming::Passed => return semaphore.post(context),
-                Arming::Already => {
-                    disarm(context, self);
-                }
-            }
+        if !arm(context, self, deadline, Target::semaphore(semaphore)) {
+            semaphore.post(context);
         }
     }
 
     /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted.
     pub fn cancel(&'static self, context: &mut impl ThreadContext) -> bool {
-        self.is_running(context) && disarm(context, self)
+        match context.task(Private) {
+            Some(task) => arch::disarm(task, self),
+            None => self.is_running(context) && disarm_first(context, |next| ptr::eq(next, self)),
+        }
     }
 
     /// Whether the timer is armed.
@@ -167,32 +164,8 @@ impl Task {
     /// Blocks until the tick `deadline`. Returns `false` at once if that has passed.
     #[inline(always)]
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
-        let timer = Timer::new();
-        // SAFETY: it outlives its use: this returns only after the timer has left the list, and a task's stack is
-        // taken from it only when its timers have.
-        let timer = unsafe { &*ptr::from_ref(&timer) };
-        match begin_delay(self, timer, deadline) {
-            Some(Some(task)) => {
-                arch::switch(task);
-                true
-            }
-            begun => begun.is_some(),
-        }
+        arch::delay_until(self, deadline)
     }
-}
-
-/// Blocks the task until `deadline`. Returns it if a switch is due; the outer `None` if the deadline has passed.
-#[inline(never)]
-fn begin_delay(
-    task: &mut Task,
-    timer: &'static Timer,
-    deadline: Ticks,
-) -> Option<Option<&'static ControlBlock>> {
-    let target = task.mask(|masked| Target::task(ready::running(masked)));
-    if arm(task, timer, deadline, target) != Arming::Done {
-        return None;
-    }
-    Some(ready::block_unless(task, Link::DELAYED, |masked| !timer.is_armed(masked)))
 }
 
 /// A period without drift: each deadline counts from the one before.
@@ -234,24 +207,27 @@ enum Step<R> {
     Done(R),
 }
 
-/// What came of arming a timer.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Arming {
-    Done,
-    /// It is armed.
-    Already,
-    /// The deadline has.
-    Passed,
-}
-
-/// Arms `timer`.
-#[inline(never)]
+/// Arms `timer`, anew if it is armed. `false`, with nothing done, if `deadline` has passed.
+#[inline(always)]
 pub(crate) fn arm(
     context: &mut impl ThreadContext,
     timer: &'static Timer,
     deadline: Ticks,
     target: Target,
-) -> Arming {
+) -> bool {
+    match context.task(Private) {
+        Some(task) => arch::arm(task, timer, deadline, target),
+        None => arm_by_steps(context, timer, deadline, target),
+    }
+}
+
+/// The same where it is not done in assembly.
+pub(crate) fn arm_by_steps(
+    context: &mut impl ThreadContext,
+    timer: &'static Timer,
+    deadline: Ticks,
+    target: Target,
+) -> bool {
     let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
     loop {
         let came = context.mask(|masked| {
@@ -278,10 +254,10 @@ pub(crate) fn arm(
                 }
                 _ => {}
             }
+            walk::end(masked);
             if ptr::eq(slot, &KERNEL.timers.first) && !KERNEL.timers.count_to(masked, deadline) {
                 return Step::Done(Arming::Passed);
             }
-            walk::end(masked);
             slot.set(masked, Some(timer));
             timer.link.set(masked, next);
             timer.target.set(masked, target);
@@ -289,26 +265,37 @@ pub(crate) fn arm(
         });
         match came {
             Step::On(next) => slot = Some(next),
-            Step::Done(result) => return result,
+            Step::Done(Arming::Done) => return true,
+            Step::Done(Arming::Passed) => return false,
+            Step::Done(Arming::Already) => {
+                disarm_first(context, |next| ptr::eq(next, timer));
+                slot = None;
+            }
         }
     }
 }
 
-/// Disarms `timer`. Returns whether it was armed.
-#[inline(never)]
-pub(crate) fn disarm(context: &mut impl ThreadContext, timer: &'static Timer) -> bool {
-    disarm_first(context, |next| ptr::eq(next, timer))
+/// What came of arming a timer.
+#[derive(Clone, Copy)]
+enum Arming {
+    Done,
+    /// It is armed.
+    Already,
+    /// The deadline has.
+    Passed,
 }
 
 /// Disarms all timers that lie in `memory`.
-#[inline(never)]
 pub(crate) fn disarm_within(context: &mut impl ThreadContext, memory: Range<usize>) {
-    while disarm_first(context, |next| memory.contains(&ptr::from_ref(next).addr())) {}
+    while match context.task(Private) {
+        Some(task) => arch::disarm_within(task, memory.clone()),
+        None => disarm_first(context, |next| memory.contains(&ptr::from_ref(next).addr())),
+    } {}
 }
 
 /// Disarms the first timer that `is_it` says. Returns whether there was one.
 #[inline(always)]
-fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer) -> bool) -> bool {
+pub(crate) fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer) -> bool) -> bool {
     let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
     loop {
         let came = context.mask(|masked| {
@@ -356,12 +343,12 @@ pub(crate) fn tick(interrupt: &mut crate::Interrupt) {
     }
 }
 
-/// What the tick's interrupt does once `TICKS_LEFT` has run out: wakes what the first timer is to wake. Returns whether
+/// What the tick's interrupt does, on the AVR in assembly, once `TICKS_LEFT` has run out: wakes what the first timer is to wake. Returns whether
 /// another one is due. Until none is, `TICKS_LEFT` is not positive, so that no tick comes here as well.
 ///
-/// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone. One that
-/// strikes there in a test may panic.
-pub(crate) extern "C-unwind" fn expire() -> bool {
+/// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone.
+#[cfg(not(target_arch = "avr"))]
+pub(crate) fn expire() -> bool {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
     let expiry = &mut unsafe { Expiry::assume() };
     let timers = &KERNEL.timers;

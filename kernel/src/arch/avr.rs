@@ -38,8 +38,10 @@
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
+mod timers;
 mod waits;
 
+pub(crate) use timers::{arm, delay_until, disarm, disarm_within};
 pub(crate) use waits::{enter_list, pull, push};
 
 use core::arch::asm;
@@ -55,6 +57,7 @@ use crate::pool::{Pooled, Slot};
 use crate::queue::{Appended, Queue};
 use crate::semaphore::Semaphore;
 use crate::task::{ControlBlock, Flag, Never};
+use crate::timeout::Timeout;
 use crate::timer::Timer;
 use crate::{IDLE, KERNEL, Kernel};
 
@@ -376,7 +379,8 @@ unsafe extern "C" fn kernel_switch() {
             // Saves the running task's context and takes up the head's. Z is the running task's control block: its own.
             "push r28",                           // 2: Y, which the compiler needs and can't be told is lost
             "push r29",                           // 2
-            "switch:",
+            ".global kernel_save",
+            "kernel_save:",
             "in r24, 0x3d",                       // 1: r25:r24 = SP
             "in r25, 0x3e",                       // 1: its bit 15 is clear: voluntary
             "cli",                                // 1
@@ -656,7 +660,7 @@ unsafe extern "C" fn kernel_switch() {
             "ldi r24, lo8(__stack - 1)",          // 1
             "cpi r28, lo8(__stack - {idle})",     // 1: `save`, or the idle task?
             "brlo 2f",                            // 1, or 2
-            "mov r24, r28",                       // 1: below their context
+            "ldi r24, lo8(__stack - {frame})",    // 1: below their context
             "2:",
             "rjmp expire_at",                     // 2
             // Enters the tick's interrupt where a timer is due: r31, r30 and r0 are on the stack, SREG is in r0.
@@ -728,21 +732,99 @@ unsafe extern "C" fn kernel_switch() {
             "lds r30, {kernel}+{running}",        // 2: Z = the running task
             "lds r31, {kernel}+{running}+1",      // 2
             "rjmp save_half",                     // 2
-            // Whatever else: posts one timer's signal at a time, and lets interrupts strike in between.
+            // Whatever else: wakes one timer's task or posts its semaphore at a time, and lets interrupts strike in between. No task
+            // runs meanwhile, and interrupts leave timers alone. Until no timer is due the ticks left are not positive, so that no
+            // tick comes here as well.
             "expire:",
             "ldi r24, lo8(__stack - 1)",          // 1: not where `save` is struck
             "expire_at:",
             "out 0x3d, r24",                      // 1: SPL
-            "sei",                                // 1
-            "nop",                                // 1: here
-            "cli",                                // 1
             "3:",
-            "call {expire}",                      // 4: r24 = whether more are due
             "sei",                                // 1
-            "tst r24",                            // 1: here
-            "cli",                                // 1: leaves the Z flag alone
-            "brne 3b",                            // 1, or 2
+            "lds r30, {kernel}+{timer}",          // 2: Z = the first timer
+            "lds r31, {kernel}+{timer}+1",        // 2
+            "cli",                                // 1
+            "tst r31",                            // 1
+            "breq 5f",                            // 1: there is none
+            "ld r18, Z",                          // 2
+            "ldd r19, Z+1",                       // 2
+            "ldd r24, Z+{target}",                // 2: r25:r24 = what it wakes
+            "ldd r25, Z+{target}+1",              // 2
+            "std Z+{target}, r1",                 // 2: it is not armed any more
+            "std Z+{target}+1, r1",               // 2
+            "sts {kernel}+{timer}, r18",          // 2
+            "sts {kernel}+{timer}+1, r19",        // 2
+            "sts {kernel}+{walk}, r1",            // 2: ends a walk
+            "sei",                                // 1
+            "movw r30, r24",                      // 1
+            "cli",                                // 1
+            "sbrs r25, 7",                        // 1, or 2: skips the next for a task
+            "rjmp 6f",                            // 2
+            "andi r31, 0x7f",                     // 1: Z = the task
+            "ldd r24, Z+{link}+1",                // 2
+            "cpi r24, {delayed}",                 // 1
+            "brne 4f",                            // 1: its delay has not begun
+            "rcall kernel_make_ready",            // 3
+            "4:",
+            "sei",                                // 1
+            "lds r18, {kernel}+{timer}",          // 2: r19:r18 = the first timer
+            "cli",                                // 1
+            "5:",
+            "lds r19, {kernel}+{timer}+1",        // 2
+            "rcall kernel_count_down",            // 3
+            "brge 3b",                            // 1, or 2: it is due, too
+            "sei",                                // 1
+            "nop",                                // 1
+            "cli",                                // 1
             "rjmp exit_interrupt",                // 2
+            // Posts a semaphore; or ends a wait, if it is the mark of a time-out.
+            "6:",
+            "ld r18, Z",                          // 2
+            "ldd r19, Z+1",                       // 2
+            "ldi r20, hi8({idle_task})",          // 1
+            "cpi r18, lo8({idle_task})",          // 1
+            "cpc r19, r20",                       // 1
+            "breq 7f",                            // 1
+            "sei",                                // 1
+            "ldi r21, 1",                         // 1
+            "cli",                                // 1
+            "rcall kernel_signal",                // 3
+            "rjmp 4b",                            // 2
+            "7:",
+            "rcall 8f",                           // 3
+            "rjmp 4b",                            // 2
+            ".weak kernel_elapse",                // of who waits with a time-out
+            "8:",
+            "jmp kernel_elapse",                  // 3
+            // Ticks count down to the timer r19:r18, or a long while if r19 is 0. `brge` takes it for one that is not ahead.
+            ".global kernel_count_down",
+            "kernel_count_down:",
+            "lds r20, {kernel}+{next}",           // 2: r21:r20 = the deadline before
+            "lds r21, {kernel}+{next}+1",         // 2
+            "movw r30, r18",                      // 1
+            "tst r19",                            // 1
+            "brne 1f",                            // 2, or 1
+            "movw r18, r20",                      // 1
+            "subi r18, lo8({earlier})",           // 1
+            "sbci r19, hi8({earlier})",           // 1
+            "rjmp 2f",                            // 2
+            "1:",
+            "ldd r18, Z+{deadline}",              // 2
+            "ldd r19, Z+{deadline}+1",            // 2
+            "2:",
+            "sts {kernel}+{next}, r18",           // 2
+            "sts {kernel}+{next}+1, r19",         // 2
+            "sub r18, r20",                       // 1
+            "sbc r19, r21",                       // 1
+            "lds r20, {left}",                    // 2
+            "lds r21, {left}+1",                  // 2
+            "add r18, r20",                       // 1
+            "adc r19, r21",                       // 1
+            "sts {left}, r18",                    // 2
+            "sts {left}+1, r19",                  // 2
+            "cp r1, r18",                         // 1
+            "cpc r1, r19",                        // 1
+            "ret",                                // 4
             // The running task waits at the semaphore Z; in the commonest case there are neither signals nor other tasks, and none
             // has arrived that should run before the next. All registers but Y are lost.
             ".global kernel_wait",
@@ -775,7 +857,8 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{link}+1, r25",                // 2
             "st X+, r30",                         // 2: and its beginning is the task
             "st X, r31",                          // 2
-            "rjmp switch",                        // 2
+            "sei",                                // 1: a trap finds the task that has blocked still running
+            "rjmp kernel_save",                   // 2
             "7:",
             "sei",                                // 1
             "lds r28, {kernel}+{running}",        // 2: Y = the running task
@@ -785,7 +868,7 @@ unsafe extern "C" fn kernel_switch() {
             "movw r30, r28",                      // 1
             "cpse r24, r1",                       // 1, or 2 where it has
             "rjmp return_to_task",                // 2
-            "rjmp switch",                        // 2
+            "rjmp kernel_save",                   // 2
             // Lets the first task that has arrived at the running one's priority run. All registers but Y are lost.
             ".global kernel_yield",
             "kernel_yield:",
@@ -1113,7 +1196,7 @@ unsafe extern "C" fn kernel_switch() {
             sp = const STACK_POINTER,
             #[cfg(feature = "cpu-time")]
             charge = sym crate::cpu_time::charge_before_switch,
-            expire = sym crate::timer::expire,
+            earlier = const crate::timer::LONGEST.wrapping_neg(),
             left = sym crate::TICKS_LEFT,
             timer = const FIRST_TIMER,
             next = const NEXT_DEADLINE,
@@ -1192,21 +1275,29 @@ pub(crate) fn yield_now(_: &mut Task) {
     unsafe { call_that_loses_all!(kernel_yield, MaybeUninit::<u16>::uninit()) }
 }
 
-/// Saves the running task's context and takes up the head's; returns when this task runs again.
+/// Saves the running task's context and takes up the head's; returns when this task runs again. It is a call, and preserves
+/// what one does.
 ///
-/// 48 cycles to a task that blocked likewise, of which 26 masked. If an interrupt has made the switch first,
-/// this one is to the task itself, and comes back at once.
-#[inline(always)]
-pub(crate) fn switch(task: &ControlBlock) {
-    // SAFETY: `task` calls this, with interrupts enabled. All that changes meanwhile is declared.
-    unsafe { call_that_loses_all!(kernel_switch, ptr::from_ref(task)) }
-}
-
-/// [`switch`] for a function that seldom gets there: 64 cycles more, but none where it is not called.
+/// 120 cycles to a task that blocked likewise. If an interrupt has made the switch first, this one is to the task itself, and
+/// comes back at once.
 #[inline(always)]
 pub(crate) fn switch_from_call() {
     // SAFETY: a task calls this, with interrupts enabled. It is a call.
     unsafe { kernel_switch_from_call() }
+}
+
+/// Tells the linker of [`Timeout::elapse`], which a program without time-outs does not have.
+#[inline(always)]
+pub(crate) fn name_elapse() {
+    // SAFETY: no instruction.
+    unsafe {
+        asm!(
+            ".weak kernel_elapse",
+            ".set kernel_elapse, {elapse}",
+            elapse = sym Timeout::elapse,
+            options(nomem, nostack, preserves_flags),
+        )
+    }
 }
 
 /// [`Semaphore::signal`] by a task, and a switch if one is due.

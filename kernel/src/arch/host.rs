@@ -10,6 +10,7 @@ use std::cell::{Cell, RefCell};
 use std::mem::MaybeUninit;
 use std::ops::Range;
 use std::panic::{self, AssertUnwindSafe};
+use std::ptr;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::vec::Vec;
@@ -24,7 +25,9 @@ use crate::masked::Masked;
 use crate::pool::{Pooled, Slot};
 use crate::queue::{Appended, Queue};
 use crate::semaphore::{Came, Semaphore, Until};
+use crate::target::Target;
 use crate::task::{Boot, ControlBlock, Flag, Never};
+use crate::timer::{Ticks, Timer};
 use crate::word::State;
 use crate::{IDLE, KERNEL, ready, timer};
 
@@ -292,8 +295,29 @@ pub(crate) fn yield_now(task: &mut Task) {
     }
 }
 
-pub(crate) fn switch(_: &ControlBlock) {
-    switch_from_call();
+pub(crate) fn arm(task: &mut Task, timer: &'static Timer, deadline: Ticks, target: Target) -> bool {
+    timer::arm_by_steps(task, timer, deadline, target)
+}
+
+pub(crate) fn disarm(task: &mut Task, timer: &'static Timer) -> bool {
+    timer.is_running(task) && timer::disarm_first(task, |next| ptr::eq(next, timer))
+}
+
+pub(crate) fn disarm_within(task: &mut Task, memory: Range<usize>) -> bool {
+    timer::disarm_first(task, |next| memory.contains(&ptr::from_ref(next).addr()))
+}
+
+pub(crate) fn delay_until(task: &mut Task, deadline: Ticks) -> bool {
+    let timer = Timer::new();
+    // SAFETY: it outlives its use: this returns only after the timer has left the list, and a task's stack is
+    // taken from it only when its timers have.
+    let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
+    let target = task.mask(|masked| Target::task(ready::running(masked)));
+    let is_ahead = timer::arm_by_steps(task, timer, deadline, target);
+    if is_ahead && ready::block_unless(task, Link::DELAYED, |masked| !timer.is_armed(masked)).is_some() {
+        switch_from_call();
+    }
+    is_ahead
 }
 
 pub(crate) fn switch_from_call() {
