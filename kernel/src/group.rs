@@ -39,6 +39,8 @@ pub(crate) struct Group {
 impl Group {
     /// A group that stands in for the running task.
     pub(crate) fn new(task: &mut Task) -> Group {
+        #[cfg(target_arch = "avr")]
+        arch::name_stand_in();
         Group { last: MaskedCell::new(None), task: task.mask(ready::running) }
     }
 

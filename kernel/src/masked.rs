@@ -60,6 +60,9 @@ impl MaskedCell<u16> {
     /// Counts one more, up to `u16::MAX`, where a count stays.
     #[inline(always)]
     pub fn count(&self, _: &Masked) {
-        self.0.set(self.0.get().saturating_add(1));
+        let count = self.0.get().wrapping_add(1);
+        if count != 0 {
+            self.0.set(count);
+        }
     }
 }

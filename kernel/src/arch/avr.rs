@@ -38,6 +38,7 @@
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
+mod stand_in;
 mod timers;
 mod waits;
 
@@ -983,7 +984,7 @@ unsafe extern "C" fn kernel_switch() {
             "ld r18, X+",                         // 2: its word
             "ld r19, X",                          // 2
             "cp r1, r19",                         // 1
-            "brge store_signal",                  // 1
+            "brge kernel_store_signal",           // 1
             "movw r30, r18",                      // 1: Z = the first task that waits
             "ldd r18, Z+{link}",                  // 2
             "ldd r19, Z+{link}+1",                // 2
@@ -1022,7 +1023,8 @@ unsafe extern "C" fn kernel_switch() {
             "std Z+{link}+1, r25",                // 2
             "clr r24",                            // 1
             "ret",                                // 4
-            "store_signal:",
+            ".global kernel_store_signal",
+            "kernel_store_signal:",
             "breq 1f",                            // 2, or 1 where the last task that waited has left it empty
             "clr r18",                            // 1
             "1:",
@@ -1078,111 +1080,9 @@ unsafe extern "C" fn kernel_switch() {
             "ldd r25, Z+{priority}",              // 2
             "sbrs r25, {stands_in}",              // 2, or 1
             "rjmp park",                          // 2
-            // It stands in for another task.
-            "ldd r26, Z+{sp}",                    // 2: X = its group
-            "ldd r27, Z+{sp}+1",                  // 2
-            "adiw r26, {grouped_task}",           // 2
-            "ld r22, X+",                         // 2: r23:r22 = that task
-            "ld r23, X",                          // 2
-            "tst r21",                            // 1
-            "breq join",                          // 1
-            "ldd r20, Z+{awaited}",               // 2: r21:r20 = the semaphore
-            "ldd r21, Z+{awaited}+1",             // 2
-            "movw r26, r20",                      // 1: as if nothing had been done
-            "st X+, r30",                         // 2
-            "st X, r31",                          // 2
-            // Wakes that task first, if it waits. Should it run before the signal is there, it waits again.
-            "clt",                                // 1: T = whether it is to run
-            "3:",
-            "sei",                                // 1
-            "nop",                                // 1
-            "cli",                                // 1
-            "movw r30, r22",                      // 1: Z = the task
-            "ldd r24, Z+{link}+1",                // 2
-            "cpi r24, {grouped}",                 // 1
-            "brne 4f",                            // 1, or 2
-            "call kernel_make_ready",             // 4
-            "bst r24, 0",                         // 1
-            "4:",
-            "sei",                                // 1
-            "nop",                                // 1
-            "cli",                                // 1
-            // The signal is yet to come, and the lists may have changed.
-            "movw r26, r20",                      // 1: X = the semaphore
-            "ld r30, X+",                         // 2: Z = the first that waits
-            "ld r31, X",                          // 2
-            "cp r1, r31",                         // 1
-            "brge 5f",                            // 1: none does
-            "ldd r25, Z+{priority}",              // 2
-            "sbrs r25, {stands_in}",              // 2, or 1
-            "rjmp 1f",                            // 2: a task does
-            "ldd r26, Z+{sp}",                    // 2: X = the group
-            "ldd r27, Z+{sp}+1",                  // 2
-            "adiw r26, {grouped_task}",           // 2
-            "ld r22, X+",                         // 2
-            "ld r23, X",                          // 2
-            "movw r18, r30",                      // 1
-            "movw r30, r22",                      // 1
-            "ldd r24, Z+{link}+1",                // 2
-            "cpi r24, {grouped}",                 // 1
-            "breq 3b",                            // 1: its task waits again
-            "movw r30, r18",                      // 1
-            "ldd r24, Z+{link}",                  // 2
-            "ldd r25, Z+{link}+1",                // 2
-            // Puts Z behind those of the group that were woken. X is at the end of the group.
-            "join:",
-            "sbiw r26, {grouped_task} + 1",       // 2
-            "ld r18, X+",                         // 2: the last of them
-            "ld r19, X",                          // 2
-            "st X, r31",                          // 2
-            "st -X, r30",                         // 2
-            "tst r19",                            // 1
-            "breq 6f",                            // 1: there was none
-            "movw r26, r18",                      // 1
-            "adiw r26, {link}",                   // 2
-            "ld r18, X",                          // 2: it leads to the first
-            "st X+, r30",                         // 2
-            "ld r19, X",                          // 2
-            "st X, r31",                          // 2
-            "std Z+{link}, r18",                  // 2
-            "std Z+{link}+1, r19",                // 2
-            "7:",
-            "tst r21",                            // 1
-            "breq 8f",                            // 1
-            "movw r26, r20",                      // 1: X = the semaphore
-            "st X+, r24",                         // 2: the next one is the first now
-            "st X, r25",                          // 2
-            "9:",
-            "clr r24",                            // 1
-            "bld r24, 0",                         // 1
-            "ret",                                // 4
-            "6:",
-            "std Z+{link}, r30",                  // 2: a ring of one
-            "std Z+{link}+1, r31",                // 2
-            "rjmp 7b",                            // 2
-            "8:",
-            "movw r30, r22",                      // 1: Z = the task
-            "ldd r24, Z+{link}+1",                // 2
-            "cpi r24, {grouped}",                 // 1
-            "brne 9b",                            // 1, or 2
-            "rjmp kernel_make_ready",             // 2
-            // No task waits: the signal is stored. X is at the high byte of the semaphore's word.
-            "5:",
-            "movw r18, r30",                      // 1
-            "call store_signal",                  // 4
-            "rjmp 2f",                            // 2
-            // A task waits that stands for itself.
-            "1:",
-            "ldd r18, Z+{link}",                  // 2
-            "ldd r19, Z+{link}+1",                // 2
-            "st X, r19",                          // 2
-            "st -X, r18",                         // 2
-            "call kernel_make_ready",             // 4
-            "2:",
-            "brtc 1f",                            // 2, or 1
-            "ldi r24, 1",                         // 1
-            "1:",
-            "ret",                                // 4
+            // It stands in for another task, in a program where one waits for several semaphores.
+            ".weak kernel_stand_in",
+            "jmp kernel_stand_in",                // 3
             // Where a task starts: Y is its body and its entry lies on the stack, laid there by `prepare`.
             "kernel_start_task:",
             "movw r24, r28",                      // 1: the first argument
@@ -1206,9 +1106,6 @@ unsafe extern "C" fn kernel_switch() {
             enter = sym waits::kernel_enter_list,
             suspended = const crate::task::SUSPENDED,
             stands_in = const (Flag::StandsIn as u8).trailing_zeros(),
-            grouped_task = const GROUPED_TASK,
-            awaited = const AWAITED,
-            grouped = const (crate::link::GROUPED >> 8),
             parked = const crate::link::PARKED,
             last = const LAST,
             priority = const PRIORITY,
@@ -1286,6 +1183,22 @@ pub(crate) fn switch_from_call() {
     unsafe { kernel_switch_from_call() }
 }
 
+/// Tells the linker of what wakes a task by those that stand in for it, which a program where none does has not.
+#[inline(always)]
+pub(crate) fn name_stand_in() {
+    // SAFETY: no instruction.
+    unsafe {
+        asm!(
+            ".weak kernel_stand_in",
+            ".ifndef kernel_stand_in", // here and there
+            ".set kernel_stand_in, {wake}",
+            ".endif",
+            wake = sym stand_in::kernel_wake_stand_in,
+            options(nomem, nostack, preserves_flags),
+        )
+    }
+}
+
 /// Tells the linker of [`Timeout::elapse`], which a program without time-outs does not have.
 #[inline(always)]
 pub(crate) fn name_elapse() {
@@ -1293,7 +1206,9 @@ pub(crate) fn name_elapse() {
     unsafe {
         asm!(
             ".weak kernel_elapse",
+            ".ifndef kernel_elapse",
             ".set kernel_elapse, {elapse}",
+            ".endif",
             elapse = sym Timeout::elapse,
             options(nomem, nostack, preserves_flags),
         )
@@ -1356,7 +1271,7 @@ where
 {
     record::<F, BYTES>();
     let (rest, place) = memory.split_at_mut_checked(BYTES.checked_sub(size_of::<F>())?)?;
-    let (below, context) = rest.split_at_mut_checked(rest.len().checked_sub(FIRST_CONTEXT)?)?;
+    let (below, context) = rest.split_last_chunk_mut::<FIRST_CONTEXT>()?;
     let place = place.as_mut_ptr().cast::<F>();
     // SAFETY: `place` has the size of `F`, alignment is 1 throughout on the AVR, and nothing else uses it.
     unsafe { place.write(body) };
@@ -1371,22 +1286,27 @@ const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
 
 /// Lays the context of a task that begins at `entry` with its body at `place`.
 #[inline(never)] // each start of a task would hold it
-fn lay_context(context: &mut [MaybeUninit<u8>], entry: usize, place: usize) {
-    let [start_low, start_high] = (kernel_start_task as *const () as usize).to_le_bytes();
-    let [place_low, place_high] = place.to_le_bytes();
-    let [entry_low, entry_high] = entry.to_le_bytes();
-    let first = [
-        place_high,
-        place_low,
-        #[cfg(target_feature = "eijmpcall")]
-        0, // bits 16 to 21 of the program counter
-        start_high,
-        start_low,
-        entry_low,
-        entry_high,
-    ];
-    for (slot, value) in context.iter_mut().zip(first) {
-        slot.write(value);
+fn lay_context(context: &mut [MaybeUninit<u8>; FIRST_CONTEXT], entry: usize, place: usize) {
+    // SAFETY: it writes as many bytes, and changes nothing else.
+    unsafe {
+        asm!(
+            "st Z+, {place:h}",             // 2: Y
+            "st Z+, {place:l}",             // 2
+            #[cfg(target_feature = "eijmpcall")]
+            "st Z+, r1",                    // 2: bits 16 to 21 of the program counter
+            "ldi {byte}, hi8(gs({start}))", // 1: and the others
+            "st Z+, {byte}",                // 2
+            "ldi {byte}, lo8(gs({start}))", // 1
+            "st Z+, {byte}",                // 2
+            "st Z+, {entry:l}",             // 2
+            "st Z, {entry:h}",              // 2
+            start = sym kernel_start_task,
+            inout("Z") context.as_mut_ptr() => _,
+            place = in(reg_pair) place,
+            entry = in(reg_pair) entry,
+            byte = out(reg_upper) _,
+            options(nostack, preserves_flags),
+        );
     }
 }
 
