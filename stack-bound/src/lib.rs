@@ -55,6 +55,8 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     if image.function(SWITCH).is_some() {
         // The kernel lays down half of a preempted context from another stack: that is not seen on the way.
         context.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
+        // A tick that strikes the idle task wakes others from below what it has pushed: nor is that seen.
+        kernel.raise_to(&interrupt.then(&Use::of("the expiry of timers", image.return_address.into())));
     }
     let mut stacks = Vec::new();
     for task in &image.tasks {

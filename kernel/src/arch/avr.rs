@@ -661,7 +661,7 @@ unsafe extern "C" fn kernel_switch() {
             "ldi r24, lo8(__stack - 1)",          // 1
             "cpi r28, lo8(__stack - {idle})",     // 1: `save`, or the idle task?
             "brlo 2f",                            // 1, or 2
-            "ldi r24, lo8(__stack - {frame})",    // 1: below their context
+            "mov r24, r28",                       // 1: below their context
             "2:",
             "rjmp expire_at",                     // 2
             // Enters the tick's interrupt where a timer is due: r31, r30 and r0 are on the stack, SREG is in r0.
