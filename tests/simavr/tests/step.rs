@@ -98,7 +98,12 @@ fn a_suspended_task_steps_by_one_instruction() {
                         before = marker.cycle;
                         if is_suspended {
                             let pc = saved_pc(&mcu, target, worker);
-                            assert_eq!(pc, round[place], "{name}: step {steps}, from {:#x}", round[place - 1]);
+                            assert_eq!(
+                                pc,
+                                round[place],
+                                "{name}: step {steps}, from {:#x}",
+                                round[place - 1]
+                            );
                         }
                     }
                     PRESSED => {
