@@ -86,13 +86,13 @@ mod stack {
     use super::Stack;
 
     pub static RECEIVE: Stack<279> = Stack::new();
-    pub static SEND_USART0: Stack<221> = Stack::new();
-    pub static SEND_USART1: Stack<221> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<221> = Stack::new();
+    pub static SEND_USART0: Stack<210> = Stack::new();
+    pub static SEND_USART1: Stack<210> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<210> = Stack::new();
     pub static MOTORS: Stack<195> = Stack::new();
     pub static DEVICES: Stack<246> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
-    pub static BEHAVIOURS: Stack<387> = Stack::new();
+    pub static BEHAVIOURS: Stack<386> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }
 
