@@ -105,6 +105,8 @@ impl Terminal {
         match frame {
             Frame::Ack(label) if label == self.label => self.due = now + PATIENCE,
             Frame::Ack(_) => {}
+            // A transceiver hears itself.
+            Frame::Data { label, .. } if label == self.label => {}
             Frame::Datagram { signature, .. } => self.face(signature.dock),
             Frame::Data { label, to, payload } => {
                 self.face(label.signature.dock);
