@@ -4,10 +4,11 @@
 
 use kernel::{Never, Task, TaskHandle, Ticks, now};
 use tasks::counter::Counter;
+use tasks::link::port::Port;
 use tasks::mailbox::Mailbox;
 use tasks::message::Letter;
 
-use super::question::{COUNTING, COUNTS, MCU, TASK};
+use super::question::{BRIDGE, COUNTING, COUNTS, MCU, MOTORS, TASK};
 
 /// How long the inspector looks at how much of the CPU is left to it, in ticks of 1 ms.
 pub const LOOK: Ticks = 50;
@@ -22,8 +23,26 @@ pub const ROUND: u16 = 32;
 pub struct Inspected {
     /// All tasks, in the order of their [names](super::report).
     pub tasks: &'static [TaskHandle],
-    /// All counts, by [`Who`](super::question::Who) has them.
-    pub counts: &'static [&'static [Counter]; COUNTING],
+    /// All counts.
+    pub counts: &'static Counts,
+}
+
+/// By [`Who`](super::question::Who) has them, what is counted on an MCU.
+pub type Counts = [&'static [Counter]; COUNTING];
+
+/// What an MCU with these links counts.
+pub const fn counts(
+    [first, second, third]: [&'static Port; 3],
+    bridge: &'static [Counter],
+    motors: &'static [Counter],
+) -> Counts {
+    let mut counts: Counts = [&[]; COUNTING];
+    counts[first.dock() as usize] = first.counts();
+    counts[second.dock() as usize] = second.counts();
+    counts[third.dock() as usize] = third.counts();
+    counts[BRIDGE as usize] = bridge;
+    counts[MOTORS as usize] = motors;
+    counts
 }
 
 /// Runs the inspector on `mailbox`. Answers go to `console`. `reset_cause` gives the flags of MCUCSR at the start. `work` keeps

@@ -8,8 +8,8 @@
 //!              +------+-------+-----------------------------------+
 //! ```
 //!
-//! The answer is written behind the question, in the same buffer, so that one that comes late is not taken for another's. It has no words where there is
-//! nothing to tell: no such task, no such count.
+//! The answer is written behind the question, in the same buffer, so that one that comes late is not taken for another's. It has
+//! no words where there is nothing to tell: no such task, no such count.
 
 use tasks::message::MAX_PAYLOAD;
 

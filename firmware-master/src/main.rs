@@ -15,15 +15,13 @@ use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
-use console::inspector::{self, Inspected};
-use console::question::{self, COUNTING};
+use console::inspector::{self, Counts, Inspected};
 use hormone::gait::GaitName;
 use hormone::status::Status;
 use hormone::task as behaviours;
 use kernel::{Boot, Context, MaskedCell, Mutex, Priority, Semaphore, Stack, Task, TaskHandle, Ticks};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
-use tasks::counter::Counter;
 use tasks::devices::task as devices;
 use tasks::duty::Duty;
 use tasks::link::port::Port;
@@ -110,15 +108,8 @@ static TASKS: [TaskHandle; 9] = [
 ];
 
 /// All counts, for the inspector.
-static COUNTS: [&[Counter]; COUNTING] = {
-    let mut counts: [&[Counter]; COUNTING] = [&[]; COUNTING];
-    counts[MASTER.usart0 as usize] = LINK_USART0.counts();
-    counts[MASTER.usart1 as usize] = LINK_USART1.counts();
-    counts[MASTER.timer3 as usize] = LINK_SOFT_UART.counts();
-    counts[question::BRIDGE as usize] = BRIDGE.counts();
-    counts[question::MOTORS as usize] = MOTORS.counts();
-    counts
-};
+static COUNTS: Counts =
+    inspector::counts([&LINK_USART0, &LINK_USART1, &LINK_SOFT_UART], BRIDGE.counts(), MOTORS.counts());
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {

@@ -12,12 +12,10 @@ use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
-use console::inspector::{self, Inspected};
-use console::question::{self, COUNTING};
+use console::inspector::{self, Counts, Inspected};
 use console::task::{self as console_task, Console};
 use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack, Task, TaskHandle};
 use tasks::bridge::task::{self as bridge, Bridge};
-use tasks::counter::Counter;
 use tasks::devices::task as devices;
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
@@ -95,15 +93,8 @@ static TASKS: [TaskHandle; 9] = [
 ];
 
 /// All counts, for the inspector.
-static COUNTS: [&[Counter]; COUNTING] = {
-    let mut counts: [&[Counter]; COUNTING] = [&[]; COUNTING];
-    counts[SLAVE.usart0 as usize] = LINK_USART0.counts();
-    counts[SLAVE.usart1 as usize] = LINK_USART1.counts();
-    counts[SLAVE.timer3 as usize] = LINK_SOFT_UART.counts();
-    counts[question::BRIDGE as usize] = BRIDGE.counts();
-    counts[question::MOTORS as usize] = MOTORS.counts();
-    counts
-};
+static COUNTS: Counts =
+    inspector::counts([&LINK_USART0, &LINK_USART1, &LINK_SOFT_UART], BRIDGE.counts(), MOTORS.counts());
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {

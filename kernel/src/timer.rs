@@ -343,8 +343,8 @@ pub(crate) fn tick(interrupt: &mut crate::Interrupt) {
     }
 }
 
-/// What the tick's interrupt does, on the AVR in assembly, once `TICKS_LEFT` has run out: wakes what the first timer is to wake. Returns whether
-/// another one is due. Until none is, `TICKS_LEFT` is not positive, so that no tick comes here as well.
+/// What the tick's interrupt does, on the AVR in assembly, once `TICKS_LEFT` has run out: wakes what the first timer is to
+/// wake. Returns whether another one is due. Until none is, `TICKS_LEFT` is not positive, so that no tick comes here as well.
 ///
 /// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone.
 #[cfg(not(target_arch = "avr"))]

@@ -55,7 +55,7 @@ impl Port {
     }
 
     /// Where it is.
-    pub fn dock(&self) -> Dock {
+    pub const fn dock(&self) -> Dock {
         self.dock
     }
 

@@ -41,7 +41,7 @@ pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchEr
         .attach(Face { module: MEASURED, dock: Dock::Front }, Face { module: 1, dock: Dock::Back })
         .attach(Face { module: MEASURED, dock: Dock::Back }, Face { module: 2, dock: Dock::Front })
         .seed(1);
-    // What the console tells at Left crosses the bridge, as its answers from the master do.
+    // The console, on the slave, tells at Up. What it asks the master crosses the bridge.
     let sides = [
         (Dock::Left, "flood_side"),
         (Dock::Right, "flood_side"),
