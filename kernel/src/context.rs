@@ -28,7 +28,6 @@ use core::marker::PhantomData;
 use crate::KERNEL;
 use crate::arch;
 use crate::masked::Masked;
-use crate::ready;
 use crate::task::Boot;
 use crate::timer::Ticks;
 
@@ -44,10 +43,6 @@ mod sealed {
         fn task(&mut self, _: Private) -> Option<&mut Task> {
             None
         }
-
-        /// A task was taken from those that are ready, the head perhaps if none runs.
-        #[inline(always)]
-        fn refill(&mut self, _: Private) {}
     }
 }
 pub(crate) use sealed::Private;
@@ -138,11 +133,7 @@ impl sealed::Sealed for JobContext<'_> {
 
 impl sealed::Sealed for Interrupt {}
 
-impl sealed::Sealed for Boot {
-    fn refill(&mut self, _: Private) {
-        ready::refill(&self.masked);
-    }
-}
+impl sealed::Sealed for Boot {}
 
 impl Context for Task {
     #[inline(always)]

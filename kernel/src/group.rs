@@ -91,7 +91,7 @@ impl Group {
             if let Some(first) = task.mask(|masked| self.take(masked)) {
                 return first;
             }
-            if ready::block_unless(task, Link::GROUPED, |masked| self.last.get(masked).is_some()).is_some() {
+            if ready::block_unless(task, Link::GROUPED, |masked| self.last.get(masked).is_some()) {
                 arch::switch_from_call();
             }
         }

@@ -175,10 +175,7 @@ impl TaskHandle {
         match list::search(context, self.control, Some(suspension)) {
             Found::NotStarted => Err(Refused::NotStarted),
             Found::Refused => Err(Refused::Busy),
-            found => {
-                context.refill(Private);
-                Ok(found)
-            }
+            found => Ok(found),
         }
     }
 

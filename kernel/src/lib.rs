@@ -77,6 +77,7 @@ pub struct Kernel {
 }
 
 static IDLE: task::ControlBlock = task::ControlBlock::idle();
+static SCHEDULER: task::ControlBlock = task::ControlBlock::scheduler();
 
 #[doc(hidden)]
 pub static KERNEL: Kernel =

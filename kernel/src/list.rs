@@ -176,7 +176,7 @@ impl ReadyPlace {
                     return ReadyStep::On(ReadyPlace::Head(head));
                 }
                 if take {
-                    ready.head.set(masked, task.next_ready(masked));
+                    ready::leave_head(masked);
                 }
             }
             ReadyPlace::Head(before) if before.is(&IDLE) => {

@@ -4,19 +4,21 @@
 //! and joins the queue of those that *arrived* at its priority. So the list that starts at `head` holds
 //! the task to run, then those it preempted, in strictly falling priority, the idle task last; it is at
 //! most nine long. When the head blocks, the next is the rest of the list, unless a task of higher
-//! priority has arrived meanwhile; one byte, a bit for each priority, tells.
+//! priority has arrived meanwhile; one byte, a bit for each priority, tells. Then the head is the
+//! *scheduler*, which is no task: the switch that follows finds the highest that has arrived, with
+//! interrupts enabled. Nothing outranks the scheduler, so whoever is woken before that arrives too.
 //!
 //! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes
 //! it at once, an interrupt at its end. A switch that an interrupt made first is made in vain, which
 //! does no harm. So the lists can change with interrupts masked for a few cycles, and the switch comes after.
 
-use crate::KERNEL;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::link::Link;
 use crate::masked::{Masked, MaskedCell};
 use crate::task::{ControlBlock, Flag};
 use crate::walk;
+use crate::{KERNEL, SCHEDULER};
 
 /// The state of the scheduler. `repr(C)`: the context switch reads its first two fields.
 #[repr(C)]
@@ -70,112 +72,69 @@ pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     outranks
 }
 
-/// Takes the running task, which is the head, from the ready ones, and links it as `link`; the next takes its place.
-///
-/// `None`, with nothing done, where a task that has arrived should run before the next: see [`pull`].
+/// Takes the head from the ready ones, and links it as `link`; the next takes its place. Returns it.
 #[inline(always)]
-pub(crate) fn block(masked: &Masked, link: Link) -> Option<&'static ControlBlock> {
-    let ready = &KERNEL.ready;
-    let (task, next, above) = arch::head_and_next(masked);
-    if ready.arrived.get(masked) & above != 0 {
-        return None;
-    }
-    ready.head.set(masked, next);
+pub(crate) fn block(masked: &Masked, link: Link) -> &'static ControlBlock {
+    let task = leave_head(masked);
     task.link.set(masked, link);
     walk::end(masked);
-    Some(task)
+    task
 }
 
-/// Blocks the running task, linked as `link`, unless `is_over`, which is asked in the same masked section. Returns it if it
+/// The same, which leaves its link as it is, and walks as they are.
+#[inline(always)]
+pub(crate) fn leave_head(masked: &Masked) -> &'static ControlBlock {
+    let task = KERNEL.ready.head.get(masked);
+    put_head(masked, task.next_ready(masked));
+    task
+}
+
+/// Makes `next` the head, unless it is outranked by one that has arrived: then the scheduler, which finds that.
+#[inline(always)]
+fn put_head(masked: &Masked, next: &'static ControlBlock) {
+    let ready = &KERNEL.ready;
+    let is_outranked = ready.arrived.get(masked) & next.above.get(masked) != 0;
+    if is_outranked {
+        SCHEDULER.link.set(masked, Link::to(next));
+    }
+    ready.head.set(masked, if is_outranked { &SCHEDULER } else { next });
+}
+
+/// Blocks the running task, linked as `link`, unless `is_over`, which is asked in the same masked section. Returns whether it
 /// has blocked, and a switch is due.
 #[inline(always)]
-pub(crate) fn block_unless(
-    task: &mut Task,
-    link: Link,
-    is_over: impl Fn(&Masked) -> bool,
-) -> Option<&'static ControlBlock> {
-    loop {
-        let (is_over, blocked) = task.mask(|masked| {
-            let is_over = is_over(masked);
-            (is_over, if is_over { None } else { block(masked, link) })
-        });
-        if is_over {
-            arch::push(task);
+pub(crate) fn block_unless(task: &mut Task, link: Link, is_over: impl Fn(&Masked) -> bool) -> bool {
+    task.mask(|masked| {
+        let is_over = is_over(masked);
+        if !is_over {
+            block(masked, link);
         }
-        if is_over || blocked.is_some() {
-            return blocked;
-        }
-        arch::pull(task);
-    }
+        !is_over
+    })
 }
 
 /// Takes the running task from the ready ones, and does `then` in the same masked section.
 #[inline(always)]
-pub(crate) fn retire<R>(task: &mut Task, then: impl Fn(&'static ControlBlock, &Masked) -> R) -> R {
-    loop {
-        let result = task.mask(|masked| block(masked, Link::PARKED).map(|task| then(task, masked)));
-        match result {
-            Some(result) => return result,
-            None => arch::pull(task),
-        }
-    }
+pub(crate) fn retire<R>(task: &mut Task, then: impl FnOnce(&'static ControlBlock, &Masked) -> R) -> R {
+    task.mask(|masked| then(block(masked, Link::PARKED), masked))
 }
 
-/// Puts the highest task that has arrived behind the running one, if it should run before what is there.
-///
-/// A section of its own, since interrupts are masked meanwhile. A task of the running one's own priority must not
-/// stay there unless that blocks: [`push`] puts it back.
+/// The scheduler, which is the head: puts the first of the highest that have arrived before the next task, if it outranks that.
 #[cfg(not(target_arch = "avr"))]
-pub(crate) fn pull(task: &mut Task) {
-    let among = |masked: &Masked| {
-        let ready = &KERNEL.ready;
-        ready.arrived.get(masked) & ready.head.get(masked).next_ready(masked).above.get(masked)
-    };
-    let queue = highest(task.mask(among));
-    arch::part_sections();
-    task.mask(|masked| {
-        // If a higher one has arrived meanwhile, it is pulled before this one next.
-        if let Some(first) = take_arrived(masked, among(masked), queue) {
-            let task = KERNEL.ready.head.get(masked);
-            first.link.set(masked, task.link.get(masked));
-            task.link.set(masked, Link::to(first));
-        }
-    });
-}
-
-/// Makes the highest task that has arrived the head, if it outranks that: where no task runs, the head before may be gone.
-pub(crate) fn refill(masked: &Masked) {
+pub(crate) fn schedule(masked: &Masked) {
     let ready = &KERNEL.ready;
-    let head = ready.head.get(masked);
-    let among = ready.arrived.get(masked) & head.above.get(masked);
-    if among != 0
-        && let Some(first) = take_arrived(masked, among, highest(among))
-    {
-        first.link.set(masked, Link::to(head));
-        ready.head.set(masked, first);
+    let next = SCHEDULER.next_ready(masked);
+    let among = ready.arrived.get(masked) & next.above.get(masked);
+    let Some(last) = ready.last.get(among.trailing_zeros() as usize) else {
+        ready.head.set(masked, next); // who had arrived was suspended
+        return;
+    };
+    let Some((first, is_only)) = last.get(masked).map(|task| take_first(masked, last, task)) else { return };
+    if is_only {
+        ready.arrived.set(masked, ready.arrived.get(masked) & !first.bit(masked));
     }
-}
-
-/// Puts what [`pull`] has taken back as the first of its queue, where the running task does not block after all.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn push(task: &mut Task) {
-    task.mask(|masked| {
-        let ready = &KERNEL.ready;
-        let task = ready.head.get(masked);
-        let next = task.next_ready(masked);
-        if next.outranks(masked, task) || task.outranks(masked, next) {
-            return;
-        }
-        let last = &ready.last[next.index(masked)];
-        task.link.set(masked, next.link.get(masked));
-        match last.get(masked) {
-            Some(last) => {
-                next.link.set(masked, last.link.get(masked));
-                last.link.set(masked, Link::to(next));
-            }
-            None => begin_queue(masked, last, next),
-        }
-    });
+    first.link.set(masked, Link::to(next));
+    ready.head.set(masked, first);
 }
 
 /// The running task, to that task itself.
@@ -219,53 +178,20 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) {
     task.set_flag(masked, Flag::Locks);
 }
 
-/// Undoes [`raise`]. Returns whether another task is the head now, or was before.
+/// Undoes [`raise`]. Returns whether another task is to run now, or was before.
 pub(crate) fn restore(task: &mut Task) -> bool {
     // No ceiling within a ceiling: who has one can't lock another mutex.
     let above = task.mask(running).above_priority(task);
-    loop {
-        let among = task.mask(|masked| {
-            let among = KERNEL.ready.arrived.get(masked) & above;
-            if among == 0 {
-                lift(masked, running(masked), above);
-            }
-            among
-        });
-        if among == 0 {
-            return task.mask(is_due);
+    task.mask(|masked| {
+        let task = running(masked);
+        task.above.set(masked, above);
+        task.clear_flag(masked, Flag::Locks);
+        // What was woken meanwhile and is the head outranks the ceiling, so it outranks those that arrived.
+        if KERNEL.ready.head.get(masked).is(task) {
+            put_head(masked, task);
         }
-        // The ceiling holds until the first of those that it held up is the head.
-        let queue = highest(among);
-        if task.mask(|masked| restore_to_arrived(masked, above, queue)) {
-            return true;
-        }
-    }
-}
-
-/// Ends the ceiling under which `task` runs.
-#[inline(always)]
-fn lift(masked: &Masked, task: &ControlBlock, above: u8) {
-    task.above.set(masked, above);
-    task.clear_flag(masked, Flag::Locks);
-}
-
-/// Restores `above`, and makes the first task of `queue` the head; `false`, with nothing done, where a higher one has arrived
-/// meanwhile.
-fn restore_to_arrived(masked: &Masked, above: u8, queue: &Last) -> bool {
-    let ready = &KERNEL.ready;
-    let task = running(masked);
-    let head = ready.head.get(masked);
-    if !head.is(task) {
-        // What was woken outranks the ceiling, so it outranks those that arrived.
-        lift(masked, task, above);
-        return true;
-    }
-    let among = ready.arrived.get(masked) & above;
-    let Some(first) = take_arrived(masked, among, queue) else { return false };
-    lift(masked, task, above);
-    first.link.set(masked, Link::to(task));
-    ready.head.set(masked, first);
-    true
+        is_due(masked)
+    })
 }
 
 /// Appends `task` to those that arrived at its priority.
@@ -313,22 +239,6 @@ fn begin_queue(masked: &Masked, last: &Last, task: &'static ControlBlock) {
     ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
 }
 
-/// Takes the first task from `queue`; `None`, with nothing done, where its priority is not the highest in `among`.
-#[inline(always)]
-fn take_arrived(masked: &Masked, among: u8, queue: &Last) -> Option<&'static ControlBlock> {
-    let ready = &KERNEL.ready;
-    let last = queue.get(masked)?;
-    let bit = last.bit(masked);
-    if among & among.wrapping_neg() != bit {
-        return None;
-    }
-    let (first, is_only) = take_first(masked, queue, last);
-    if is_only {
-        ready.arrived.set(masked, ready.arrived.get(masked) & !bit);
-    }
-    Some(first)
-}
-
 /// Takes the first task from the queue whose last is `last`, as `cell` holds. Returns it, and whether it was the only one.
 #[inline(always)]
 pub(crate) fn take_first(
@@ -344,12 +254,4 @@ pub(crate) fn take_first(
         last.link.set(masked, first.link.get(masked));
     }
     (first, is_only)
-}
-
-/// The queue of the highest priority in the set `among`; the lowest in an empty set.
-fn highest(among: u8) -> &'static Last {
-    let (offset, four) = if among & 0x0f == 0 { (4, among >> 4) } else { (0, among) };
-    let (offset, two) = if four & 0x03 == 0 { (offset + 2, four >> 2) } else { (offset, four) };
-    let priority: usize = if two & 0x01 == 0 { offset + 1 } else { offset };
-    arch::found(&KERNEL.ready.last[priority & 7])
 }

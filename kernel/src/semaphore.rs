@@ -146,17 +146,6 @@ impl Semaphore {
 
 #[cfg(not(target_arch = "avr"))]
 impl Semaphore {
-    /// Has a task wait as the first, if that is so simple.
-    fn enter_first(
-        &self,
-        masked: &Masked,
-        block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
-    ) -> Option<&'static ControlBlock> {
-        let blocked = block(masked, Link::end_of(self))?;
-        self.word.set_link(masked, Link::to(blocked));
-        Some(blocked)
-    }
-
     /// Takes a signal, unless `until` has come; else has `own` wait, the running task or what stands in for one.
     pub(crate) fn enter(&self, task: &mut Task, own: &'static ControlBlock, until: Option<&Until>) -> Came {
         let block = |masked: &Masked, link| {
@@ -165,7 +154,7 @@ impl Semaphore {
             }
             walk::end(masked);
             own.link.set(masked, link);
-            Some(own)
+            own
         };
         let mut place = Place { before: None, began_with: None };
         loop {
@@ -193,17 +182,11 @@ impl Semaphore {
                     place = Place { before: None, began_with: first };
                     return Step::On;
                 }
-                self.enter_first(masked, block).map_or(Step::Arrived, |_| Step::Done(Came::Blocked))
+                self.word.set_link(masked, Link::to(block(masked, Link::end_of(self))));
+                Step::Done(Came::Blocked)
             });
-            match step {
-                Step::On => {}
-                Step::Done(came) => {
-                    if came != Came::Blocked {
-                        ready::push(task); // in vain unless one was pulled; seldom done
-                    }
-                    return came;
-                }
-                Step::Arrived => ready::pull(task),
+            if let Step::Done(came) = step {
+                return came;
             }
         }
     }
@@ -215,7 +198,7 @@ impl Semaphore {
         task: &ControlBlock,
         first: &'static ControlBlock,
         place: &mut Place,
-        block: impl Fn(&Masked, Link) -> Option<&'static ControlBlock>,
+        block: impl Fn(&Masked, Link) -> &'static ControlBlock,
     ) -> Step {
         let link = place.before.map_or(Link::to(first), |before| before.link.get(masked));
         if let Some(next) = link.task()
@@ -224,7 +207,7 @@ impl Semaphore {
             place.before = Some(next);
             return Step::On;
         }
-        let Some(blocked) = block(masked, link) else { return Step::Arrived };
+        let blocked = block(masked, link);
         match place.before {
             Some(before) => before.link.set(masked, Link::to(blocked)),
             None => self.word.set_link(masked, Link::to(blocked)),
@@ -281,6 +264,4 @@ struct Place {
 enum Step {
     On,
     Done(Came),
-    /// A task that has arrived is to be pulled first.
-    Arrived,
 }

@@ -115,6 +115,11 @@ impl ControlBlock {
         }
     }
 
+    /// The block of the scheduler, which nothing preempts.
+    pub(crate) const fn scheduler() -> Self {
+        ControlBlock { stack_pointer: MaskedCell::new(arch::SCHEDULER_CONTEXT), ..ControlBlock::new() }
+    }
+
     /// The task behind this one among those that are ready: there always is one, the idle task or the ring's first.
     #[inline(always)]
     pub(crate) fn next_ready(&self, masked: &Masked) -> &'static ControlBlock {
@@ -122,12 +127,6 @@ impl ControlBlock {
         debug_assert!(!next.is_null(), "the task is not ready");
         // SAFETY: whatever makes a task ready sets its link, to a static.
         unsafe { &*next }
-    }
-
-    /// Whether this task runs before `other`.
-    #[cfg(not(target_arch = "avr"))]
-    pub(crate) fn outranks(&self, masked: &Masked, other: &ControlBlock) -> bool {
-        self.above.get(masked) < other.above.get(masked)
     }
 
     /// Whether this task is of higher priority than `other`, where both wait.

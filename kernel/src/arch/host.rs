@@ -29,12 +29,13 @@ use crate::target::Target;
 use crate::task::{Boot, ControlBlock, Flag, Never};
 use crate::timer::{Ticks, Timer};
 use crate::word::State;
-use crate::{IDLE, KERNEL, ready, timer};
+use crate::{IDLE, KERNEL, SCHEDULER, ready, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
 
-/// The idle task has no context here.
+/// What is no task has no context here.
 pub(crate) const IDLE_CONTEXT: usize = 0;
+pub(crate) const SCHEDULER_CONTEXT: usize = 0;
 
 std::thread_local! {
     /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus one.
@@ -150,6 +151,10 @@ fn run_ready() {
         // SAFETY: no task runs.
         let masked = unsafe { Masked::assume() };
         let head = KERNEL.ready.head.get(&masked);
+        if head.is(&SCHEDULER) {
+            ready::schedule(&masked);
+            continue;
+        }
         KERNEL.ready.running.set(&masked, head);
         if head.is(&IDLE) {
             return;
@@ -191,10 +196,6 @@ pub(crate) fn worked_out(value: u8) -> u8 {
     value
 }
 
-pub(crate) fn found<T>(place: &'static T) -> &'static T {
-    place
-}
-
 pub(crate) fn part_sections() {}
 
 pub(crate) fn head_and_above(masked: &Masked) -> (&'static ControlBlock, u8) {
@@ -204,12 +205,6 @@ pub(crate) fn head_and_above(masked: &Masked) -> (&'static ControlBlock, u8) {
 
 pub(crate) fn set_head(masked: &Masked, task: &'static ControlBlock) {
     KERNEL.ready.head.set(masked, task);
-}
-
-pub(crate) fn head_and_next(masked: &Masked) -> (&'static ControlBlock, &'static ControlBlock, u8) {
-    let head = KERNEL.ready.head.get(masked);
-    let next = head.next_ready(masked);
-    (head, next, next.above.get(masked))
 }
 
 pub(crate) fn signal(masked: &Masked, semaphore: &Semaphore, may_strike: bool) -> bool {
@@ -281,14 +276,6 @@ pub(crate) fn enter_list(
     semaphore.enter(task, own, until)
 }
 
-pub(crate) fn pull(task: &mut Task) {
-    ready::pull(task);
-}
-
-pub(crate) fn push(task: &mut Task) {
-    ready::push(task);
-}
-
 pub(crate) fn yield_now(task: &mut Task) {
     if ready::rotate(task).is_some() {
         switch_from_call();
@@ -314,7 +301,7 @@ pub(crate) fn delay_until(task: &mut Task, deadline: Ticks) -> bool {
     let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
     let target = task.mask(|masked| Target::task(ready::running(masked)));
     let is_ahead = timer::arm_by_steps(task, timer, deadline, target);
-    if is_ahead && ready::block_unless(task, Link::DELAYED, |masked| !timer.is_armed(masked)).is_some() {
+    if is_ahead && ready::block_unless(task, Link::DELAYED, |masked| !timer.is_armed(masked)) {
         switch_from_call();
     }
     is_ahead

@@ -12,6 +12,7 @@ use crate::task::Flag;
 ///
 /// Interrupts are masked. They strike in between, unless r21 is 0. What else a call may change is changed.
 #[unsafe(no_mangle)]
+#[unsafe(link_section = ".lowtext.kernel.stand_in")]
 #[inline(never)]
 #[expect(named_asm_labels, reason = "a label for one place only, in a function that is not inlined")]
 pub(super) unsafe extern "C" fn kernel_wake_stand_in() {
@@ -40,7 +41,7 @@ pub(super) unsafe extern "C" fn kernel_wake_stand_in() {
             "ldd r24, Z+{link}+1",                // 2
             "cpi r24, {grouped}",                 // 1
             "brne 4f",                            // 1, or 2
-            "call kernel_make_ready",             // 4
+            "rcall kernel_make_ready",             // 4
             "bst r24, 0",                         // 1
             "4:",
             "sei",                                // 1
@@ -104,11 +105,11 @@ pub(super) unsafe extern "C" fn kernel_wake_stand_in() {
             "ldd r24, Z+{link}+1",                // 2
             "cpi r24, {grouped}",                 // 1
             "brne 9b",                            // 1, or 2
-            "jmp kernel_make_ready",              // 3
+            "rjmp kernel_make_ready",             // 2
             // No task waits: the signal is stored. X is at the high byte of the semaphore's word.
             "5:",
             "movw r18, r30",                      // 1
-            "call kernel_store_signal",           // 4
+            "rcall kernel_store_signal",           // 4
             "rjmp 2f",                            // 2
             // A task waits that stands for itself.
             "1:",
@@ -116,7 +117,7 @@ pub(super) unsafe extern "C" fn kernel_wake_stand_in() {
             "ldd r19, Z+{link}+1",                // 2
             "st X, r19",                          // 2
             "st -X, r18",                         // 2
-            "call kernel_make_ready",             // 4
+            "rcall kernel_make_ready",             // 4
             "2:",
             "brtc 1f",                            // 2, or 1
             "ldi r24, 1",                         // 1

@@ -6,7 +6,7 @@ use core::arch::asm;
 use core::mem::MaybeUninit;
 use core::ops::Range;
 
-use super::{ARRIVED, DEADLINE, FIRST_TIMER, HEAD, LINK, NEXT_DEADLINE, RUNNING, TARGET, WALK};
+use super::{DEADLINE, FIRST_TIMER, LINK, NEXT_DEADLINE, RUNNING, TARGET, WALK};
 use crate::context::Task;
 use crate::link;
 use crate::target::Target;
@@ -66,6 +66,7 @@ unsafe extern "C" {
 ///
 /// All registers but Y are lost.
 #[unsafe(no_mangle)]
+#[unsafe(link_section = ".lowtext.kernel.delay")]
 #[inline(never)]
 unsafe extern "C" fn kernel_delay() {
     // SAFETY: a task calls this.
@@ -79,50 +80,31 @@ unsafe extern "C" fn kernel_delay() {
             "lds r21, {kernel}+{running}+1",      // 2
             "ori r21, 0x80",                      // 1
             "std Y+{target}+1, r1",               // 2: it is not armed
-            "call {arm}",                         // 4
+            "rcall kernel_arm_timer",             // 3
             "clr r25",                            // 1
             "tst r24",                            // 1
             "breq 4f",                            // 1: the deadline has passed
-            "2:",
             "cli",                                // 1
             "ldd r18, Y+{target}+1",              // 2
             "tst r18",                            // 1
             "breq 3f",                            // 1: it is over already
-            "lds r30, {kernel}+{head}",           // 2: Z = the running task
-            "lds r31, {kernel}+{head}+1",         // 2
-            "ldd r26, Z+{link}",                  // 2: X = the next one
-            "ldd r27, Z+{link}+1",                // 2
-            "ld r18, X",                          // 2: the priorities above that
-            "lds r19, {kernel}+{arrived}",        // 2: those at which tasks have arrived
-            "and r18, r19",                       // 1
-            "brne 5f",                            // 1: one that has arrived is to be pulled first
-            "sts {kernel}+{head}, r26",           // 2: the next one is the head
-            "sts {kernel}+{head}+1, r27",         // 2
+            "rcall kernel_leave_head",            // 34 at most: Y = the running task
             "ldi r18, {delayed}",                 // 1
-            "std Z+{link}, r1",                   // 2
-            "std Z+{link}+1, r18",                // 2
-            "sts {kernel}+{walk}, r1",            // 2: ends a walk
+            "std Y+{link}, r1",                   // 2
+            "std Y+{link}+1, r18",                // 2
+            "movw r30, r28",                      // 1
             "sei",                                // 1
-            "jmp kernel_save",                    // 3: which leaves the high byte of a stack pointer in r25
-            "5:",
-            "sei",                                // 1
-            "call kernel_pull",                   // 4
-            "rjmp 2b",                            // 2
+            "rjmp kernel_save",                   // 2: which leaves the high byte of a stack pointer in r25
             "3:",
             "sei",                                // 1
-            "call kernel_push",                   // 4: in vain unless one was pulled
             "ldi r25, 1",                         // 1
             "4:",
             "pop r29",                            // 2
             "pop r28",                            // 2
             kernel = sym KERNEL,
-            arm = sym kernel_arm_timer,
             target = const TARGET,
-            head = const HEAD,
             running = const RUNNING,
             link = const LINK,
-            arrived = const ARRIVED,
-            walk = const WALK,
             delayed = const (link::DELAYED >> 8),
         )
     }
@@ -132,6 +114,7 @@ const _: () = assert!(link::DELAYED & 0xff == 0);
 
 /// Arms the timer Y to wake r21:r20 at the tick r23:r22. r24 = whether that is ahead.
 #[unsafe(no_mangle)]
+#[unsafe(link_section = ".lowtext.kernel.arm")]
 #[inline(never)]
 #[expect(
     named_asm_labels,
@@ -212,7 +195,7 @@ unsafe extern "C" fn kernel_arm_timer() {
             "push r22",                           // 2
             "push r23",                           // 2
             "movw r24, r28",                      // 1
-            "call {disarm}",                      // 4
+            "rcall kernel_disarm_timer",          // 3
             "pop r23",                            // 2
             "pop r22",                            // 2
             "pop r21",                            // 2
@@ -243,7 +226,6 @@ unsafe extern "C" fn kernel_arm_timer() {
             "pop r28",                            // 2
             kernel = sym KERNEL,
             left = sym TICKS_LEFT,
-            disarm = sym kernel_disarm_timer,
             first = const FIRST_TIMER,
             next = const NEXT_DEADLINE,
             deadline = const DEADLINE,
@@ -255,6 +237,7 @@ unsafe extern "C" fn kernel_arm_timer() {
 
 /// Disarms the timer r25:r24. r24 = whether it was armed.
 #[unsafe(no_mangle)]
+#[unsafe(link_section = ".lowtext.kernel.disarm")]
 #[inline(never)]
 #[expect(
     named_asm_labels,
@@ -322,7 +305,7 @@ unsafe extern "C" fn kernel_disarm_timer() {
             "cpi r26, lo8({kernel}+{first})",     // 1
             "cpc r27, r20",                       // 1
             "brne 9f",                            // 1
-            "call kernel_count_down",             // 4: it was the first
+            "rcall kernel_count_down",            // 3: it was the first
             "9:",
             "sts {kernel}+{walk}, r1",            // 2
             "sei",                                // 1

@@ -9,6 +9,7 @@ use crate::target::Target;
 /// How the mangled names of statics end.
 const KERNEL: &str = "6kernel6KERNEL";
 const IDLE: &str = "6kernel4IDLE";
+const SCHEDULER: &str = "6kernel9SCHEDULER";
 const TICKS_LEFT: &str = "6kernel5timer10TICKS_LEFT";
 /// What stands before the names of the stacks.
 const STACKS: &str = "5sweep5stack";
@@ -91,6 +92,7 @@ pub struct Kernel {
     pub target: &'static Target,
     kernel: u16,
     pub idle: u16,
+    scheduler: u16,
     ticks_left: u16,
     /// The kernel's own, and then each task's.
     pub stacks: Vec<Stack>,
@@ -129,7 +131,14 @@ impl Kernel {
         assert!(!tasks.is_empty(), "the image has no stacks");
         tasks.sort_by(|one, other| one.name.cmp(&other.name));
         let stacks = std::iter::once(kernel_stack).chain(tasks).collect();
-        Kernel { target, kernel: find(KERNEL), idle, ticks_left: find(TICKS_LEFT), stacks }
+        Kernel {
+            target,
+            kernel: find(KERNEL),
+            idle,
+            scheduler: find(SCHEDULER),
+            ticks_left: find(TICKS_LEFT),
+            stacks,
+        }
     }
 
     /// What a preempted context takes, in bytes.
@@ -212,11 +221,11 @@ impl Kernel {
         self.check_timers(mcu)
     }
 
-    /// The list from the head to the idle task: in falling priority. Behind a task that is about to block there
-    /// may be one of its own.
+    /// The list from the head to the idle task: in falling priority. The scheduler may stand before it.
     fn preempted(&self, mcu: &Mcu) -> Result<Vec<u16>, String> {
-        let mut list = vec![self.head(mcu)];
-        let mut task = list[0];
+        let head = self.head(mcu);
+        let mut task = if head == self.scheduler { word(mcu, head + LINK) } else { head };
+        let mut list = vec![task];
         while task != self.idle {
             if self.stack_of(task).is_none() {
                 return Err(format!("{task:#x} is in the list of preempted tasks"));
@@ -226,7 +235,7 @@ impl Kernel {
             }
             let next = word(mcu, task + LINK);
             let [above, next_above] = [task, next].map(|task| byte(mcu, task + ABOVE));
-            if next_above < above {
+            if next_above <= above {
                 return Err(format!("{} is preempted by {}", self.name(next), self.name(task)));
             }
             list.push(next);
