@@ -60,8 +60,7 @@ impl MaskedCell<u16> {
     /// Counts one more, up to `u16::MAX`, where a count stays.
     #[inline(always)]
     pub fn count(&self, _: &Masked) {
-        let count = self.0.get().wrapping_add(1);
-        if count != 0 {
+        if let Some(count) = self.0.get().checked_add(1) {
             self.0.set(count);
         }
     }
