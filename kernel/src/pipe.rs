@@ -61,7 +61,7 @@ impl<const BYTES: usize> Pipe<BYTES> {
         if has_space {
             self.fill(context, byte);
         } else {
-            context.mask(|masked| self.fifo.count_overrun(masked));
+            context.mask(|masked| self.fifo.ring().count_overrun(masked));
         }
         has_space
     }
@@ -118,14 +118,14 @@ impl<const BYTES: usize> Pipe<BYTES> {
 
     /// Fills a place, for which a signal was taken before.
     fn fill(&self, context: &mut impl Context, byte: u8) {
-        context.mask(|masked| self.fifo.append(masked, byte));
+        context.mask(|masked| self.fifo.ring().put(masked, byte));
         // In a section of its own, to be short. Whose byte the woken task takes does not matter.
         self.filled.post(context);
     }
 
     /// Removes a byte, for which a signal was taken before.
     fn drain(&self, context: &mut impl Context) -> Option<u8> {
-        let byte = context.mask(|masked| self.fifo.remove(masked));
+        let byte = context.mask(|masked| self.fifo.ring().take(masked));
         self.free.post(context);
         byte
     }
