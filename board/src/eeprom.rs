@@ -124,7 +124,7 @@ fn addresses(address: u16, length: usize) -> Result<core::ops::Range<u16>, OutOf
 
 /// Takes the EEPROM. A write from before a reset may still be under way.
 fn take(task: &mut Task) {
-    FREE.wait(task);
+    FREE.wait_by_call(task);
     wait_until_ready(task);
 }
 
@@ -132,7 +132,7 @@ fn take(task: &mut Task) {
 fn wait_until_ready(task: &mut Task) {
     if registers().eecr().read().eewe().bit_is_set() {
         task.mask(|_| registers().eecr().modify(|_, w| w.eerie().set_bit()));
-        IS_READY.wait(task);
+        IS_READY.wait_by_call(task);
     }
 }
 

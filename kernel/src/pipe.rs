@@ -41,7 +41,7 @@ impl<const BYTES: usize> Pipe<BYTES> {
 
     /// Appends `byte`, and blocks until there is space.
     pub fn put(&self, task: &mut Task, byte: u8) {
-        self.free.wait(task);
+        self.free.wait_by_call(task);
         self.fill(task, byte);
     }
 
@@ -69,7 +69,7 @@ impl<const BYTES: usize> Pipe<BYTES> {
     /// Removes the first byte, and blocks until there is one.
     pub fn take(&self, task: &mut Task) -> u8 {
         loop {
-            self.filled.wait(task);
+            self.filled.wait_by_call(task);
             // The signal stood for a byte, so there is one.
             if let Some(byte) = self.drain(task) {
                 return byte;

@@ -56,6 +56,15 @@ impl Semaphore {
         }
     }
 
+    /// The same by a call, which preserves what any call does: less flash where not a task's loop waits, but a function that is
+    /// called from several places. 10 cycles more where there is a signal, and about 120 where the task blocks.
+    #[inline(never)]
+    pub fn wait_by_call(&self, task: &mut Task) {
+        if !self.try_wait(task) && self.block_until(task, None) == Came::Blocked {
+            arch::switch_from_call();
+        }
+    }
+
     /// Takes a signal if one is in store, and says whether it did.
     #[inline(always)]
     pub fn try_wait(&self, context: &mut impl Context) -> bool {
