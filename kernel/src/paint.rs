@@ -1,7 +1,5 @@
 //! How much of a stack was ever used: `start` paints what is free of it.
 
-#[cfg(target_arch = "avr")]
-use core::mem::MaybeUninit;
 use core::ptr;
 
 use crate::arch;
@@ -9,18 +7,7 @@ use crate::context::Context;
 use crate::handle::TaskHandle;
 
 /// What stands in bytes that were never used.
-const PAINT: u8 = 0xa5;
-
-/// Paints `memory`: 6 cycles a byte.
-#[cfg(target_arch = "avr")]
-#[inline(never)]
-pub(crate) fn paint(memory: &mut [MaybeUninit<u8>]) {
-    for byte in memory {
-        // Volatile, or the compiler calls its `memset`, which is of 150 bytes.
-        // SAFETY: `byte` is exclusively borrowed.
-        unsafe { ptr::from_mut(byte).write_volatile(MaybeUninit::new(PAINT)) }
-    }
-}
+pub(crate) const PAINT: u8 = 0xa5;
 
 impl TaskHandle {
     /// How many bytes of its stack the task has never used since it was started. `None` where it is not started, and on the

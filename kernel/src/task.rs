@@ -60,7 +60,7 @@ pub struct ControlBlock {
     /// The set of priorities that preempt this task: all for the idle task.
     pub(crate) above: MaskedCell<u8>,
     /// The saved stack pointer; on the AVR bit 15 says that an interrupt saved the task, so that all
-    /// registers lie there. On the host, a handle of the coroutine.
+    /// registers lie there. On the host, a handle of the coroutine. 0 where there is no task, and [`STARTS`].
     pub(crate) stack_pointer: MaskedCell<usize>,
     /// What stands behind this task in the one list that it is in.
     pub(crate) link: MaskedCell<Link>,
@@ -83,12 +83,13 @@ pub(crate) enum Flag {
     StandsIn = 0x20,
     /// It is being killed, or given another priority: it is suspended meanwhile, and only who does that ends it.
     Held = 0x10,
-    /// It is being started: its stack is taken, and it has no context yet.
-    Starts = 0x08,
 }
 
 /// The priority in [`ControlBlock::priority`].
 const PRIORITY: u8 = 7;
+
+/// [`ControlBlock::stack_pointer`] of a task that is being started: its stack is taken, and it has no context yet.
+const STARTS: usize = 1;
 
 /// [`ControlBlock::above`] of a task that is suspended: nothing has less to preempt.
 pub(crate) const SUSPENDED: u8 = 0xff;
@@ -217,17 +218,18 @@ impl ControlBlock {
     #[inline(never)]
     fn claim(&self, context: &mut impl Context) -> bool {
         context.mask(|masked| {
-            let is_free = self.stack_pointer.get(masked) == 0 && !self.has_flag(masked, Flag::Starts);
+            let is_free = self.stack_pointer.get(masked) == 0;
             if is_free {
-                self.set_flag(masked, Flag::Starts);
+                self.stack_pointer.set(masked, STARTS);
             }
             is_free
         })
     }
 
-    /// Makes the task ready, whose first context lies at `stack_pointer`. Returns whether it is now the one to run.
+    /// Makes the task ready, whose body is laid. Returns whether it is now the one to run.
     #[inline(never)]
-    fn begin(&'static self, context: &mut impl Context, stack_pointer: usize, priority: Priority) -> bool {
+    fn begin(&'static self, context: &mut impl Context, laid: arch::Laid, priority: Priority) -> bool {
+        let stack_pointer = arch::lay_context(self, laid);
         // Outside of the masked section: the AVR shifts by one bit at a time.
         let above = arch::worked_out(priority.above());
         context.mask(|masked| {
@@ -241,7 +243,7 @@ impl ControlBlock {
     /// Whether there is a task.
     #[inline(always)]
     pub(crate) fn is_started(&self, masked: &Masked) -> bool {
-        self.stack_pointer.get(masked) != 0
+        self.stack_pointer.get(masked) > STARTS
     }
 
     /// The task has ended.
@@ -325,16 +327,15 @@ impl<const BYTES: usize> Stack<BYTES> {
     where
         F: FnOnce(&mut Task) -> Never + 'static,
     {
+        if !arch::fits(size_of::<F>(), BYTES) {
+            return Err(StartError::TooSmall);
+        }
         if !self.control.claim(context) {
             return Err(StartError::Started);
         }
-        // SAFETY: the block was free, and is claimed.
-        let memory = unsafe { &mut *self.memory.get() };
-        let Some(stack_pointer) = arch::prepare(memory, body) else {
-            context.mask(|masked| self.control.clear_flag(masked, Flag::Starts));
-            return Err(StartError::TooSmall);
-        };
-        let is_due = self.control.begin(context, stack_pointer, priority);
+        // SAFETY: the block was free, and is claimed; and the stack is large enough.
+        let laid = unsafe { arch::lay_body(self.memory.get(), body) };
+        let is_due = self.control.begin(context, laid, priority);
         context.reschedule(is_due);
         Ok(())
     }

@@ -45,7 +45,7 @@ mod vectors;
 mod waits;
 mod wakes;
 
-pub(crate) use start::{leave, prepare, run, stack};
+pub(crate) use start::{Laid, fits, lay_body, lay_context, leave, run, stack};
 #[doc(hidden)]
 pub use switch::{kernel_enter_interrupt, kernel_enter_with_status, kernel_expire};
 pub(crate) use timers::{arm, delay_until, disarm, disarm_within};

@@ -37,8 +37,11 @@ type TaskCoroutine = Coroutine<(), (), Never>;
 pub(crate) const IDLE_CONTEXT: usize = 0;
 pub(crate) const SCHEDULER_CONTEXT: usize = 0;
 
+/// The `stack_pointer` of the first task: less says that there is none, or that it is being started.
+const FIRST_TASK: usize = 2;
+
 std::thread_local! {
-    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus one.
+    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus [`FIRST_TASK`].
     static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
     /// The interrupt that is to strike inside of a kernel call.
     static STRIKE: RefCell<Option<Strike>> = const { RefCell::new(None) };
@@ -159,7 +162,7 @@ fn run_ready() {
         if head.is(&IDLE) {
             return;
         }
-        let index = head.stack_pointer.get(&masked) - 1;
+        let index = head.stack_pointer.get(&masked) - FIRST_TASK;
         // Taken out while it runs, so that it may start others.
         let mut task =
             TASKS.with_borrow_mut(|tasks| tasks[index].take().expect("a task is resumed once at a time"));
@@ -339,11 +342,21 @@ pub(crate) fn stack(task: &'static ControlBlock, _: usize) -> Range<usize> {
     // SAFETY: what stands for interrupts runs only where a test calls it.
     let index = task.stack_pointer.get(&unsafe { Masked::assume() });
     STACKS.with_borrow(|stacks| {
-        index.checked_sub(1).and_then(|index| stacks.get(index)).cloned().unwrap_or(0..0)
+        index.checked_sub(FIRST_TASK).and_then(|index| stacks.get(index)).cloned().unwrap_or(0..0)
     })
 }
 
-pub(crate) fn prepare<F>(_memory: &mut [MaybeUninit<u8>], body: F) -> Option<usize>
+/// The `stack_pointer` of a task that is to begin.
+pub(crate) struct Laid(usize);
+
+/// Any stack will do: the task gets one of its own.
+pub(crate) const fn fits(_body: usize, _bytes: usize) -> bool {
+    true
+}
+
+/// # Safety
+/// As on the AVR.
+pub(crate) unsafe fn lay_body<F, const BYTES: usize>(_: *mut [MaybeUninit<u8>; BYTES], body: F) -> Laid
 where
     F: FnOnce(&mut Task) -> Never + 'static,
 {
@@ -355,8 +368,12 @@ where
         // SAFETY: this is the task, and it has just started.
         body(&mut unsafe { Task::assume() })
     });
-    Some(TASKS.with_borrow_mut(|tasks| {
+    TASKS.with_borrow_mut(|tasks| {
         tasks.push(Some(coroutine));
-        tasks.len()
-    }))
+        Laid(tasks.len() - 1 + FIRST_TASK)
+    })
+}
+
+pub(crate) fn lay_context(_: &ControlBlock, laid: Laid) -> usize {
+    laid.0
 }

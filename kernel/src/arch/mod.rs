@@ -5,7 +5,7 @@
 //! - `mask_anywhere`: the same where the caller's context is not known;
 //! - `switch`: saves the running task's context and takes up that of the head; returns when the task runs again;
 //!   `switch_from_call` does the same where a switch is rare;
-//! - `prepare`: lays a first context on a new stack;
+//! - `lay_body`, `lay_context`: lay a task's body and its first context on a new stack;
 //! - a way to start: `run` on the AVR, [`host::run_for`] on the host.
 
 #[cfg(target_arch = "avr")]

@@ -9,7 +9,7 @@ use super::PROGRAM_COUNTER;
 use super::switch::kernel_run;
 use crate::context::Task;
 use crate::masked::Masked;
-use crate::paint::paint;
+use crate::paint::PAINT;
 use crate::task::{ControlBlock, Never};
 
 /// Runs the tasks; idles while none is ready.
@@ -30,47 +30,55 @@ pub(crate) fn stack(task: &'static ControlBlock, bytes: usize) -> Range<usize> {
     bottom..bottom + bytes
 }
 
-/// Lays `body` and a first context at the top of `memory`. Returns the stack pointer, or `None` if they do not fit.
-pub(crate) fn prepare<F, const BYTES: usize>(memory: &mut [MaybeUninit<u8>; BYTES], body: F) -> Option<usize>
+/// The bytes of a first context: a voluntary one, and what `kernel_start_task` pops.
+const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
+
+/// Whether a stack of `bytes` can hold a body of so many and a first context.
+pub(crate) const fn fits(body: usize, bytes: usize) -> bool {
+    bytes >= body + FIRST_CONTEXT
+}
+
+/// A task whose body lies at the top of its stack, and has no context yet.
+pub(crate) struct Laid {
+    /// Where its first context goes: below the body.
+    context: usize,
+    /// Its code.
+    entry: usize,
+}
+
+/// Lays `body` at the top of `memory`.
+///
+/// # Safety
+/// It must fit, and nothing else may use `memory`.
+#[inline(always)]
+pub(crate) unsafe fn lay_body<F, const BYTES: usize>(memory: *mut [MaybeUninit<u8>; BYTES], body: F) -> Laid
 where
     F: FnOnce(&mut Task) -> Never + 'static,
 {
     record::<F, BYTES>();
-    let (rest, place) = memory.split_at_mut_checked(BYTES.checked_sub(size_of::<F>())?)?;
-    let (below, context) = rest.split_last_chunk_mut::<FIRST_CONTEXT>()?;
-    let place = place.as_mut_ptr().cast::<F>();
-    // SAFETY: `place` has the size of `F`, alignment is 1 throughout on the AVR, and nothing else uses it.
-    unsafe { place.write(body) };
-    lay_context(context, enter::<F> as *const () as usize, place as usize);
-    paint(below);
-    // SP points at the free byte below what `pop` takes next.
-    Some(below.as_ptr_range().end as usize - 1)
+    // SAFETY: the caller's promise; alignment is 1 throughout on the AVR.
+    let place = unsafe {
+        let place = memory.cast::<u8>().add(BYTES - size_of::<F>()).cast::<F>();
+        place.write(body);
+        place
+    };
+    Laid { context: place.addr() - FIRST_CONTEXT, entry: enter::<F> as *const () as usize }
 }
 
-/// The bytes of a first context: a voluntary one, and what `kernel_start_task` pops.
-const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
-
-/// Where a task starts, laid here by [`prepare`]: Y is its body, and its entry lies on the stack.
-#[unsafe(no_mangle)]
-#[inline(never)]
-unsafe extern "C" fn kernel_start_task() {
-    // SAFETY: a first context leads here.
+/// Lays the first context of `task`, and paints what is free of its stack: 6 cycles a byte. Returns the stack pointer.
+#[inline(always)]
+pub(crate) fn lay_context(task: &'static ControlBlock, laid: Laid) -> usize {
+    // SAFETY: it writes to the task's stack, from its first byte to the body. That is claimed, and nobody else's.
     unsafe {
         asm!(
-            "movw r24, r28", // 1: the first argument
-            "pop r30",       // 2
-            "pop r31",       // 2
-            "ijmp",          // 2
-        )
-    }
-}
-
-/// Lays the context of a task that begins at `entry` with its body at `place`.
-#[inline(never)] // each start of a task would hold it
-fn lay_context(context: &mut [MaybeUninit<u8>; FIRST_CONTEXT], entry: usize, place: usize) {
-    // SAFETY: it writes as many bytes, and changes nothing else.
-    unsafe {
-        asm!(
+            "rjmp 2f",                      // 2
+            "1:",
+            "st Z+, {byte}",                // 2
+            "2:",
+            "cp r30, {place:l}",            // 1
+            "cpc r31, {place:h}",           // 1
+            "brne 1b",                      // 2, or 1 where the context goes
+            "adiw {place}, {first_context}", // 2: the body lies behind it
             "st Z+, {place:h}",             // 2: Y
             "st Z+, {place:l}",             // 2
             #[cfg(target_feature = "eijmpcall")]
@@ -82,12 +90,30 @@ fn lay_context(context: &mut [MaybeUninit<u8>; FIRST_CONTEXT], entry: usize, pla
             "st Z+, {entry:l}",             // 2
             "st Z, {entry:h}",              // 2
             start = sym kernel_start_task,
-            inout("Z") context.as_mut_ptr() => _,
-            place = in(reg_pair) place,
-            entry = in(reg_pair) entry,
-            byte = out(reg_upper) _,
-            options(nostack, preserves_flags),
+            first_context = const FIRST_CONTEXT,
+            inout("Z") ptr::from_ref(task).addr() + size_of::<ControlBlock>() => _,
+            place = inout(reg_iw) laid.context => _,
+            entry = in(reg_pair) laid.entry,
+            byte = inout(reg_upper) PAINT => _,
+            options(nostack),
         );
+    }
+    // SP points at the free byte below what `pop` takes next.
+    laid.context - 1
+}
+
+/// Where a task starts, where [`lay_context`] leads: Y is its body, and its entry lies on the stack.
+#[unsafe(no_mangle)]
+#[inline(never)]
+unsafe extern "C" fn kernel_start_task() {
+    // SAFETY: a first context leads here.
+    unsafe {
+        asm!(
+            "movw r24, r28", // 1: the first argument
+            "pop r30",       // 2
+            "pop r31",       // 2
+            "ijmp",          // 2
+        )
     }
 }
 
@@ -113,12 +139,12 @@ where
     }
 }
 
-/// The first code of a task, with interrupts enabled: takes the body from where `prepare` laid it.
+/// The first code of a task, with interrupts enabled: takes the body from where `lay_body` laid it.
 extern "C" fn enter<F>(place: *mut F) -> !
 where
     F: FnOnce(&mut Task) -> Never + 'static,
 {
-    // SAFETY: `prepare` wrote the body there, and a task starts once.
+    // SAFETY: `lay_body` wrote it there, and a task starts once.
     let body = unsafe { place.read() };
     // SAFETY: this is the task, and it has just started.
     match body(&mut unsafe { Task::assume() }) {}

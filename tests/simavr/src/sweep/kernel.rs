@@ -55,6 +55,9 @@ const DEADLINE: u16 = 2;
 const VOLUNTARY: u16 = 2;
 const PREEMPTED: u16 = 33;
 
+/// The stack pointer of a task that is being started.
+const STARTS: u16 = 1;
+
 /// What a saved stack pointer has set besides when it is a preempted task's.
 const PREEMPTED_MARK: u16 = 0x8000;
 
@@ -183,7 +186,7 @@ impl Kernel {
 
     /// Whether there is a task on the stack by this control block.
     pub fn is_started(&self, mcu: &Mcu, control: u16) -> bool {
-        word(mcu, control + STACK_POINTER) != 0
+        word(mcu, control + STACK_POINTER) > STARTS
     }
 
     pub fn name(&self, control: u16) -> &str {
