@@ -24,6 +24,8 @@ pub struct Symbol {
     pub place: Place,
     /// Size in bytes; 0 where the program does not say.
     pub size: u16,
+    /// Whether it is a place within a function of assembly, known to its file alone.
+    pub is_label: bool,
 }
 
 /// Which memory a symbol is in, and where.
@@ -161,5 +163,5 @@ fn named_symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<(String, Symb
         _ => return None,
     };
     let size = u16::try_from(symbol.size()).unwrap_or(u16::MAX);
-    Some((name.to_owned(), Symbol { place, size }))
+    Some((name.to_owned(), Symbol { place, size, is_label: symbol.is_local() && size == 0 }))
 }

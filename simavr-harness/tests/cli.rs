@@ -241,6 +241,27 @@ fn what_can_not_be_run_is_refused_with_advice() {
 }
 
 #[test]
+fn flash_is_listed_function_by_function() {
+    let output = run(&["bench", "--listing", "kernel_flash_bytes_with_calls"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("the listing is text");
+    let (heading, lists) = text.split_once("\n\n").expect("a heading");
+    let mut sums = 0;
+    for list in lists.split("\n\n") {
+        let bytes: Vec<i64> = list
+            .lines()
+            .map(|line| line.split_whitespace().next().and_then(|bytes| bytes.parse().ok()).expect("bytes"))
+            .collect();
+        assert_eq!(bytes[0], bytes[1..].iter().sum::<i64>(), "{list}");
+        assert!(bytes[1..].is_sorted_by(|a, b| a >= b), "{list}");
+        sums += bytes[0];
+    }
+    assert!(heading.contains(&format!(": {sums} bytes ")), "{heading}");
+
+    assert_refused(&run(&["bench", "--listing", "task_bytes"]), "counts neither cycles nor flash");
+}
+
+#[test]
 fn images_that_are_not_there_can_be_built() {
     assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
     assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");

@@ -53,6 +53,9 @@ fn symbols_lead_to_memory() {
         panic!("main is in flash")
     };
     assert_eq!(image.function_at(main + 2), Some(("main", 2)));
+    let is_label = |name| image.symbol(name).map(|symbol| symbol.is_label);
+    // The last is the loop at the end of the start-up code.
+    assert_eq!(["main", "exit", "__stop_program"].map(is_label), [Some(false), Some(false), Some(true)]);
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Sizes, from the images as they are linked.
 //!
-//! The kernel's flash is what an image with every call of it once takes more than one without a kernel. Calls are compiled
-//! into their callers, so no other line between kernel and program is sharp; what a caller does to make a call and to
-//! look at its result counts as the kernel's. Of all six categories of AvrX's calls it has the EEPROM and single steps, too, with what
-//! `board` does for them.
+//! The kernel's flash is measured twice on a program with every call of it once: its own functions, as other kernels' flash
+//! is measured; and with the calls that are compiled into the program, and what that does with their results. Of all six
+//! categories of AvrX's calls it has the EEPROM and single steps, too, with what `board` does for them.
 
-use super::{BenchError, Measured, TestImages, unmeasurable};
+use super::{BenchError, Counted, Flash, Measured, TestImages, unmeasurable};
 
 /// Variable of `bench_bytes`, bytes in it that are its user's, figure.
 const VARIABLES: [(&str, u64, &str); 4] = [
@@ -13,6 +12,12 @@ const VARIABLES: [(&str, u64, &str); 4] = [
     ("SEMAPHORE", 0, "semaphore_bytes"),
     ("TIMER", 0, "timer_bytes"),
     ("MESSAGE_OF_16_BYTES", 16, "message_bytes"),
+];
+
+/// Image, figure of the kernel's functions, figure with the program.
+const PROGRAMS: [(&str, &str, &str); 2] = [
+    ("bench_flash", "kernel_flash_bytes", "kernel_flash_bytes_with_calls"),
+    ("bench_flash_all", "kernel_flash_bytes_all", "kernel_flash_bytes_all_with_calls"),
 ];
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
@@ -25,17 +30,16 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
         let overhead = overhead.ok_or_else(|| {
             unmeasurable(IMAGE, format!("it has no {variable} of at least {payload} bytes"))
         })?;
-        measured.push(Measured::bytes(name, overhead));
+        measured.push(Measured::ram(name, overhead));
     }
-    measured.push(Measured::bytes("kernel_flash_bytes", flash(images, "bench_flash")?));
-    measured.push(Measured::bytes("kernel_flash_bytes_all", flash(images, "bench_flash_all")?));
+    for (image, own, with_calls) in PROGRAMS {
+        let flash = Flash::of(images, image)?;
+        let kernel = flash.of_kernel();
+        for (name, bytes) in [(own, kernel), (with_calls, kernel + flash.of_program())] {
+            let value = u64::try_from(bytes)
+                .map_err(|_| unmeasurable(image, "it is smaller than the image without a kernel"))?;
+            measured.push(Measured { name, value, counted: Counted::Flash(flash.clone()) });
+        }
+    }
     Ok(measured)
-}
-
-/// How much more of the flash, initial values included, the image takes than one without a kernel.
-fn flash(images: &TestImages, name: &str) -> Result<u64, BenchError> {
-    let [with, without] =
-        [images.image(name)?, images.image("bench_flash_empty")?].map(|image| image.flash().len());
-    let difference = with.checked_sub(without).map(|bytes| bytes as u64);
-    difference.ok_or_else(|| unmeasurable(name, "it is smaller than the image without a kernel"))
 }

@@ -57,7 +57,7 @@ fn measure_button(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     Ok(vec![
         figure("isr_to_task_cycles", latency)?,
         figure("masked_cycles_isr", masked)?,
-        Measured::bytes("preempted_context_bytes", context.into()),
+        Measured::ram("preempted_context_bytes", context.into()),
     ])
 }
 

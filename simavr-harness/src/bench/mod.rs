@@ -5,6 +5,7 @@
 //! not. Where a figure is measured more than once, the worst counts.
 
 mod bytes;
+mod flash;
 mod interrupts;
 mod listing;
 mod masked;
@@ -23,6 +24,7 @@ use crate::image::{Image, ImageError};
 use crate::mcu::{Mcu, McuError};
 use crate::part::Part;
 
+pub use flash::{Flash, Function};
 pub use listing::{Step, listing};
 pub use masked::windows;
 pub use table::{FIGURES, Figure, PEERS, Peer};
@@ -34,8 +36,18 @@ pub struct Measured {
     pub name: &'static str,
     /// Cycles or bytes.
     pub value: u64,
-    /// Of cycles, when they passed.
-    pub stretch: Option<Stretch>,
+    pub counted: Counted,
+}
+
+/// What a figure counts.
+#[derive(Clone, Debug)]
+pub enum Counted {
+    /// Cycles, and when they passed.
+    Cycles(Stretch),
+    /// Bytes of flash, and of which functions.
+    Flash(Flash),
+    /// Bytes of RAM.
+    Ram,
 }
 
 /// A stretch of an image's run, from power-up with seed 1.
@@ -49,12 +61,12 @@ pub struct Stretch {
 }
 
 impl Measured {
-    fn bytes(name: &'static str, value: u64) -> Self {
-        Measured { name, value, stretch: None }
+    fn cycles(name: &'static str, stretch: Stretch) -> Self {
+        Measured { name, value: stretch.length(), counted: Counted::Cycles(stretch) }
     }
 
-    fn cycles(name: &'static str, stretch: Stretch) -> Self {
-        Measured { name, value: stretch.length(), stretch: Some(stretch) }
+    fn ram(name: &'static str, bytes: u64) -> Self {
+        Measured { name, value: bytes, counted: Counted::Ram }
     }
 }
 

@@ -76,7 +76,7 @@ pub struct Bench {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
-    /// Print the cycles of one figure instead, instruction by instruction.
+    /// Print what makes up one figure instead: cycles instruction by instruction, flash function by function.
     #[arg(long, value_name = "FIGURE", conflicts_with = "json")]
     pub listing: Option<String>,
 

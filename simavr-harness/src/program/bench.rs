@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 
 use serde::{Serialize, Serializer};
-use simavr_harness::bench::{self, FIGURES, Figure, Measured, PEERS};
+use simavr_harness::bench::{self, Counted, FIGURES, Figure, Measured, PEERS};
 
 use super::arguments::Subject;
 use super::{arguments, json, listing, module};
@@ -39,8 +39,8 @@ impl Report {
     fn new(images: &Path) -> Result<Self, Box<dyn Error>> {
         let measured = bench::measure(images)?;
         let mut masked = Vec::new();
-        for Measured { name, stretch, .. } in &measured {
-            if let (true, Some(stretch)) = (name.starts_with("masked"), stretch) {
+        for Measured { name, counted, .. } in &measured {
+            if let (true, Counted::Cycles(stretch)) = (name.starts_with("masked"), counted) {
                 masked.push(format!("{name}: {}", listing::place(images, stretch)?));
             }
         }
@@ -71,18 +71,22 @@ impl Serialize for Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{:25}{:>5}  {:17}", "", "here", "to reach")?;
+        write!(f, "{:34}{:>5}  {:17}", "", "here", "to reach")?;
         for peer in PEERS {
             write!(f, "{:>9}", peer.name)?;
         }
         writeln!(f)?;
         for (figure, measured) in self.lines() {
-            let (value, verdict) = match measured {
-                None => ("-".into(), "to come"),
-                Some(measured) if measured.value > figure.limit => (measured.value.to_string(), "MISSED"),
-                Some(measured) => (measured.value.to_string(), "reached"),
-            };
-            write!(f, "{:25}{value:>5}  <= {:4} {verdict:8}", figure.name, figure.limit)?;
+            let value = measured.map_or("-".into(), |measured| measured.value.to_string());
+            let aim = figure.limit.map(|limit| {
+                let verdict = match measured {
+                    None => "to come",
+                    Some(measured) if measured.value > limit => "MISSED",
+                    Some(_) => "reached",
+                };
+                format!("<= {limit:4} {verdict}")
+            });
+            write!(f, "{:34}{value:>5}  {:17}", figure.name, aim.unwrap_or_default())?;
             for peer in figure.peers {
                 let peer = peer.map_or("-".into(), |value| value.to_string());
                 write!(f, "{peer:>9}")?;

@@ -1,4 +1,4 @@
-//! The cycles of a figure one by one.
+//! What a figure counts, one by one: cycles instruction by instruction, flash function by function.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -7,14 +7,20 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rustc_demangle::demangle;
-use simavr_harness::bench::{self, Measured, Stretch};
+use simavr_harness::bench::{self, Counted, Flash, Measured, Stretch};
 use simavr_harness::{Image, MaskedWindow, OpenedBy};
 
-/// Prints each instruction with its cycles and their sum so far.
+/// Prints what the figure counts.
 pub fn print(images: &Path, measured: &Measured) -> Result<(), Box<dyn Error>> {
-    let Some(stretch) = &measured.stretch else {
-        return Err(format!("{} counts no cycles", measured.name).into());
-    };
+    match &measured.counted {
+        Counted::Cycles(stretch) => print_cycles(images, measured, stretch),
+        Counted::Flash(flash) => print_flash(measured, flash),
+        Counted::Ram => Err(format!("{} counts neither cycles nor flash", measured.name).into()),
+    }
+}
+
+/// Prints each instruction with its cycles and their sum so far.
+fn print_cycles(images: &Path, measured: &Measured, stretch: &Stretch) -> Result<(), Box<dyn Error>> {
     let path = path(images, &stretch.image);
     let image = Image::load(&path)?;
     let instructions = disassemble(&path)?;
@@ -34,6 +40,26 @@ pub fn print(images: &Path, measured: &Measured) -> Result<(), Box<dyn Error>> {
         }
         let instruction = instructions.get(&pc).map_or("?", String::as_str);
         writeln!(out, "{:5}  {sum:5}  {pc:5x}  {instruction}", step.cycles)?;
+    }
+    Ok(())
+}
+
+/// Prints the functions with their bytes, the kernel's before the program's, and the sum of each.
+fn print_flash(measured: &Measured, flash: &Flash) -> Result<(), Box<dyn Error>> {
+    let mut out = std::io::stdout().lock();
+    writeln!(
+        out,
+        "{}: {} bytes more than without a kernel, seen in {}",
+        measured.name, measured.value, flash.image
+    )?;
+    for (functions, sum, whose) in [
+        (&flash.kernel, flash.of_kernel(), "the kernel's functions and initial values"),
+        (&flash.program, flash.of_program(), "the program's, with the calls that are compiled into it"),
+    ] {
+        writeln!(out, "\n{sum:5}  {whose}:")?;
+        for function in functions {
+            writeln!(out, "{:5}  {}", function.bytes, function.name)?;
+        }
     }
     Ok(())
 }

@@ -1,8 +1,9 @@
-//! No figure of the kernel gets worse.
+//! No figure of the kernel gets worse, and its flash is told apart from its program's.
 
 use std::collections::BTreeMap;
 
-use simavr_harness::bench;
+use simavr_harness::Image;
+use simavr_harness::bench::{self, Counted};
 use superbot_tests_simavr::test_images;
 
 /// A line for each figure: its name, and the most that it may be.
@@ -31,6 +32,32 @@ fn no_figure_gets_worse() {
     }
     faults.extend(limits.keys().map(|name| format!("{name} is no longer measured")));
     assert!(faults.is_empty(), "{faults:#?}\nif that is meant, UPDATE_EXPECTED=1 writes the new figures");
+}
+
+#[test]
+fn flash_is_the_kernels_or_the_programs() {
+    let images = test_images();
+    let measured = bench::measure(&images).unwrap_or_else(|error| panic!("{error}"));
+    let length = |image: &str| {
+        let image = Image::load(images.join(image).with_extension("elf"));
+        image.unwrap_or_else(|error| panic!("{error}")).flash().len() as i64
+    };
+    let mut seen = 0;
+    for measured in &measured {
+        let Counted::Flash(flash) = &measured.counted else { continue };
+        let (of_kernel, of_program) = (flash.of_kernel(), flash.of_program());
+        assert_eq!(of_kernel + of_program, length(&flash.image) - length("bench_flash_empty"));
+        let with_calls = if measured.name.ends_with("with_calls") { of_program } else { 0 };
+        assert_eq!(measured.value as i64, of_kernel + with_calls, "{}", measured.name);
+        assert!(
+            flash.kernel.iter().any(|function| function.name == "__vector_15"),
+            "the tick is the kernel's"
+        );
+        let body = format!("{}::body", flash.image);
+        assert!(flash.program.iter().any(|function| function.name == body), "{body} is the program's");
+        seen += 1;
+    }
+    assert_eq!(seen, 4);
 }
 
 fn limit(line: &str) -> (&str, u64) {
