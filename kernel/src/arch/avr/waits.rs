@@ -143,20 +143,13 @@ unsafe extern "C" fn kernel_wait() {
             "ldd r23, Z+1",                       // 2
             "tst r23",                            // 1
             "brmi 3f",                            // 1: it was left empty
-            "breq 2f",                            // 1: it is a number
+            "breq 2f",                            // 1, or 2: it is a number
             "cp r22, r18",                        // 1: tasks wait: is the first the same,
             "cpc r23, r19",                       // 1
             "brne 3f",                            // 1
             "lds r30, {kernel}+{walk}",           // 2: and does the walk go on?
-            "tst r30",                            // 1
-            "brne 5f",                            // 2
-            "rjmp 3f",                            // 2
-            "2:",
-            "subi r22, 1",                        // 1
-            "brcs 3f",                            // 1: there is no signal
-            "st Z, r22",                          // 2: one less
-            "ldi r24, {signal}",                  // 1
-            "rjmp 8f",                            // 2
+            "cpse r30, r1",                       // 1, or 2 where it does not
+            "rjmp 5f",                            // 2
             // No walk is under way.
             "3:",
             "tst r21",                            // 1
@@ -215,6 +208,12 @@ unsafe extern "C" fn kernel_wait() {
             "9:",
             "sts {kernel}+{walk}, r1",            // 2: ends a walk
             "rjmp 10b",                           // 2
+            "2:",
+            "subi r22, 1",                        // 1
+            "brcs 3b",                            // 1: there is no signal
+            "st Z, r22",                          // 2: one less
+            "ldi r24, {signal}",                  // 1
+            "rjmp 8f",                            // 2
             "7:",
             "ldi r24, {until}",                   // 1
             "8:",
