@@ -68,38 +68,39 @@ where
 /// Lays the first context of `task`, and paints what is free of its stack: 6 cycles a byte. Returns the stack pointer.
 #[inline(always)]
 pub(crate) fn lay_context(task: &'static ControlBlock, laid: Laid) -> usize {
+    let place: usize;
     // SAFETY: it writes to the task's stack, from its first byte to the body. That is claimed, and nobody else's.
     unsafe {
         asm!(
             "rjmp 2f",                      // 2
             "1:",
-            "st Z+, {byte}",                // 2
+            "st X+, {byte}",                // 2
             "2:",
-            "cp r30, {place:l}",            // 1
-            "cpc r31, {place:h}",           // 1
+            "cp r26, {place:l}",            // 1
+            "cpc r27, {place:h}",           // 1
             "brne 1b",                      // 2, or 1 where the context goes
             "adiw {place}, {first_context}", // 2: the body lies behind it
-            "st Z+, {place:h}",             // 2: Y
-            "st Z+, {place:l}",             // 2
+            "st X+, {place:h}",             // 2: Y
+            "st X+, {place:l}",             // 2
             #[cfg(target_feature = "eijmpcall")]
-            "st Z+, r1",                    // 2: bits 16 to 21 of the program counter
+            "st X+, r1",                    // 2: bits 16 to 21 of the program counter
             "ldi {byte}, hi8(gs({start}))", // 1: and the others
-            "st Z+, {byte}",                // 2
+            "st X+, {byte}",                // 2
             "ldi {byte}, lo8(gs({start}))", // 1
-            "st Z+, {byte}",                // 2
-            "st Z+, {entry:l}",             // 2
-            "st Z, {entry:h}",              // 2
+            "st X+, {byte}",                // 2
+            "st X+, {entry:l}",             // 2
+            "st X, {entry:h}",              // 2
             start = sym kernel_start_task,
             first_context = const FIRST_CONTEXT,
-            inout("Z") ptr::from_ref(task).addr() + size_of::<ControlBlock>() => _,
-            place = inout(reg_iw) laid.context => _,
+            inout("X") ptr::from_ref(task).addr() + size_of::<ControlBlock>() => _,
+            place = inout(reg_iw) laid.context => place,
             entry = in(reg_pair) laid.entry,
             byte = inout(reg_upper) PAINT => _,
             options(nostack),
         );
     }
     // SP points at the free byte below what `pop` takes next.
-    laid.context - 1
+    place - FIRST_CONTEXT - 1
 }
 
 /// Where a task starts, where [`lay_context`] leads: Y is its body, and its entry lies on the stack.
