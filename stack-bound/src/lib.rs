@@ -15,7 +15,8 @@
 //! - A call preserves Y, and pops what it pushed below its return address. (Of functions it follows, the second is checked.)
 //! - Nobody writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
 //! - An interrupt may strike a task anywhere, but neither a handler nor `main`.
-//! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has saved.
+//! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has saved. And only
+//!   `kernel_expire_timers` moves about on the idle task's.
 
 mod annotations;
 mod image;

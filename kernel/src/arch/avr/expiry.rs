@@ -16,7 +16,7 @@ use crate::{IDLE, KERNEL, TICKS_LEFT};
     named_asm_labels,
     reason = "other code jumps to them, and a function that is not inlined stands once"
 )]
-pub(super) unsafe extern "C" fn kernel_expire_all() {
+pub(super) unsafe extern "C" fn kernel_expire_timers() {
     // SAFETY: the tick's interrupt jumps here, with interrupts masked.
     unsafe {
         asm!(
