@@ -57,8 +57,8 @@ pub(super) unsafe extern "C" fn kernel_expire_timers() {
             "sei",                                // 1
             "lds r18, {kernel}+{first}",          // 2: r19:r18 = the first timer
             "cli",                                // 1
-            "lds r19, {kernel}+{first}+1",        // 2
             "4:",
+            "lds r19, {kernel}+{first}+1",        // 2
             "rcall kernel_count_down",            // 3
             "brge 1b",                            // 1, or 2: it is due, too
             "sei",                                // 1
