@@ -2,8 +2,7 @@
 
 use crate::arch;
 use crate::context::{Context, Private, Task, ThreadContext};
-use crate::link::Link;
-use crate::list::{self, Found, Suspension};
+use crate::list::{Found, Suspension};
 use crate::masked::Masked;
 use crate::ready;
 use crate::task::{ControlBlock, Flag, Never, Priority};
@@ -42,7 +41,9 @@ pub enum TaskState {
     Suspended,
 }
 
-const SUSPEND: Suspension = Suspension { unless: Flag::Locks as u8 | Flag::Held as u8, flag: 0 };
+/// Not at all: only to be found.
+const LOOK: Suspension = Suspension { unless: 0, flag: 0 };
+const SUSPEND: Suspension = Suspension { unless: Flag::Locks as u8 | Flag::Held as u8, ..LOOK };
 /// To be given another priority.
 const HOLD: Suspension = Suspension { flag: Flag::Held as u8, ..SUSPEND };
 const KILL: Suspension = Suspension { unless: SUSPEND.unless | Flag::Represented as u8, ..HOLD };
@@ -65,26 +66,14 @@ impl TaskHandle {
             arch::switch_from_call();
             return Ok(());
         }
-        self.take(context, SUSPEND).map(|_| ())
+        self.take(context, SUSPEND, |_| {}).map(|_| ())
     }
 
     /// Lets the task run again. Returns whether it was suspended. Constant in time.
     pub fn resume(self, context: &mut impl Context) -> bool {
-        loop {
-            let (priority, above) = self.control.rank(context);
-            let came = context.mask(|masked| {
-                if !self.control.is_suspended(masked) || self.control.has_flag(masked, Flag::Held) {
-                    return Some((false, false));
-                }
-                // Another task may have changed it meanwhile.
-                let is_the_same = self.control.index(masked) == usize::from(priority);
-                is_the_same.then(|| (true, self.release(masked, above)))
-            });
-            if let Some((was_suspended, is_due)) = came {
-                context.reschedule(is_due);
-                return was_suspended;
-            }
-        }
+        let is_due = context.mask(|masked| arch::resume(masked, self.control));
+        context.reschedule(is_due == Some(true));
+        is_due.is_some()
     }
 
     /// Gives the task another priority. Among those that wait for the same as it, it keeps its place. What stands in for it, where
@@ -93,36 +82,19 @@ impl TaskHandle {
     /// # Errors
     /// [`Refused`], with nothing done.
     pub fn set_priority(self, context: &mut impl ThreadContext, priority: Priority) -> Result<(), Refused> {
-        let above = priority.above();
-        if let Some(task) = self.as_self(context) {
-            ready::retire(task, |control, masked| {
+        let above = arch::worked_out(priority.above());
+        let is_due = if let Some(task) = self.as_self(context) {
+            !ready::retire(task, |control, masked| {
                 control.change_priority(masked, priority);
                 control.above.set(masked, above);
-                arch::make_ready(masked, control);
-            });
-            if task.mask(ready::is_due) {
-                arch::switch_from_call();
-            }
-            return Ok(());
-        }
-        // One that is suspended is in no list that goes by priority.
-        while self.take(context, HOLD)? == Found::Suspended {
-            let is_changed = context.mask(|masked| {
-                let is_suspended = self.control.is_suspended(masked);
-                if is_suspended {
-                    self.control.change_priority(masked, priority);
-                }
-                is_suspended
-            });
-            if is_changed {
-                return Ok(());
-            }
-        }
-        let is_due = context.mask(|masked| {
-            self.control.change_priority(masked, priority);
-            self.control.clear_flag(masked, Flag::Held);
-            self.release(masked, above)
-        });
+                arch::make_ready(masked, control)
+            })
+        } else {
+            // One that is suspended is in no list that goes by priority.
+            let found = self.take(context, HOLD, |masked| self.control.change_priority(masked, priority))?;
+            found != Found::Suspended
+                && context.mask(|masked| arch::release(masked, self.control, priority, above))
+        };
         context.reschedule(is_due);
         Ok(())
     }
@@ -142,14 +114,9 @@ impl TaskHandle {
             }
             task.exit();
         }
-        // One that was suspended may be resumed before it is held: it is searched again then.
-        while self.take(context, KILL)? == Found::Suspended && !context.mask(|masked| self.hold(masked)) {}
+        self.take(context, KILL, |masked| self.control.set_flag(masked, Flag::Held))?;
         // Whatever wakes it from here on finds it suspended, and nobody resumes it.
-        while let Some(semaphore) = list::awaited(context, self.control) {
-            list::expel(context, semaphore, self.control, |masked| {
-                self.control.link.set(masked, Link::PARKED);
-            });
-        }
+        arch::withdraw(context, self.control);
         timer::disarm_within(context, arch::stack(self.control, self.bytes));
         context.mask(|masked| self.control.forget(masked));
         Ok(())
@@ -157,7 +124,7 @@ impl TaskHandle {
 
     /// What the task does at the moment. Linear in the number of ready tasks, in steps.
     pub fn state(self, context: &mut impl ThreadContext) -> TaskState {
-        match list::search(context, self.control, None) {
+        match arch::search(context, self.control, LOOK, |_, found| found) {
             Found::NotStarted => TaskState::NotStarted,
             Found::Suspended => TaskState::Suspended,
             Found::Ready => TaskState::Ready,
@@ -170,29 +137,24 @@ impl TaskHandle {
         context.mask(|masked| self.control.priority(masked))
     }
 
-    /// Suspends the task as `suspension` says, unless it is.
-    fn take(self, context: &mut impl ThreadContext, suspension: Suspension) -> Result<Found, Refused> {
-        match list::search(context, self.control, Some(suspension)) {
+    /// Suspends the task as `suspension` says. If it is suspended already, does `instead` in the masked section that shows it.
+    fn take(
+        self,
+        context: &mut impl ThreadContext,
+        suspension: Suspension,
+        instead: impl Fn(&Masked),
+    ) -> Result<Found, Refused> {
+        let found = arch::search(context, self.control, suspension, |masked, found| {
+            if found == Found::Suspended {
+                instead(masked);
+            }
+            found
+        });
+        match found {
             Found::NotStarted => Err(Refused::NotStarted),
             Found::Refused => Err(Refused::Busy),
             found => Ok(found),
         }
-    }
-
-    /// Holds the task, which was suspended, unless that has changed. Returns whether it did.
-    fn hold(self, masked: &Masked) -> bool {
-        let may = self.control.is_suspended(masked) && !self.control.has_any(masked, KILL.unless);
-        if may {
-            self.control.set_flag(masked, Flag::Held);
-        }
-        may
-    }
-
-    /// The task is not suspended any more. Returns whether it is now the one to run.
-    #[inline(always)]
-    fn release(self, masked: &Masked, above: u8) -> bool {
-        self.control.above.set(masked, above);
-        self.control.link.get(masked) == Link::PARKED && arch::make_ready(masked, self.control)
     }
 
     /// The task's own context, if it is the one that calls.

@@ -2,6 +2,7 @@
 
 use core::ptr;
 
+#[cfg(not(target_arch = "avr"))]
 use crate::semaphore::Semaphore;
 use crate::task::ControlBlock;
 
@@ -27,6 +28,7 @@ impl Link {
     /// Of a task that has not started, or has ended.
     pub(crate) const NONE: Link = Link(ptr::null());
     /// Of a task that waits for nothing but a timer.
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) const DELAYED: Link = Link(ptr::without_provenance(DELAYED));
     /// Of a task that would be ready, were it not suspended.
     pub(crate) const PARKED: Link = Link(ptr::without_provenance(PARKED));
@@ -56,6 +58,7 @@ impl Link {
     }
 
     /// What the tasks wait for whose list ends here, if that is a semaphore.
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn semaphore(self) -> Option<&'static Semaphore> {
         let is_semaphore = self.is_end() && ![Link::DELAYED, Link::PARKED, Link::GROUPED].contains(&self);
         // SAFETY: `end_of` made it from a semaphore, which lives as long as a task waits for it.

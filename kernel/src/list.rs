@@ -1,14 +1,19 @@
 //! Tasks out of the middle of a list.
 
-use crate::arch;
-use crate::context::{Context, ThreadContext};
+#[cfg(not(target_arch = "avr"))]
+use core::ptr;
+
+use crate::context::Context;
+#[cfg(not(target_arch = "avr"))]
+use crate::context::ThreadContext;
+#[cfg(not(target_arch = "avr"))]
 use crate::link::Link;
 use crate::masked::Masked;
+#[cfg(not(target_arch = "avr"))]
 use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::task::ControlBlock;
 use crate::walk;
-use crate::{IDLE, KERNEL};
 
 /// Takes `task` from those that wait for `semaphore`, and in the same masked section does `then`. Returns whether it was
 /// one of them.
@@ -74,155 +79,108 @@ enum Step {
 
 /// What a search for a task has found.
 #[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub(crate) enum Found {
-    Ready,
-    Waiting,
-    Suspended,
-    NotStarted,
+    NotStarted = 0,
+    Ready = 1,
+    Waiting = 2,
+    Suspended = 3,
     /// It may not be suspended now.
-    Refused,
+    Refused = 4,
 }
 
-/// Why a task is to be suspended.
+/// How a task is to be suspended.
 #[derive(Clone, Copy)]
 pub(crate) struct Suspension {
-    /// Those of [`Flag`](crate::task::Flag) with which it may not be.
+    /// Those of [`Flag`](crate::task::Flag) with which it may not be. Where there are none, it is left as it is.
     pub(crate) unless: u8,
     /// What is set with it: [`Flag::Held`](crate::task::Flag::Held) or nothing.
     pub(crate) flag: u8,
 }
 
-/// Searches `task` among those that are ready. If there is a `suspension`, and it is neither refused nor suspended before, takes
-/// it from there and suspends it, all in one masked section. It is not the running one then.
+/// Searches `task` among those that are ready. Unless it is refused or suspended before, takes it from there and suspends it, as
+/// `suspension` says; and does `then`, all in one masked section. It is not the running one then.
 ///
 /// Linear in the number of ready tasks, in steps.
-#[inline(never)]
-pub(crate) fn search(
+#[cfg(not(target_arch = "avr"))]
+pub(crate) fn search<R>(
     context: &mut impl ThreadContext,
     task: &'static ControlBlock,
-    suspension: Option<Suspension>,
-) -> Found {
-    let mut place: Option<ReadyPlace> = None;
+    suspension: Suspension,
+    then: impl Fn(&Masked, Found) -> R,
+) -> R {
+    // Who stands before the next one; nobody before the head.
+    let mut before = None;
     loop {
-        let step = context.mask(|masked| {
-            if !task.is_started(masked) {
-                return ReadyStep::Done(Found::NotStarted);
-            }
-            if suspension.is_some_and(|suspension| task.has_any(masked, suspension.unless)) {
-                return ReadyStep::Done(Found::Refused);
-            }
-            if task.is_suspended(masked) {
-                return ReadyStep::Done(Found::Suspended);
-            }
-            let step = if task.link.get(masked).is_end() {
-                // What is ready is linked to another task.
-                ReadyStep::Done(Found::Waiting)
-            } else {
-                let place = place.filter(|_| walk::goes_on(masked)).unwrap_or_else(|| {
-                    walk::begin(masked);
-                    ReadyPlace::Start
-                });
-                place.step(masked, task, suspension.is_some())
-            };
-            if let ReadyStep::Done(found) = step
-                && let Some(Suspension { flag, .. }) = suspension
-            {
-                task.suspend(masked);
-                task.set_flags(masked, flag);
-                if found == Found::Ready {
-                    walk::end(masked);
-                    task.link.set(masked, Link::PARKED);
-                }
-            }
-            step
+        let result = context.mask(|masked| {
+            let found = look(masked, task, suspension, &mut before)?;
+            Some(then(masked, found))
         });
-        match step {
-            ReadyStep::On(next) => {
-                place = Some(next);
-                arch::part_sections();
-            }
-            ReadyStep::Done(result) => return result,
+        if let Some(result) = result {
+            return result;
         }
     }
 }
 
-/// How far a walk along the ready tasks has got.
-#[derive(Clone, Copy)]
-enum ReadyPlace {
-    Start,
-    /// To this one in the list that begins with the head.
-    Head(&'static ControlBlock),
-    /// To `before`, among those that have arrived, of which `last` was the last.
-    Arrived {
-        before: &'static ControlBlock,
-        last: &'static ControlBlock,
-    },
-}
-
-enum ReadyStep {
-    On(ReadyPlace),
-    Done(Found),
-}
-
-impl ReadyPlace {
-    /// One step on the way to `task`, which is taken out where it is found if `take` says so.
-    #[inline(always)]
-    fn step(self, masked: &Masked, task: &'static ControlBlock, take: bool) -> ReadyStep {
-        let ready = &KERNEL.ready;
-        match self {
-            ReadyPlace::Start => {
-                let head = ready.head.get(masked);
-                if !head.is(task) {
-                    return ReadyStep::On(ReadyPlace::Head(head));
-                }
-                if take {
-                    ready::leave_head(masked);
-                }
-            }
-            ReadyPlace::Head(before) if before.is(&IDLE) => {
-                return match ready::last_arrived(masked, task) {
-                    Some(last) => ReadyStep::On(ReadyPlace::Arrived { before: last, last }),
-                    None => ReadyStep::Done(Found::Waiting),
-                };
-            }
-            ReadyPlace::Head(before) => {
-                let next = before.next_ready(masked);
-                if !next.is(task) {
-                    return ReadyStep::On(ReadyPlace::Head(next));
-                }
-                if take {
-                    before.link.set(masked, task.link.get(masked));
-                }
-            }
-            ReadyPlace::Arrived { before, last } => {
-                // Interrupts append.
-                if !ready::last_arrived(masked, task).is_some_and(|now| now.is(last)) {
-                    return ReadyStep::On(ReadyPlace::Start);
-                }
-                let next = before.next_ready(masked);
-                if !next.is(task) {
-                    return match next.is(last) {
-                        true => ReadyStep::Done(Found::Waiting),
-                        false => ReadyStep::On(ReadyPlace::Arrived { before: next, last }),
-                    };
-                }
-                if take {
-                    ready::take_after(masked, before, task);
-                }
-            }
+/// One step of a search: `None` if it goes on.
+#[cfg(not(target_arch = "avr"))]
+fn look(
+    masked: &Masked,
+    task: &'static ControlBlock,
+    suspension: Suspension,
+    before: &mut Option<&'static ControlBlock>,
+) -> Option<Found> {
+    *before = before.filter(|_| walk::goes_on(masked));
+    // Once in a walk: what changes this ends the walk.
+    if before.is_none() {
+        if !task.is_started(masked) {
+            return Some(Found::NotStarted);
         }
-        ReadyStep::Done(Found::Ready)
+        if task.has_any(masked, suspension.unless) {
+            return Some(Found::Refused);
+        }
+        if task.is_suspended(masked) {
+            return Some(Found::Suspended);
+        }
+        walk::begin(masked);
+    }
+    let last = ready::last_arrived(masked, task);
+    let mut next = ready::behind(masked, *before);
+    if next.is_none() {
+        // Behind the idle task: on with the first of those that have arrived at its priority. Interrupts append.
+        *before = last;
+        next = last.map(|last| last.next_ready(masked));
+    }
+    let is_ready = next.is_some_and(|next| next.is(task));
+    if !is_ready && next.map(ptr::from_ref) != last.map(ptr::from_ref) {
+        *before = next;
+        return None;
+    }
+    walk::end(masked);
+    if suspension.unless != 0 {
+        if is_ready {
+            ready::take_after(masked, *before, task);
+            task.link.set(masked, Link::PARKED);
+        }
+        task.suspend(masked);
+        task.set_flags(masked, suspension.flag);
+    }
+    Some(if is_ready { Found::Ready } else { Found::Waiting })
+}
+
+/// Takes `task`, which is held, from those that wait for a semaphore, if it does.
+///
+/// Linear in the number of tasks that wait for the same, in steps.
+#[cfg(not(target_arch = "avr"))]
+pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlBlock) {
+    while let Some(semaphore) = awaited(context, task) {
+        expel(context, semaphore, task, |masked| task.link.set(masked, Link::PARKED));
     }
 }
 
 /// The semaphore that `task`, which is suspended, waits for, if it does.
-///
-/// Linear in the number of tasks that wait for it, in steps.
-#[inline(never)]
-pub(crate) fn awaited(
-    context: &mut impl ThreadContext,
-    task: &'static ControlBlock,
-) -> Option<&'static Semaphore> {
+#[cfg(not(target_arch = "avr"))]
+fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Option<&'static Semaphore> {
     let mut place: Option<(&'static ControlBlock, Link)> = None;
     loop {
         let (link, began_with) = context.mask(|masked| {
@@ -239,10 +197,7 @@ pub(crate) fn awaited(
             }
         });
         match link.task() {
-            Some(next) => {
-                place = Some((next, began_with));
-                arch::part_sections();
-            }
+            Some(next) => place = Some((next, began_with)),
             None => return link.semaphore(),
         }
     }

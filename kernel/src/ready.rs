@@ -91,7 +91,7 @@ pub(crate) fn leave_head(masked: &Masked) -> &'static ControlBlock {
 
 /// Makes `next` the head, unless it is outranked by one that has arrived: then the scheduler, which finds that.
 #[inline(always)]
-fn put_head(masked: &Masked, next: &'static ControlBlock) {
+pub(crate) fn put_head(masked: &Masked, next: &'static ControlBlock) {
     let ready = &KERNEL.ready;
     let is_outranked = ready.arrived.get(masked) & next.above.get(masked) != 0;
     if is_outranked {
@@ -209,24 +209,46 @@ pub(crate) fn append(masked: &Masked, task: &'static ControlBlock) {
 }
 
 /// The last task that arrived at `task`'s priority.
-#[inline(always)]
+#[cfg(not(target_arch = "avr"))]
 pub(crate) fn last_arrived(masked: &Masked, task: &ControlBlock) -> Option<&'static ControlBlock> {
     KERNEL.ready.last[task.index(masked)].get(masked)
 }
 
-/// Takes `task` from those that arrived at its priority, where it stands behind `before`.
-#[inline(always)]
-pub(crate) fn take_after(masked: &Masked, before: &'static ControlBlock, task: &'static ControlBlock) {
+/// Who stands behind `before` among those that are ready; the head without a `before`. Nobody is behind the idle task.
+#[cfg(not(target_arch = "avr"))]
+pub(crate) fn behind(
+    masked: &Masked,
+    before: Option<&'static ControlBlock>,
+) -> Option<&'static ControlBlock> {
+    match before {
+        Some(before) => before.link.get(masked).task(),
+        None => Some(KERNEL.ready.head.get(masked)),
+    }
+}
+
+/// Takes `task` from where it stands behind `before`, as [`behind`] says.
+#[cfg(not(target_arch = "avr"))]
+pub(crate) fn take_after(
+    masked: &Masked,
+    before: Option<&'static ControlBlock>,
+    task: &'static ControlBlock,
+) {
     let ready = &KERNEL.ready;
+    match before {
+        Some(before) => before.link.set(masked, task.link.get(masked)),
+        None => {
+            leave_head(masked);
+        }
+    }
     let last = &ready.last[task.index(masked)];
-    if before.is(task) {
-        last.set(masked, None);
-        ready.arrived.set(masked, ready.arrived.get(masked) & !task.bit(masked));
+    if !last.get(masked).is_some_and(|last| last.is(task)) {
         return;
     }
-    before.link.set(masked, task.link.get(masked));
-    if last.get(masked).is_some_and(|last| last.is(task)) {
-        last.set(masked, Some(before));
+    // It was the last of those that have arrived, and perhaps the only one.
+    let now_last = before.filter(|before| !before.is(task));
+    last.set(masked, now_last);
+    if now_last.is_none() {
+        ready.arrived.set(masked, ready.arrived.get(masked) & !task.bit(masked));
     }
 }
 

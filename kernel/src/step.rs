@@ -68,10 +68,8 @@ impl TaskHandle {
         arch::switch_from_call();
         // A task that has ended never meets the trap, so this one does.
         task.mask(|masked| {
-            if STEPPED.get(masked).is_some() {
-                PRIORITY.set(masked, None);
-                STEPPED.set(masked, Some(ready::running(masked)));
-            }
+            PRIORITY.set(masked, None);
+            STEPPED.set(masked, Some(ready::running(masked)));
         });
         // Whoever has arrived meanwhile.
         if ready::restore(task) {
@@ -81,34 +79,31 @@ impl TaskHandle {
     }
 }
 
-/// The trap has found the task. Returns whether the step is made, and the trap to be disabled.
+/// The trap has found the task, which is the running one. Returns whether the step is made, and the trap to be disabled.
 #[doc(hidden)]
 pub fn stepped(interrupt: &mut Interrupt) -> bool {
     interrupt.mask(|masked| {
-        let Some(control) = STEPPED.get(masked) else { return true };
+        let Some(priority) = PRIORITY.get(masked) else { return true };
+        let control = ready::running(masked);
         let is_head = KERNEL.ready.head.get(masked).is(control);
-        let is_stepped = PRIORITY.get(masked).is_some();
-        if is_stepped && is_head && control.has_flag(masked, Flag::Locks) {
+        let locks = control.has_flag(masked, Flag::Locks);
+        if is_head && locks {
             return false;
         }
-        STEPPED.set(masked, None);
-        let Some(priority) = PRIORITY.replace(masked, None) else { return true };
-        if control.is_suspended(masked) {
-            // By itself.
+        PRIORITY.set(masked, None);
+        let is_p0 = control.above.get(masked) == 0;
+        // Unless the task has lowered it.
+        if is_p0 || control.is_suspended(masked) {
             control.change_priority(masked, priority);
-        } else if control.above.get(masked) == 0 {
-            control.change_priority(masked, priority);
-            if control.has_flag(masked, Flag::Locks) {
-                // It waits for a mutex, and whoever hands that over must find it able to run.
-                control.above.set(masked, priority.above());
-            } else {
-                control.suspend(masked);
-            }
-            if is_head {
-                KERNEL.ready.head.set(masked, control.next_ready(masked));
-                control.link.set(masked, Link::PARKED);
-                walk::end(masked);
-            }
+            control.suspend(masked);
+        }
+        if is_p0 && locks {
+            // It waits for a mutex, and whoever hands that over must find it able to run.
+            arch::resume(masked, control);
+        } else if is_p0 && is_head {
+            KERNEL.ready.head.set(masked, control.next_ready(masked));
+            control.link.set(masked, Link::PARKED);
+            walk::end(masked);
         }
         true
     })

@@ -137,7 +137,7 @@ impl ControlBlock {
     }
 
     /// The bit of this task's priority in a set of priorities.
-    #[inline(always)]
+    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn bit(&self, masked: &Masked) -> u8 {
         self.above.get(masked).wrapping_add(1)
     }
@@ -165,14 +165,9 @@ impl ControlBlock {
 
     /// The set of priorities above this task's, without the ceiling of a mutex.
     pub(crate) fn above_priority(&self, context: &mut impl Context) -> u8 {
-        self.rank(context).1
-    }
-
-    /// The priority in the low three bits, and the set of those above it.
-    pub(crate) fn rank(&self, context: &mut impl Context) -> (u8, u8) {
         let priority = context.mask(|masked| self.priority.get(masked)) & PRIORITY;
         // Outside of the masked section: the AVR shifts by one bit at a time.
-        (priority, arch::worked_out((1 << priority) - 1))
+        arch::worked_out((1 << priority) - 1)
     }
 
     #[inline(always)]

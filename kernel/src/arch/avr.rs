@@ -36,6 +36,7 @@
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
+mod control;
 mod expiry;
 mod stand_in;
 mod start;
@@ -45,6 +46,7 @@ mod vectors;
 mod waits;
 mod wakes;
 
+pub(crate) use control::{release, resume, search, withdraw};
 pub(crate) use start::{Laid, fits, lay_body, lay_context, leave, run, stack};
 #[doc(hidden)]
 pub use switch::{kernel_enter_interrupt, kernel_enter_with_status, kernel_expire};

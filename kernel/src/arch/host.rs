@@ -18,15 +18,16 @@ use std::vec::Vec;
 use corosensei::stack::{DefaultStack, Stack as _};
 use corosensei::{Coroutine, Yielder};
 
-use crate::context::{Context, Interrupt, Task};
+use crate::context::{Context, Interrupt, Task, ThreadContext};
 use crate::group::Group;
 use crate::link::Link;
+use crate::list::{self, Found, Suspension};
 use crate::masked::Masked;
 use crate::pool::{Pooled, Slot};
 use crate::queue::{Appended, Queue};
 use crate::semaphore::{Came, Semaphore, Until};
 use crate::target::Target;
-use crate::task::{Boot, ControlBlock, Flag, Never};
+use crate::task::{Boot, ControlBlock, Flag, Never, Priority};
 use crate::timer::{Ticks, Timer};
 use crate::word::State;
 use crate::{IDLE, KERNEL, SCHEDULER, ready, timer};
@@ -277,6 +278,32 @@ pub(crate) fn enter_list(
     until: Option<&Until>,
 ) -> Came {
     semaphore.enter(task, own, until)
+}
+
+pub(crate) fn search<R>(
+    context: &mut impl ThreadContext,
+    task: &'static ControlBlock,
+    suspension: Suspension,
+    then: impl Fn(&Masked, Found) -> R,
+) -> R {
+    list::search(context, task, suspension, then)
+}
+
+pub(crate) fn resume(masked: &Masked, task: &'static ControlBlock) -> Option<bool> {
+    let may = task.is_suspended(masked) && !task.has_flag(masked, Flag::Held);
+    let priority = task.priority(masked);
+    may.then(|| release(masked, task, priority, priority.above()))
+}
+
+pub(crate) fn release(masked: &Masked, task: &'static ControlBlock, priority: Priority, above: u8) -> bool {
+    task.change_priority(masked, priority);
+    task.clear_flag(masked, Flag::Held);
+    task.above.set(masked, above);
+    task.link.get(masked) == Link::PARKED && make_ready(masked, task)
+}
+
+pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlBlock) {
+    list::withdraw(context, task);
 }
 
 pub(crate) fn yield_now(task: &mut Task) {
