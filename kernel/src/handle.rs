@@ -2,6 +2,7 @@
 
 use crate::arch;
 use crate::context::{Context, Private, Task, ThreadContext};
+use crate::link::Link;
 use crate::list::{Found, Suspension};
 use crate::masked::Masked;
 use crate::ready;
@@ -62,7 +63,11 @@ impl TaskHandle {
     /// [`Refused`], with nothing done.
     pub fn suspend(self, context: &mut impl ThreadContext) -> Result<(), Refused> {
         if let Some(task) = self.as_self(context) {
-            ready::retire(task, ControlBlock::suspend);
+            task.mask(|masked| {
+                let control = ready::retire(masked);
+                control.suspend(masked);
+                control.link.set(masked, Link::PARKED);
+            });
             arch::switch_from_call();
             return Ok(());
         }
@@ -84,11 +89,13 @@ impl TaskHandle {
     pub fn set_priority(self, context: &mut impl ThreadContext, priority: Priority) -> Result<(), Refused> {
         let above = arch::worked_out(priority.above());
         let is_due = if let Some(task) = self.as_self(context) {
-            !ready::retire(task, |control, masked| {
+            task.mask(|masked| {
+                let control = ready::retire(masked);
                 control.change_priority(masked, priority);
                 control.above.set(masked, above);
-                arch::make_ready(masked, control)
-            })
+                arch::make_ready(masked, control);
+            });
+            true
         } else {
             // One that is suspended is in no list that goes by priority.
             let found = self.take(context, HOLD, |masked| self.control.change_priority(masked, priority))?;
@@ -167,8 +174,8 @@ impl TaskHandle {
 impl Task {
     /// Ends this task; its stack can be started again. Nothing that it has is dropped.
     pub fn exit(&mut self) -> Never {
-        ready::retire(self, |control, masked| {
-            control.forget(masked);
+        self.mask(|masked| {
+            ready::retire(masked).forget(masked);
             arch::leave(masked)
         })
     }

@@ -113,10 +113,15 @@ pub(crate) fn block_unless(task: &mut Task, link: Link, is_over: impl Fn(&Masked
     })
 }
 
-/// Takes the running task from the ready ones, and does `then` in the same masked section.
-#[inline(always)]
-pub(crate) fn retire<R>(task: &mut Task, then: impl FnOnce(&'static ControlBlock, &Masked) -> R) -> R {
-    task.mask(|masked| then(block(masked, Link::PARKED), masked))
+/// Takes the running task, which is the head, from the ready ones; who runs next is left to the scheduler. Returns it, whose link is
+/// to be set.
+#[inline(never)]
+pub(crate) fn retire(masked: &Masked) -> &'static ControlBlock {
+    let task = KERNEL.ready.head.get(masked);
+    SCHEDULER.link.set(masked, task.link.get(masked));
+    KERNEL.ready.head.set(masked, &SCHEDULER);
+    walk::end(masked);
+    task
 }
 
 /// The scheduler, which is the head: puts the first of the highest that have arrived before the next task, if it outranks that.

@@ -66,15 +66,14 @@ impl TaskHandle {
             Ok(())
         })?;
         arch::switch_from_call();
-        // A task that has ended never meets the trap, so this one does.
         task.mask(|masked| {
+            // A task that has ended never meets the trap, so this one does.
             PRIORITY.set(masked, None);
             STEPPED.set(masked, Some(ready::running(masked)));
+            // After whoever has arrived meanwhile and outranks it.
+            ready::put_head(masked, ready::running(masked));
         });
-        // Whoever has arrived meanwhile.
-        if ready::restore(task) {
-            arch::switch_from_call();
-        }
+        arch::switch_from_call();
         Ok(())
     }
 }
