@@ -107,3 +107,31 @@ fn the_instruction_after_sei_runs_before_an_interrupt_from_outside() {
         assert!(mcu.step().is_some(), "accepted after it");
     }
 }
+
+#[test]
+fn time_goes_on_where_no_timer_is_armed() {
+    const MILLISECOND: u64 = 16_000;
+    for target in TARGETS {
+        let mut mcu = target.mcu(target.image("quiet"));
+        mcu.drive_pin(target.button, false);
+        let mut first = None;
+        // In between more than the longest time that can be asked for, when the ticks are counted anew.
+        for at in [1_000, 40_000, 80_000, 200_000] {
+            mcu.run_until(at * MILLISECOND + MILLISECOND / 2);
+            mcu.take_markers();
+            mcu.drive_pin(target.button, true);
+            mcu.run_until((at + 8) * MILLISECOND);
+            mcu.drive_pin(target.button, false);
+            let marks = mcu.take_markers();
+            let [pressed, once, twice] = marks[..] else { panic!("at {at} ms: {marks:?}") };
+            let now = u64::from(pressed.value);
+            let &mut (first_now, first_at) = first.get_or_insert((now, at));
+            // The clock runs on the board's crystal: at most a tick begins in between.
+            let passed = [at - first_at, at - first_at + 1].map(|ticks| (first_now + ticks) & 0x7f);
+            assert!(passed.contains(&now), "at {at} ms the tick is {now}, where one of {passed:?} should be");
+            assert_eq!([once.value, twice.value], [0x80, 0x81]);
+            let ticks = (twice.cycle - once.cycle).div_ceil(MILLISECOND / 4);
+            assert!((11..=13).contains(&ticks), "3 ticks at {at} ms: {} cycles", twice.cycle - once.cycle);
+        }
+    }
+}

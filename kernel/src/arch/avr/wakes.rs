@@ -174,10 +174,10 @@ pub(super) unsafe extern "C" fn kernel_signal() {
             "ldd r19, Z+{link}+1",                // 2
             "st X, r19",                          // 2: the next one is the first now
             "st -X, r18",                         // 2
-            // Makes the task Z ready. r24 as above.
-            ".global kernel_make_ready",
-            "kernel_make_ready:",
             "ld r25, Z",                          // 2: the priorities above the task
+            "cpi r25, {suspended}",               // 1
+            "breq 6f",                            // 1
+            "7:",
             "lds r26, {kernel}+{head}",           // 2: X = the head
             "lds r27, {kernel}+{head}+1",         // 2
             "ld r24, X",                          // 2: the priorities above that
@@ -189,6 +189,11 @@ pub(super) unsafe extern "C" fn kernel_signal() {
             "sts {kernel}+{head}+1, r31",         // 2
             "ldi r24, 1",                         // 1
             "ret",                                // 4
+            // Makes the task Z ready, which stands in for no other. r24 as above.
+            ".global kernel_make_ready",
+            "kernel_make_ready:",
+            "ld r25, Z",                          // 2
+            "rjmp 7b",                            // 2
             // Nobody waits for the signal: it is stored. X is at the high byte of the semaphore's word r19:r18.
             ".global kernel_store_signal",
             "kernel_store_signal:",
@@ -202,14 +207,32 @@ pub(super) unsafe extern "C" fn kernel_signal() {
             "3:",
             "clr r24",                            // 1
             "ret",                                // 4
-            // The task Z does not outrank the head. r24 as above.
+            // The task Z, first of those that waited, does not outrank the head. r24 as above.
             ".global kernel_arrive",
             "kernel_arrive:",
             "ld r25, Z",                          // 2
+            "cpi r25, {suspended}",               // 1
+            "brne 2f",                            // 2, or 1
+            "6:",
+            "ldd r25, Z+{priority}",              // 2
+            "sbrs r25, {stands_in}",              // 1, or 2
+            "rjmp 4f",                            // 2
+            // It stands in for another task, in a program where one waits for several semaphores.
+            ".weak kernel_stand_in",
+            "jmp kernel_stand_in",                // 3
             "1:",
             "cpi r25, {suspended}",               // 1
-            "breq 6f",                            // 1
+            "brne 2f",                            // 2, or 1
+            // It is suspended, and left until it is resumed.
+            "4:",
+            "ldi r24, lo8({parked})",             // 1
+            "ldi r25, hi8({parked})",             // 1
+            "std Z+{link}, r24",                  // 2
+            "std Z+{link}+1, r25",                // 2
+            "clr r24",                            // 1
+            "ret",                                // 4
             // It joins those that have arrived at its priority.
+            "2:",
             "ldd r26, Z+{priority}",              // 2: as below, without a call: interrupts may be masked for long
             "andi r26, 7",                        // 1
             "lsl r26",                            // 1
@@ -240,17 +263,6 @@ pub(super) unsafe extern "C" fn kernel_signal() {
             "lds r24, {kernel}+{arrived}",        // 2
             "or r24, r25",                        // 1
             "sts {kernel}+{arrived}, r24",        // 2
-            "clr r24",                            // 1
-            "ret",                                // 4
-            "6:",
-            "ldd r25, Z+{priority}",              // 2
-            "sbrc r25, {stands_in}",              // 1, or 2
-            "rjmp 7f",                            // 2
-            // It is suspended, and left until it is resumed.
-            "ldi r24, lo8({parked})",             // 1
-            "ldi r25, hi8({parked})",             // 1
-            "std Z+{link}, r24",                  // 2
-            "std Z+{link}+1, r25",                // 2
             "clr r24",                            // 1
             "ret",                                // 4
             // A task signals the semaphore Z. It preserves what a call does.
@@ -312,10 +324,6 @@ pub(super) unsafe extern "C" fn kernel_signal() {
             "pop r3",                             // 2
             "pop r2",                             // 2
             "ret",                                // 4
-            // It stands in for another task, in a program where one waits for several semaphores.
-            "7:",
-            ".weak kernel_stand_in",
-            "jmp kernel_stand_in",                // 3
             // X = where the last is of those that have arrived at the priority of the task Z.
             ".global kernel_queue_of",
             "kernel_queue_of:",
