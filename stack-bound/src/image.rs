@@ -14,7 +14,7 @@ const DATA: u64 = 0x80_0000;
 const TASKS: &str = ".debug_tasks";
 
 /// What the name of the function begins with in which a task begins; the task's body follows, and `>`.
-pub(crate) const ENTRY: &str = "kernel::arch::avr::enter::<";
+pub(crate) const ENTRY: &str = "kernel::arch::avr::start::enter::<";
 
 /// The part of `e_flags` that names the architecture, and the one whose program counter has 3 bytes.
 const ARCHITECTURE: u32 = 0x7f;
