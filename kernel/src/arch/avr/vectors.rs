@@ -39,7 +39,7 @@ macro_rules! interrupt {
 
 /// Declares the vector that drives the kernel's tick.
 ///
-/// It counts down to the first timer: 36 cycles a tick with the interrupt's own 11, however many timers are
+/// It counts down to the first timer: 35 cycles a tick with the interrupt's own 11, however many timers are
 /// armed. Only when one is due does it become an interrupt like any other.
 #[macro_export]
 macro_rules! tick_interrupt {

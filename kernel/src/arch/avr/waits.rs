@@ -43,7 +43,7 @@ pub(crate) fn enter_list(
     unsafe { kernel_enter(semaphore, own, until) }
 }
 
-/// Takes a signal of `semaphore`, and blocks until there is one. 64 cycles to a task that blocked likewise, where none else waits.
+/// Takes a signal of `semaphore`, and blocks until there is one. 95 cycles to a task that blocked likewise, where none else waits.
 #[inline(always)]
 pub(crate) fn wait(semaphore: &Semaphore, _: &mut Task) {
     // SAFETY: a task calls this, with interrupts enabled. All that changes meanwhile is declared.

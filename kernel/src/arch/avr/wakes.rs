@@ -71,7 +71,7 @@ pub(crate) fn post(semaphore: &Semaphore, _: &mut Task) {
 /// Saves the running task's context and takes up the head's; returns when this task runs again. It is a call, and preserves
 /// what one does.
 ///
-/// 120 cycles to a task that blocked likewise. If an interrupt has made the switch first, this one is to the task itself, and
+/// 117 cycles to a task that blocked likewise. If an interrupt has made the switch first, this one is to the task itself, and
 /// comes back at once.
 #[inline(always)]
 pub(crate) fn switch_from_call() {
