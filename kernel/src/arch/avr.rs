@@ -1,7 +1,7 @@
 //! The classic AVR (ATmega128 datasheet, "AVR CPU Core").
 //!
 //! # Two kinds of context
-//! A task that blocks does so at a place the compiler knows: [`switch`] tells it that every register is
+//! A task that blocks does so at a place the compiler knows: a call that tells it that every register is
 //! lost there, and the compiler keeps what it needs, no more. So a *voluntary* context is the return address
 //! and Y, which can't be declared lost: 4 bytes. An interrupt strikes anywhere: its *preempted* context is
 //! all 32 registers, SREG and the program counter, 35 bytes. Bit 15 of the saved stack pointer, which no
@@ -28,7 +28,7 @@
 //! # Stacks
 //! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. Its
 //! first [`IDLE_STACK`] bytes are the idle task's, which has nothing to remember: it is begun anew each time. So its stack also
-//! serves where the kernel has interrupts enabled: to save and load contexts, and for the expiry of timers.
+//! serves where the kernel has interrupts enabled: to save and load contexts, for the scheduler, and for the expiry of timers.
 //!
 //! RAMPZ, on an MCU that has it, is part of a preempted context: its bit 0 lies in bit 7 of SREG, which every interrupt finds
 //! clear. Where it has two bits (ATmega2560), that one tells whether any is set, and they lie in the upper half of the
