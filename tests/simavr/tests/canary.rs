@@ -40,6 +40,18 @@ fn no_image_multiplies_i32_with_a_check_for_overflow() {
     }
 }
 
+/// How much the linker makes of a program would depend on where it was built (docs/toolchain.md).
+#[test]
+fn no_image_has_debugging_information() {
+    let programs = programs(&images());
+    assert!(programs.len() > 20, "{programs:?}");
+    for program in programs {
+        let bytes = std::fs::read(&program).unwrap_or_else(|error| panic!("{}: {error}", program.display()));
+        let producer = b"clang LLVM (rustc"; // of such information; that of avr-libc's start-up code is always the same
+        assert!(!bytes.windows(producer.len()).any(|bytes| bytes == producer), "{}", program.display());
+    }
+}
+
 /// The programs in a directory and those below it.
 fn programs(directory: &Path) -> Vec<PathBuf> {
     let entries = directory.read_dir().unwrap_or_else(|error| panic!("{}: {error}", directory.display()));
