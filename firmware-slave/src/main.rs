@@ -69,9 +69,9 @@ mod stack {
     use super::Stack;
 
     pub static RECEIVE: Stack<279> = Stack::new();
-    pub static SEND_USART0: Stack<210> = Stack::new();
-    pub static SEND_USART1: Stack<210> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<210> = Stack::new();
+    pub static SEND_USART0: Stack<233> = Stack::new();
+    pub static SEND_USART1: Stack<233> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<233> = Stack::new();
     pub static MOTORS: Stack<153> = Stack::new();
     pub static DEVICES: Stack<289> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();

@@ -12,7 +12,8 @@ pub trait Transmit {
     /// Whether a frame is coming in. The line is half duplex, so to send now would be to drown it.
     fn is_busy(&self, task: &mut Task) -> bool;
 
-    /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost.
+    /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost; so where a character
+    /// is just coming in it may wait for its end.
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]);
 }
 

@@ -27,9 +27,10 @@ pub trait Line {
     #[doc(hidden)]
     fn port() -> &'static Port;
 
-    /// Begins to send what the port has to send, at least one byte.
+    /// Begins to send what the port has to send, at least one byte. Returns whether it has: a line that knows of a
+    /// character before that has ended does not begin while one comes in.
     #[doc(hidden)]
-    fn begin(task: &mut Task);
+    fn begin(task: &mut Task) -> bool;
 }
 
 /// What the tasks and the interrupts of a line share. The inbox comes first, where the vectors look for it.
@@ -106,7 +107,7 @@ impl Port {
 /// The sending half of a line. Of one type for all lines: the tasks that have it are in flash once.
 pub struct Transmitter {
     port: &'static Port,
-    begin: fn(&mut Task),
+    begin: fn(&mut Task) -> bool,
 }
 
 /// The receiving half of a line. Of one type for all lines, too.
@@ -141,11 +142,14 @@ impl Transmit for Transmitter {
         // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
         // borrows them, does not return before.
         let outbox = unsafe { Outbox::of(bytes) };
-        task.mask(|masked| {
-            self.port.inbox.forget_frame(masked); // what comes in is drowned
-            self.port.outbox.set(masked, outbox);
-        });
-        (self.begin)(task);
+        loop {
+            task.mask(|masked| self.port.outbox.set(masked, outbox));
+            if (self.begin)(task) {
+                break;
+            }
+            task.delay(1);
+        }
+        task.mask(|masked| self.port.inbox.forget_frame(masked)); // what comes in is drowned
         self.port.is_sent.wait(task);
     }
 }

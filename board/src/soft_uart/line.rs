@@ -64,18 +64,22 @@ impl Line for SoftUart {
         &PORT
     }
 
-    fn begin(task: &mut Task) {
+    fn begin(task: &mut Task) -> bool {
         let mut encoder = PulseEncoder::new();
-        let Some((byte, _)) = task.mask(|masked| PORT.next(masked)) else { return };
+        let Some((byte, _)) = task.mask(|masked| PORT.next(masked)) else { return false };
         encoder.begin(byte);
         let first = encoder.next(|| task.mask(next_byte));
         task.mask(|masked| {
+            if DECODER.get(masked).is_busy() {
+                return false;
+            }
             STATE.set(masked, State::Sending);
             DECODER.set(masked, EdgeDecoder::new()); // what comes in is drowned
             ENCODER.set(masked, encoder);
             registers::begin_pulses(LEAD);
             set_pulse(first);
-        });
+            true
+        })
     }
 }
 

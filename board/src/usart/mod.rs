@@ -47,8 +47,9 @@ macro_rules! start {
                 &$PORT
             }
 
-            fn begin(_: &mut Task) {
+            fn begin(_: &mut Task) -> bool {
                 $Usart::set_control(SENDING);
+                true
             }
         }
     )+};

@@ -13,9 +13,8 @@ use superbot_tests_simavr::{MILLISECOND, firmware};
 const END: u64 = 5_000 * MILLISECOND;
 const LOOK: u64 = 100 * MILLISECOND;
 
-/// Before this modules may still look for their neighbours, and chance decides who has found them: with one seed of a few hundred for
-/// longer than 150 ms.
-const DISCOVERY: u64 = 250 * MILLISECOND;
+/// Before this modules may still look for their neighbours, and chance decides who has found them.
+const DISCOVERY: u64 = 150 * MILLISECOND;
 
 /// Modules get their power within this time, in both engines at the same moments.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;

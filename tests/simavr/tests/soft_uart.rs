@@ -105,9 +105,31 @@ fn a_frame_that_is_cut_off_is_ended_when_the_next_begins() {
     let start = mcu.cycle();
     mcu.receive(LINE, Character { value: 7, start, end: start + FRAME });
     mcu.run_until(start + 5 * MILLISECOND);
-    // The zero is put in as this frame begins, and comes back while it is on its way: so it is drowned.
+    // The zero is put in as this frame begins.
     assert_eq!(exchange(&mut mcu, &[8, 9, 0], 0), [7, 0]);
-    assert_eq!(exchange(&mut mcu, &[8, 9, 0], 0), [8, 9, 0]);
+    assert_eq!(exchange(&mut mcu, &[], 0), [8, 9, 0]);
+}
+
+/// The line hears nothing while it sends: to answer the first frame at once would be to lose the second.
+#[test]
+fn nothing_is_sent_while_a_character_comes_in() {
+    let mut mcu = echo();
+    let frame = [1, 2, 3, 0];
+    // From where the second frame begins as the first ends, to where the answer has begun.
+    for pause in (0..FRAME / 8).step_by(10) {
+        let mut start = mcu.cycle();
+        for (place, value) in [frame, frame].concat().into_iter().enumerate() {
+            start += if place == frame.len() { pause } else { 0 };
+            mcu.receive(LINE, Character { value, start, end: start + FRAME });
+            start += FRAME;
+        }
+        mcu.run_until(start);
+        let before = mcu.take_sent(LINE);
+        assert!(before.is_empty(), "{pause} cycles after the first frame: {before:?}");
+        mcu.run_until(start + 20 * FRAME);
+        let heard: Vec<u8> = mcu.take_sent(LINE).into_iter().map(|character| character.value).collect();
+        assert_eq!(heard, [frame, frame].concat(), "{pause} cycles after the first frame");
+    }
 }
 
 #[test]
