@@ -129,7 +129,7 @@ fn start(boot: &mut Boot) -> Option<()> {
 
     let (transmitter0, receiver0) = board.usart0.start(Interrupts);
     let (transmitter1, receiver1) = board.usart1.start(Interrupts);
-    let (transmitter2, receiver2) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+    let (transmitter2, receiver2) = board.soft_uart.start(Interrupts, boot.interrupt());
     stack::RECEIVE
         .start(boot, Priority::P1, move |task| {
             let docks = [
@@ -151,10 +151,10 @@ fn start(boot: &mut Boot) -> Option<()> {
         .ok()?;
 
     let signal = BRIDGE.mailbox().semaphore();
-    let bus = board.twi.start(Interrupts, &mut boot.interrupt(), MASTER.address, SLAVE.address, signal);
+    let bus = board.twi.start(Interrupts, boot.interrupt(), MASTER.address, SLAVE.address, signal);
     stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
 
-    let (rhythm, analog) = board.adc.start(Interrupts, &mut boot.interrupt(), DEVICES.semaphore());
+    let (rhythm, analog) = board.adc.start(Interrupts, boot.interrupt(), DEVICES.semaphore());
     let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe)
         .with_roll(board.roll_pwm, board.roll_direction);
     stack::MOTORS

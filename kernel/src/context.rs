@@ -25,11 +25,11 @@
 
 use core::marker::PhantomData;
 
-use crate::KERNEL;
 use crate::arch;
-use crate::masked::Masked;
+use crate::critical::Masked;
+use crate::ready;
 use crate::task::Boot;
-use crate::timer::Ticks;
+use crate::timer::{TICKS, Ticks};
 
 mod sealed {
     use super::Task;
@@ -61,7 +61,7 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     #[inline(always)]
     fn now(&mut self) -> Ticks {
-        self.mask(|masked| KERNEL.timers.now(masked))
+        self.mask(|masked| TICKS.get(masked))
     }
 }
 
@@ -148,14 +148,8 @@ impl Context for Task {
     #[inline(always)]
     fn reschedule(&mut self, is_needed: bool) {
         if is_needed {
-            arch::switch_from_call();
+            arch::switch_from_call(self);
         }
-    }
-
-    // Tasks read the clock in many places; as a call it takes 4 bytes of flash instead of 30.
-    #[inline(never)]
-    fn now(&mut self) -> Ticks {
-        self.mask(|masked| KERNEL.timers.now(masked))
     }
 }
 
@@ -185,45 +179,10 @@ impl Context for Interrupt {
 impl Context for Boot {
     #[inline(always)]
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
-        body(&self.masked)
+        self.interrupt().mask(body)
     }
 
     /// The highest task runs when `Boot` is over.
-    #[inline(always)]
-    fn reschedule(&mut self, _is_needed: bool) {}
-}
-
-/// The context of the expiry of timers: a tick's interrupt that lets others strike after each masked section.
-pub(crate) struct Expiry {
-    interrupt: Interrupt,
-}
-
-impl Expiry {
-    /// # Safety
-    /// Only in the tick's interrupt, where it has moved to a stack that handlers leave alone.
-    #[inline(always)]
-    pub(crate) unsafe fn assume() -> Expiry {
-        // SAFETY: the caller's promise.
-        Expiry { interrupt: unsafe { Interrupt::assume() } }
-    }
-
-    /// Like [`Context::mask`], where the section is short and is to stay one with what follows.
-    #[inline(always)]
-    pub(crate) fn peek<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
-        self.interrupt.mask(body)
-    }
-}
-
-impl sealed::Sealed for Expiry {}
-
-impl Context for Expiry {
-    #[inline(always)]
-    fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
-        let result = self.interrupt.mask(body);
-        arch::let_interrupts_strike();
-        result
-    }
-
     #[inline(always)]
     fn reschedule(&mut self, _is_needed: bool) {}
 }
@@ -232,6 +191,8 @@ impl Task {
     /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
     #[inline(always)]
     pub fn yield_now(&mut self) {
-        arch::yield_now(self);
+        if self.mask(ready::rotate) {
+            arch::switch(self);
+        }
     }
 }

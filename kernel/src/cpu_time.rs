@@ -1,16 +1,16 @@
 //! How long each task has had the CPU, by a clock that runs freely.
 //!
-//! Each switch charges what has passed since the last one to the task that ran. An interrupt's time is its whom it struck, also
-//! where it wakes another task: that one's time begins at the switch. Nothing is sampled, so a task that the tick wakes is
+//! Each switch charges what has passed since the last one to the task that ran. An interrupt's time is charged to the task that
+//! it preempted, also where it wakes another one: that one's time begins at the switch. Nothing is sampled, so a task that the tick wakes is
 //! counted like any other.
 //!
 //! Times are counted in the clock's counts and wrap after 2^32: 268 s at 16 MHz. What counts is the difference of two readings.
 
 use crate::arch;
 use crate::context::{Context, Interrupt};
-use crate::handle::TaskHandle;
-use crate::masked::{Masked, MaskedCell};
-use crate::task::ControlBlock;
+use crate::control::TaskHandle;
+use crate::critical::{Masked, MaskedCell};
+use crate::control_block::ControlBlock;
 use crate::{IDLE, ready};
 
 /// Until when the time is charged. Its low half is what the clock said then.
@@ -32,7 +32,6 @@ fn charge(masked: &Masked) {
 }
 
 /// What a switch does before another task is the running one.
-#[cfg(target_arch = "avr")]
 pub(crate) extern "C" fn charge_before_switch() {
     // SAFETY: only the switch calls this, with interrupts masked.
     charge(&unsafe { Masked::assume() });

@@ -2,9 +2,12 @@
 
 use crate::arch;
 use crate::context::{Context, Task};
-use crate::masked::MaskedCell;
-use crate::semaphore::{Came, Semaphore, Until};
-use crate::walk;
+use crate::critical::MaskedCell;
+use crate::proxy::Elapsed;
+use crate::semaphore::Semaphore;
+use crate::timer::{Ticks, now};
+use crate::traversal;
+use crate::wait::{WaitOutcome, WakeCondition};
 
 /// Eight flags that tasks and interrupts set and tasks wait for. 3 bytes.
 ///
@@ -41,7 +44,7 @@ impl EventFlags {
     pub fn set(&self, context: &mut impl Context, flags: u8) {
         context.mask(|masked| {
             self.set.set(masked, self.set.get(masked) | flags);
-            walk::end(masked);
+            traversal::end(masked);
         });
         let mut is_due = false;
         while let Some(is_higher) = context.mask(|masked| self.changed.wake_first(masked)) {
@@ -57,29 +60,72 @@ impl EventFlags {
             if taken != 0 {
                 return taken;
             }
-            self.block(task, Until::any(&self.set, flags));
+            self.block(task, WakeCondition::any(&self.set, flags));
+        }
+    }
+
+    /// The same for `ticks` ticks at most. With 0 ticks it does not block.
+    ///
+    /// # Errors
+    /// [`Elapsed`] when the time is up. No flag was taken then.
+    pub fn wait_any_timeout(&self, task: &mut Task, flags: u8, ticks: Ticks) -> Result<u8, Elapsed> {
+        let mut deadline = Deadline::new(task, ticks);
+        loop {
+            let taken = self.take(task, flags);
+            if taken != 0 {
+                return Ok(taken);
+            }
+            self.block_until(task, WakeCondition::any(&self.set, flags), &mut deadline)?;
         }
     }
 
     /// Takes all of `flags` at once, and blocks until all are set.
     pub fn wait_all(&self, task: &mut Task, flags: u8) {
-        while !task.mask(|masked| {
+        while !self.take_all(task, flags) {
+            self.block(task, WakeCondition::all(&self.set, flags));
+        }
+    }
+
+    /// The same for `ticks` ticks at most. With 0 ticks it does not block.
+    ///
+    /// # Errors
+    /// [`Elapsed`] when the time is up. No flag was taken then.
+    pub fn wait_all_timeout(&self, task: &mut Task, flags: u8, ticks: Ticks) -> Result<(), Elapsed> {
+        let mut deadline = Deadline::new(task, ticks);
+        while !self.take_all(task, flags) {
+            self.block_until(task, WakeCondition::all(&self.set, flags), &mut deadline)?;
+        }
+        Ok(())
+    }
+
+    /// Takes all of `flags` if all are set, and says whether they were.
+    fn take_all(&self, task: &mut Task, flags: u8) -> bool {
+        task.mask(|masked| {
             let set = self.set.get(masked);
             let are_all = set & flags == flags;
             if are_all {
                 self.set.set(masked, set & !flags);
             }
             are_all
-        }) {
-            self.block(task, Until::all(&self.set, flags));
+        })
+    }
+
+    /// Blocks until there is a change, unless `condition` holds.
+    fn block(&self, task: &mut Task, condition: WakeCondition) {
+        if self.changed.block(task, Some(&condition)) == WaitOutcome::Blocked {
+            arch::switch_from_call(task);
         }
     }
 
-    /// Blocks until there is a change, unless `until` has come.
-    fn block(&self, task: &mut Task, until: Until) {
-        if self.changed.block_until(task, Some(&until)) == Came::Blocked {
-            arch::switch_from_call();
-        }
+    /// The same, until `deadline` at most.
+    fn block_until(
+        &self,
+        task: &mut Task,
+        condition: WakeCondition,
+        deadline: &mut Deadline,
+    ) -> Result<(), Elapsed> {
+        let ticks = deadline.left(task);
+        self.changed.wait_for_condition(task, Some(&condition), ticks)
     }
 
     /// Takes those of `flags` that are set, without waiting: 0 if none is.
@@ -89,5 +135,25 @@ impl EventFlags {
             self.set.set(masked, self.set.get(masked) & !taken);
             taken
         })
+    }
+}
+
+/// The time of a wait that several changes may interrupt.
+struct Deadline {
+    left: Ticks,
+    since: Ticks,
+}
+
+impl Deadline {
+    fn new(task: &mut Task, ticks: Ticks) -> Self {
+        Deadline { left: ticks, since: now(task) }
+    }
+
+    /// The ticks that are left. To be asked once in 65,536 ticks at least.
+    fn left(&mut self, task: &mut Task) -> Ticks {
+        let now = now(task);
+        self.left = self.left.saturating_sub(now.wrapping_sub(self.since));
+        self.since = now;
+        self.left
     }
 }

@@ -1,7 +1,7 @@
 //! Byte FIFOs between an interrupt and a task.
 
 use crate::context::Context;
-use crate::masked::{Masked, MaskedCell};
+use crate::critical::{Masked, MaskedCell};
 
 /// A FIFO of up to `BYTES` bytes, at most 255. Nobody waits on it: where tasks shall, see [`Pipe`](crate::Pipe).
 pub struct Fifo<const BYTES: usize> {

@@ -4,6 +4,8 @@
 //! rules or strings would eat the 4 KB; [`flash!`](crate::flash!) leaves it in the low 64 KB of
 //! flash and reads it with `lpm` (ATmega128 datasheet, "ELPM/LPM – Load Program Memory").
 
+use crate::arch;
+
 /// A constant in program memory. Made by [`flash!`](crate::flash!), which places it there.
 ///
 /// A reference to an array of any length is a reference to a table, `&Flash<[T]>`, where one is asked for.
@@ -34,7 +36,7 @@ impl<T: Copy, const N: usize> Flash<[T; N]> {
 
     /// A copy of element `index`, or `None` past the end. Costs 3 cycles a byte and about 20 more.
     pub fn get(&self, index: usize) -> Option<T> {
-        load(&self.0, index)
+        arch::load(&self.0, index)
     }
 
     /// Copies of all elements, in order.
@@ -56,46 +58,13 @@ impl<T: Copy> Flash<[T]> {
 
     /// A copy of element `index`, or `None` past the end.
     pub fn get(&self, index: usize) -> Option<T> {
-        load(&self.0, index)
+        arch::load(&self.0, index)
     }
 
     /// Copies of all elements, in order.
     pub fn iter(&self) -> impl Iterator<Item = T> + '_ {
         (0..self.len()).filter_map(|index| self.get(index))
     }
-}
-
-#[cfg(not(target_arch = "avr"))]
-fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
-    array.get(index).copied()
-}
-
-#[cfg(target_arch = "avr")]
-fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
-    use core::mem::{MaybeUninit, size_of};
-
-    if index >= array.len() {
-        return None;
-    }
-    let mut from = array.as_ptr().cast::<u8>().wrapping_add(index * size_of::<T>());
-    let mut value = MaybeUninit::<T>::uninit();
-    for offset in 0..size_of::<T>() {
-        let byte: u8;
-        // SAFETY: `index` is in range, so the address lies in element `index`, which the contract of
-        // `Flash::new` places in program memory; `lpm` changes nothing but its destination register and Z.
-        unsafe {
-            core::arch::asm!(
-                "lpm {byte}, Z+", // 3 cycles: the byte at Z in the low 64 KB of flash
-                byte = out(reg) byte,
-                inout("Z") from,
-                options(pure, readonly, nostack, preserves_flags),
-            );
-        }
-        // SAFETY: `offset` is below the size of `value`.
-        unsafe { value.as_mut_ptr().cast::<u8>().add(offset).write(byte) }
-    }
-    // SAFETY: every byte of `value` was just copied from a valid `T`, which is `Copy`.
-    Some(unsafe { value.assume_init() })
 }
 
 /// Declares a `static` array that stays in program memory.
@@ -114,9 +83,10 @@ fn load<T: Copy>(array: &[T], index: usize) -> Option<T> {
 #[macro_export]
 macro_rules! flash {
     ($($(#[$attribute:meta])* $visibility:vis static $name:ident: $type:ty = $value:expr;)*) => {$(
-        $(#[$attribute])*
-        #[cfg_attr(target_arch = "avr", unsafe(link_section = ".progmem.data"))]
-        // SAFETY: the attribute above places the value where `Flash` reads it.
-        $visibility static $name: $crate::flash::Flash<$type> = unsafe { $crate::flash::Flash::new($value) };
+        $crate::flash_static! {
+            $(#[$attribute])*
+            // SAFETY: `flash_static` places the value where `Flash` reads it.
+            $visibility static $name: $crate::flash::Flash<$type> = unsafe { $crate::flash::Flash::new($value) };
+        }
     )*};
 }

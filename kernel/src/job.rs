@@ -3,9 +3,12 @@
 use core::ptr;
 
 use crate::context::{Context, JobContext, Task};
-use crate::group::{Group, StandIn};
+use crate::control_block::{ControlBlock, Flag};
+use crate::proxy::{ProxyWaiter, WaitSet};
+use crate::ready;
 use crate::semaphore::Semaphore;
-use crate::task::{ControlBlock, Flag, Never};
+use crate::task::Never;
+use crate::wait::WaitOutcome;
 
 /// What is done each time a semaphore has a signal. 10 bytes on the AVR, and no stack of its own.
 ///
@@ -21,35 +24,34 @@ use crate::task::{ControlBlock, Flag, Never};
 #[repr(C)]
 pub struct Job {
     /// First, so that its address is the job's.
-    stand_in: StandIn,
+    proxy: ProxyWaiter,
     body: fn(&mut JobContext),
 }
 
 impl Job {
     /// Runs `body` for each signal of `signals`.
     pub const fn new(signals: &'static Semaphore, body: fn(&mut JobContext)) -> Job {
-        Job { stand_in: StandIn::new(signals), body }
+        Job { proxy: ProxyWaiter::new(signals), body }
     }
 
-    /// Waits for the next signal in the list of its semaphore; if there is one, behind the jobs that have theirs.
-    fn wait(&'static self, task: &mut Task, group: &'static Group) {
-        let StandIn { control, semaphore } = &self.stand_in;
-        if !semaphore.enlist(task, control) {
-            task.mask(|masked| group.append(masked, control));
+    /// Waits for the next signal in the queue of its semaphore; if there is one, behind the jobs that have theirs.
+    fn wait(&'static self, task: &mut Task, set: &'static WaitSet) {
+        let ProxyWaiter { control, semaphore } = &self.proxy;
+        if semaphore.enter(task, control, None) != WaitOutcome::Blocked {
+            task.mask(|masked| set.append(masked, control));
         }
     }
 
     /// # Safety
-    /// `stand_in` must be that of a job.
-    unsafe fn of(stand_in: &'static ControlBlock) -> &'static Job {
+    /// `proxy` must be that of a job.
+    unsafe fn of(proxy: &'static ControlBlock) -> &'static Job {
         // SAFETY: the caller's promise; it is the first field, and `repr(C)` leaves it there.
-        unsafe { &*ptr::from_ref(stand_in).cast() }
+        unsafe { &*ptr::from_ref(proxy).cast() }
     }
 }
 
-/// One of the jobs is in the list of a task already, or twice in this one.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+/// One of the jobs belongs to a task already, or is named twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JobTaken;
 
 impl Task {
@@ -58,25 +60,26 @@ impl Task {
     /// # Errors
     /// [`JobTaken`], before any has run.
     pub fn run_jobs(&mut self, jobs: &[&'static Job]) -> Result<Never, JobTaken> {
-        let group = Group::new(self);
-        // SAFETY: if jobs refer to it, this never returns, and a task for which others wait is not killed.
-        let group: &'static Group = unsafe { &*ptr::from_ref(&group) };
+        let set = WaitSet::new(self);
+        // SAFETY: where jobs refer to it, this never returns, and a task that runs jobs is not killed.
+        let set: &'static WaitSet = unsafe { &*ptr::from_ref(&set) };
         // First: a task that was killed in the midst of this would keep the jobs that it has taken.
-        self.mask(|masked| group.task.set_flag(masked, Flag::Represented));
-        let mut is_free = |job: &&'static Job| self.mask(|masked| group.claim(masked, &job.stand_in.control));
+        self.mask(|masked| ready::running(masked).set_flag(masked, Flag::Unkillable));
+        let mut is_free = |job: &&'static Job| self.mask(|masked| set.claim(masked, &job.proxy.control));
         if let Some(taken) = jobs.iter().position(|job| !is_free(job)) {
             for job in jobs.iter().take(taken) {
-                self.mask(|masked| job.stand_in.control.forget(masked));
+                self.mask(|masked| job.proxy.control.free(masked));
             }
-            self.mask(|masked| group.task.clear_flag(masked, Flag::Represented));
+            self.mask(|masked| ready::running(masked).clear_flag(masked, Flag::Unkillable));
             return Err(JobTaken);
         }
-        jobs.iter().for_each(|job| job.wait(self, group));
+        jobs.iter().for_each(|job| job.wait(self, set));
         loop {
-            // SAFETY: only jobs are in this group.
-            let job = unsafe { Job::of(group.receive(self)) };
+            let Some(signaled) = set.receive(self, None) else { continue };
+            // SAFETY: all in this wait set are the proxy waiters of jobs.
+            let job = unsafe { Job::of(signaled) };
             (job.body)(&mut JobContext::new(self));
-            job.wait(self, group);
+            job.wait(self, set);
         }
     }
 }

@@ -1,74 +1,77 @@
-//! What links the lists of tasks.
+//! What stands behind a task in its list.
 
 use core::ptr;
 
-#[cfg(not(target_arch = "avr"))]
+use crate::control_block::ControlBlock;
 use crate::semaphore::Semaphore;
-use crate::task::ControlBlock;
 
-/// What stands behind a task in its list: the next task, or at the end of a list of waiting tasks what they wait for.
+/// The next task; or at the end of a wait queue the semaphore that its tasks wait for; or why the task is in no list.
 ///
-/// So a debugger that follows a waiting task's link comes to its semaphore. One bit that no address has set tells which: on
-/// the AVR bit 15, as SRAM ends below 0x8000.
+/// A debugger that follows a waiting task's link so comes to the semaphore. The highest bit, which no address in RAM has
+/// set, tells an end from a task.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Link(*const ControlBlock);
 
-#[cfg(target_arch = "avr")]
-pub(crate) const END: usize = 0x8000;
-#[cfg(not(target_arch = "avr"))]
-const END: usize = 1;
+// SAFETY: what it points to is a `ControlBlock`, all of whose fields open in critical sections only.
+unsafe impl Send for Link {}
 
-/// Ends without a semaphore. No SRAM reaches so far: the high byte of each is that of no other link.
-pub(crate) const DELAYED: usize = END | 0x7f00;
-pub(crate) const GROUPED: usize = END | 0x7e00;
-pub(crate) const PARKED: usize = END | 0x7d00;
+/// The bit of what is no task.
+pub(crate) const END: usize = 1 << (usize::BITS - 1);
 
 impl Link {
-    /// Of a task that has not started, or has ended.
+    /// Of a task that has not started, and of a proxy waiter in no list.
     pub(crate) const NONE: Link = Link(ptr::null());
-    /// Of a task that waits for nothing but a timer.
-    #[cfg(not(target_arch = "avr"))]
-    pub(crate) const DELAYED: Link = Link(ptr::without_provenance(DELAYED));
+    /// Of a task that waits for a time, or by proxy waiters: it is in no list.
+    pub(crate) const BLOCKED: Link = Link(ptr::without_provenance(END | 0x7f00));
     /// Of a task that would be ready, were it not suspended.
-    pub(crate) const PARKED: Link = Link(ptr::without_provenance(PARKED));
-    /// Of a task for which others wait: see [`group`](crate::group).
-    pub(crate) const GROUPED: Link = Link(ptr::without_provenance(GROUPED));
+    pub(crate) const PARKED: Link = Link(ptr::without_provenance(END | 0x7e00));
 
     /// To the next task.
     #[inline(always)]
-    pub(crate) fn to(task: &'static ControlBlock) -> Link {
+    pub(crate) const fn to(task: &'static ControlBlock) -> Link {
         Link(task)
     }
 
-    /// The end of the list of those that wait for `semaphore`.
-    #[cfg(not(target_arch = "avr"))]
+    /// The end of the wait queue of `semaphore`.
+    #[inline(always)]
     pub(crate) fn end_of(semaphore: &Semaphore) -> Link {
         Link(ptr::with_exposed_provenance(ptr::from_ref(semaphore).expose_provenance() | END))
     }
 
+    /// A number of signals, which a semaphore holds where no task waits.
     #[inline(always)]
-    pub(crate) fn raw(self) -> *const ControlBlock {
-        self.0
+    pub(crate) const fn signals(signals: u8) -> Link {
+        Link(ptr::without_provenance(signals as usize))
     }
 
     #[inline(always)]
-    pub(crate) fn is_end(self) -> bool {
-        self.0.addr() & END != 0
+    pub(crate) fn address(self) -> usize {
+        self.0.addr()
     }
 
-    /// What the tasks wait for whose list ends here, if that is a semaphore.
-    #[cfg(not(target_arch = "avr"))]
+    /// The semaphore whose wait queue ends here, if one does.
     pub(crate) fn semaphore(self) -> Option<&'static Semaphore> {
-        let is_semaphore = self.is_end() && ![Link::DELAYED, Link::PARKED, Link::GROUPED].contains(&self);
-        // SAFETY: `end_of` made it from a semaphore, which lives as long as a task waits for it.
+        let is_semaphore = self.0.addr() & END != 0 && self != Link::BLOCKED && self != Link::PARKED;
+        // SAFETY: every other end was made by `end_of`, and a semaphore lives as long as a task waits for it.
         is_semaphore.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
     }
 
-    /// The next task, unless this is an end.
+    /// The task, unless this is an end or a number of signals. Neither has an address above 0xff and below [`END`].
     #[inline(always)]
     pub(crate) fn task(self) -> Option<&'static ControlBlock> {
-        // SAFETY: what is no end is null or was made from a static.
-        if self.is_end() { None } else { unsafe { self.0.as_ref() } }
+        let is_task = self.0.addr() as isize > 0xff;
+        // SAFETY: no other link lies in this range, so `to` made it from a static.
+        is_task.then(|| unsafe { &*self.0 })
+    }
+
+    /// The next task in a list that has no end.
+    ///
+    /// # Safety
+    /// The link must be that of a ready task: these queues are circular.
+    #[inline(always)]
+    pub(crate) unsafe fn next_in_ring(self) -> &'static ControlBlock {
+        // SAFETY: the caller's promise: `to` made the link from a static.
+        unsafe { &*self.0 }
     }
 }

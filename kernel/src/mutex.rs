@@ -5,9 +5,13 @@ use core::ops::{Deref, DerefMut};
 
 use crate::arch;
 use crate::context::{Context, Task};
+use crate::control_block::{Flag, Priority};
+use crate::critical::Masked;
+use crate::proxy::Elapsed;
 use crate::ready;
-use crate::semaphore::{Came, Semaphore};
-use crate::task::{Flag, Priority};
+use crate::semaphore::Semaphore;
+use crate::timer::Ticks;
+use crate::wait::WaitOutcome;
 
 /// A value that one task at a time works on, with interrupts enabled. 3 bytes besides the value.
 ///
@@ -36,7 +40,7 @@ unsafe impl<T: Send> Sync for Mutex<T> {}
 impl<T> Mutex<T> {
     /// A mutex around `value`, with the ceiling `ceiling`.
     pub const fn new(ceiling: Priority, value: T) -> Self {
-        let lock = Lock { ceiling: ceiling.above(), free: Semaphore::new(1) };
+        let lock = Lock { ceiling: ceiling as u8, free: Semaphore::new(1) };
         Mutex { value: UnsafeCell::new(value), lock }
     }
 
@@ -44,6 +48,20 @@ impl<T> Mutex<T> {
     pub fn lock<'a>(&'a self, task: &'a mut Task) -> Guard<'a, T> {
         self.lock.take(task);
         Guard { mutex: self, task }
+    }
+
+    /// Takes the value if no other task has it.
+    pub fn try_lock<'a>(&'a self, task: &'a mut Task) -> Option<Guard<'a, T>> {
+        self.lock.try_take(task).then_some(Guard { mutex: self, task })
+    }
+
+    /// Takes the value until the guard is dropped, if it comes within `ticks` ticks. With 0 ticks it does not block.
+    ///
+    /// # Errors
+    /// [`Elapsed`] when the time is up.
+    pub fn lock_timeout<'a>(&'a self, task: &'a mut Task, ticks: Ticks) -> Result<Guard<'a, T>, Elapsed> {
+        self.lock.take_timeout(task, ticks)?;
+        Ok(Guard { mutex: self, task })
     }
 
     /// Runs `work` on the value.
@@ -82,7 +100,7 @@ impl<T> Drop for Guard<'_, T> {
 
 /// A mutex without its value.
 struct Lock {
-    /// The priorities above the ceiling.
+    /// The queue of ready tasks that its owner is in.
     ceiling: u8,
     /// Holds one signal while the mutex is free.
     free: Semaphore,
@@ -91,32 +109,55 @@ struct Lock {
 impl Lock {
     #[inline(never)]
     fn take(&self, task: &mut Task) {
-        let is_taken = task.mask(|masked| {
-            let is_taken = self.free.take(masked);
-            if is_taken {
-                ready::raise(masked, self.ceiling);
-            } else {
-                // From here on it may own the mutex without knowing.
-                ready::running(masked).set_flag(masked, Flag::Locks);
-            }
-            is_taken
-        });
-        if !is_taken {
+        if !self.begin(task) {
             // The task that gives it hands it to this one.
-            if self.free.block_until(task, None) == Came::Blocked {
-                arch::switch_from_call();
+            if self.free.block(task, None) == WaitOutcome::Blocked {
+                arch::switch_from_call(task);
             }
             task.mask(|masked| ready::raise(masked, self.ceiling));
         }
     }
 
+    fn try_take(&self, task: &mut Task) -> bool {
+        task.mask(|masked| self.take_at_once(masked))
+    }
+
+    #[inline(never)]
+    fn take_timeout(&self, task: &mut Task, ticks: Ticks) -> Result<(), Elapsed> {
+        if self.begin(task) {
+            return Ok(());
+        }
+        let result = self.free.wait_timeout(task, ticks);
+        task.mask(|masked| match result {
+            Ok(()) => ready::raise(masked, self.ceiling),
+            Err(Elapsed) => ready::running(masked).clear_flag(masked, Flag::Locks),
+        });
+        result
+    }
+
+    fn take_at_once(&self, masked: &Masked) -> bool {
+        let is_taken = self.free.word.take(masked);
+        if is_taken {
+            ready::raise(masked, self.ceiling);
+        }
+        is_taken
+    }
+
+    /// Takes the mutex if it is free. From here on the task may own it without knowing.
+    fn begin(&self, task: &mut Task) -> bool {
+        task.mask(|masked| {
+            ready::running(masked).set_flag(masked, Flag::Locks);
+            self.take_at_once(masked)
+        })
+    }
+
     #[inline(never)]
     fn give(&self, task: &mut Task) {
         // Before the ceiling is left, or a task between the two could hold up the one that waits.
-        task.mask(|masked| arch::signal(masked, &self.free, false));
-        arch::part_sections();
-        if ready::restore(task) {
-            arch::switch_from_call();
+        task.mask(|masked| self.free.signal(masked));
+        arch::irq_window();
+        if task.mask(ready::restore) {
+            arch::switch_from_call(task);
         }
     }
 }

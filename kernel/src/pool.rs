@@ -9,18 +9,31 @@ use core::ops::{Deref, DerefMut};
 
 use crate::arch;
 use crate::context::Context;
-use crate::masked::{Masked, MaskedCell};
+use crate::critical::{Masked, MaskedCell};
 
-/// A type whose values live in buffers of a pool of its own; see [`pool!`](crate::pool!).
-pub trait Pooled: Sized + 'static {
+/// A type whose values live in buffers of a pool of its own; see [`pool!`](crate::pool!), which implements it.
+///
+/// # Safety
+/// `pool` must return the same pool each time, and no other pool may have its slots: a slot in two pools would make two
+/// messages that own one buffer.
+///
+/// ```compile_fail,E0199
+/// # use kernel::{Pool, Pooled, Slot};
+/// struct Reading(u16);
+/// static SLOTS: [Slot<Reading>; 1] = [Slot::new()];
+/// static POOL: Pool<Reading> = Pool::new(&SLOTS);
+/// impl Pooled for Reading { // error: the trait `Pooled` requires an `unsafe impl` declaration
+///     fn pool() -> &'static Pool<Reading> { &POOL }
+/// }
+/// ```
+pub unsafe trait Pooled: Sized + 'static {
     /// The type's pool.
     fn pool() -> &'static Pool<Self>;
 }
 
 /// A buffer: 2 bytes more than its value.
-#[repr(C)]
 pub struct Slot<T: 'static> {
-    /// The next slot in the one list that this slot is in. First, so that assembly needs not know the value's size.
+    /// The next slot in the one list that this slot is in.
     pub(crate) link: MaskedCell<Option<&'static Slot<T>>>,
     value: UnsafeCell<MaybeUninit<T>>,
 }
@@ -42,7 +55,7 @@ impl<T: 'static> Default for Slot<T> {
 }
 
 /// Why there is no message: every buffer is in use. The value that was to be sent comes back.
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[derive(Debug)]
 pub struct Exhausted<T>(pub T);
 
 /// A pool of `slots`.
@@ -56,8 +69,14 @@ pub struct Pool<T: 'static> {
 }
 
 impl<T: Pooled> Pool<T> {
-    /// A pool of `slots`, of which it uses the first 255.
+    /// A pool of `slots`, at most 255: more do not compile, where a static is made of it.
+    ///
+    /// ```compile_fail,E0080
+    /// struct Tiny(u8);
+    /// kernel::pool!(Tiny, 256); // error: a pool has at most 255 slots
+    /// ```
     pub const fn new(slots: &'static [Slot<T>]) -> Self {
+        assert!(slots.len() <= 255, "a pool has at most 255 slots");
         Pool {
             slots,
             free: MaskedCell::new(None),
@@ -86,7 +105,7 @@ impl<T: Pooled> Pool<T> {
             self.exhausted.count(masked);
             return None;
         };
-        self.touched.set(masked, touched.checked_add(1)?);
+        self.touched.set(masked, touched + 1);
         Some(slot)
     }
 }
@@ -150,7 +169,7 @@ impl<T: Pooled> Drop for Message<T> {
     fn drop(&mut self) {
         // SAFETY: the message owns the value, and is gone after this.
         unsafe { (*self.slot.value.get()).assume_init_drop() };
-        arch::mask_anywhere(|masked| {
+        arch::critical(|masked| {
             let free = &T::pool().free;
             self.slot.link.set(masked, free.get(masked));
             free.set(masked, Some(self.slot));
@@ -167,7 +186,8 @@ impl<T: Pooled> Drop for Message<T> {
 #[macro_export]
 macro_rules! pool {
     ($type:ty, $slots:expr) => {
-        impl $crate::Pooled for $type {
+        // SAFETY: the one pool over these slots, which have no other name.
+        unsafe impl $crate::Pooled for $type {
             fn pool() -> &'static $crate::Pool<Self> {
                 static SLOTS: [$crate::Slot<$type>; $slots] = [const { $crate::Slot::new() }; $slots];
                 static POOL: $crate::Pool<$type> = $crate::Pool::new(&SLOTS);

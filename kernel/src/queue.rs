@@ -1,11 +1,10 @@
 //! Message queues: a list of buffers that tasks wait on.
 
-use crate::arch;
 use crate::context::{Context, Task};
-use crate::masked::{Masked, MaskedCell};
+use crate::critical::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
 use crate::semaphore::Semaphore;
-use crate::timeout::Elapsed;
+use crate::proxy::Elapsed;
 use crate::timer::Ticks;
 
 /// A queue of up to `room` messages, in order.
@@ -16,34 +15,31 @@ use crate::timer::Ticks;
 /// kernel::pool!(Reading, 8);
 /// static READINGS: Queue<Reading> = Queue::new(4);
 /// ```
-#[repr(C)]
 pub struct Queue<T: Pooled> {
     /// The first message, if there is one.
-    pub(crate) first: MaskedCell<Option<&'static Slot<T>>>,
+    first: MaskedCell<Option<&'static Slot<T>>>,
     /// The last message, where there is a first.
-    pub(crate) last: MaskedCell<Option<&'static Slot<T>>>,
+    last: MaskedCell<Option<&'static Slot<T>>>,
     /// A signal for each message, or the tasks that wait for one.
-    pub(crate) messages: Semaphore,
-    pub(crate) room: u8,
+    messages: Semaphore,
+    room: u8,
     refused: MaskedCell<u16>,
 }
 
-/// What came of appending a message. A number, of which the compiler makes less than of an enum.
+/// How appending a message ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Appended(pub(crate) u8);
-
-impl Appended {
-    /// With its signal: the high byte of a semaphore's word with signals.
-    pub(crate) const STORED: Appended = Appended(0);
-    /// A task waits for its signal.
-    pub(crate) const AWAITED: Appended = Appended(1);
+enum Append {
+    /// The message is in the queue, and so is its signal.
+    Stored,
+    /// The message is in the queue, and a task waits for its signal.
+    Awaited,
     /// There is no room.
-    pub(crate) const NOT: Appended = Appended(2);
+    Full,
 }
 
 /// Has the compiler move what follows out of the way.
 #[cold]
-fn seldom() {}
+fn cold_path() {}
 
 /// The queue is full. The message comes back.
 pub struct Full<T: Pooled>(pub Message<T>);
@@ -66,12 +62,12 @@ impl<T: Pooled> Queue<T> {
     /// [`Full`] with the message when there is no room; the queue counts it.
     pub fn send(&self, context: &mut impl Context, message: Message<T>) -> Result<(), Full<T>> {
         let slot = message.into_slot();
-        let appended = context.mask(|masked| arch::append(masked, self, slot));
-        if appended == Appended::STORED {
+        let appended = context.mask(|masked| self.append(masked, slot));
+        if appended == Append::Stored {
             return Ok(());
         }
-        seldom();
-        if appended == Appended::AWAITED {
+        cold_path();
+        if appended == Append::Awaited {
             // In a section of its own, to be short. Should another's message have woken the task meanwhile, this signal is
             // for that.
             self.messages.post(context);
@@ -80,6 +76,26 @@ impl<T: Pooled> Queue<T> {
         context.mask(|masked| self.refused.count(masked));
         // SAFETY: the slot was this message's, and the queue did not take it.
         Err(Full(unsafe { Message::from_slot(slot) }))
+    }
+
+    /// Appends `slot` if there is room, and stores its signal unless a task waits for it.
+    #[inline(always)]
+    fn append(&self, masked: &Masked, slot: &'static Slot<T>) -> Append {
+        let is_awaited = self.messages.word.first(masked).is_some();
+        if !is_awaited {
+            let signals = self.messages.word.signals(masked);
+            if signals >= self.room {
+                return Append::Full;
+            }
+            self.messages.word.set_signals(masked, signals + 1);
+        }
+        slot.link.set(masked, None);
+        match self.first.get(masked).and(self.last.get(masked)) {
+            Some(last) => last.link.set(masked, Some(slot)),
+            None => self.first.set(masked, Some(slot)),
+        }
+        self.last.set(masked, Some(slot));
+        if is_awaited { Append::Awaited } else { Append::Stored }
     }
 
     /// Takes the first message, and blocks until there is one.
@@ -106,7 +122,7 @@ impl<T: Pooled> Queue<T> {
 
     /// Takes the first message if there is one.
     pub fn try_receive(&self, context: &mut impl Context) -> Option<Message<T>> {
-        context.mask(|masked| if self.messages.take(masked) { self.take(masked) } else { None })
+        context.mask(|masked| if self.messages.word.take(masked) { self.take(masked) } else { None })
     }
 
     /// How many messages were refused because the queue was full.

@@ -1,145 +1,62 @@
-//! Which task runs: a list of preempted tasks and a queue for each priority, both constant in time.
+//! Which task runs: a queue of ready tasks for each priority, and the head, which should run.
 //!
-//! A task that becomes ready either outranks the running one, and is pushed before it, or it does not,
-//! and joins the queue of those that *arrived* at its priority. So the list that starts at `head` holds
-//! the task to run, then those it preempted, in strictly falling priority, the idle task last; it is at
-//! most nine long. When the head blocks, the next is the rest of the list, unless a task of higher
-//! priority has arrived meanwhile; one byte, a bit for each priority, tells. Then the head is the
-//! *scheduler*, which is no task: the switch that follows finds the highest that has arrived, with
-//! interrupts enabled. Nothing outranks the scheduler, so whoever is woken before that arrives too.
+//! Each queue is a ring, of which the kernel keeps the last task; the last's link is the first. The running task stands
+//! first in its queue, and so does every task that was preempted. The head is the first task of the highest queue that is
+//! not empty: whatever changes a queue sees to that. The idle task is in no queue; it is the head where all are empty.
 //!
-//! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes
-//! it at once, an interrupt at its end. A switch that an interrupt made first is made in vain, which
-//! does no harm. So the lists can change with interrupts masked for a few cycles, and the switch comes after.
+//! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes it at once, an ISR at
+//! its end. A switch that an ISR made first is made in vain, which does no harm. So the queues change in short critical
+//! sections, and the switch comes after.
+//!
+//! A task that blocks leaves its queue in one critical section ([`leave`]) and finds the next head in another ([`dispatch`]).
+//! In between it is still the head, so an ISR returns to it, unless it wakes a task that outranks it.
 
-use crate::arch;
 use crate::context::{Context, Task};
+use crate::control_block::{ControlBlock, Flag, LEVELS};
+use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
-use crate::masked::{Masked, MaskedCell};
-use crate::task::{ControlBlock, Flag};
-use crate::walk;
-use crate::{KERNEL, SCHEDULER};
+use crate::traversal;
+use crate::{IDLE, KERNEL};
 
 /// The state of the scheduler. `repr(C)`: the context switch reads its first two fields.
 #[repr(C)]
-pub(crate) struct Ready {
+pub(crate) struct ReadyQueue {
     /// The task that should run.
     pub(crate) head: MaskedCell<&'static ControlBlock>,
     /// The task whose registers are in the CPU.
     pub(crate) running: MaskedCell<&'static ControlBlock>,
-    /// The priorities at which tasks have arrived, a bit each.
-    pub(crate) arrived: MaskedCell<u8>,
-    /// For each of these the last task to arrive; its link is the first.
-    pub(crate) last: [Last; 8],
+    /// The head's queue; [`LEVELS`] where the head is the idle task.
+    level: MaskedCell<u8>,
+    /// The last task of each queue.
+    last: [Last; LEVELS as usize],
 }
 
-/// The last task of a queue, if there is one.
+/// The last task of a ring, if there is one.
 pub(crate) type Last = MaskedCell<Option<&'static ControlBlock>>;
 
-impl Ready {
+impl ReadyQueue {
     pub(crate) const fn new(idle: &'static ControlBlock) -> Self {
-        Ready {
+        ReadyQueue {
             head: MaskedCell::new(idle),
             running: MaskedCell::new(idle),
-            arrived: MaskedCell::new(0),
-            last: [const { MaskedCell::new(None) }; 8],
+            level: MaskedCell::new(LEVELS),
+            last: [const { MaskedCell::new(None) }; LEVELS as usize],
         }
     }
-}
 
-#[cfg(not(target_arch = "avr"))]
-impl Ready {
     /// As at the start: only the idle task.
-    pub(crate) fn reset(&self, masked: &Masked, idle: &'static ControlBlock) {
-        self.head.set(masked, idle);
-        self.running.set(masked, idle);
-        self.arrived.set(masked, 0);
+    pub(crate) fn reset(&self, masked: &Masked) {
+        self.head.set(masked, &IDLE);
+        self.running.set(masked, &IDLE);
+        self.level.set(masked, LEVELS);
         self.last.iter().for_each(|last| last.set(masked, None));
-        // A mutex given back by a task that was dropped has changed it.
-        idle.above.set(masked, 0xff);
     }
-}
 
-/// Puts `task` before the head if it outranks that. Returns whether it did.
-#[inline(always)]
-pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
-    let (head, above) = arch::head_and_above(masked);
-    let outranks = task.above.get(masked) < above;
-    if outranks {
-        task.link.set(masked, Link::to(head));
-        arch::set_head(masked, task);
+    /// The last task of the queue `level`, of which the low three bits count.
+    #[inline(always)]
+    fn last(&self, level: u8) -> &Last {
+        &self.last[(level & (LEVELS - 1)) as usize]
     }
-    outranks
-}
-
-/// Takes the head from the ready ones, and links it as `link`; the next takes its place. Returns it.
-#[inline(always)]
-pub(crate) fn block(masked: &Masked, link: Link) -> &'static ControlBlock {
-    let task = leave_head(masked);
-    task.link.set(masked, link);
-    walk::end(masked);
-    task
-}
-
-/// The same, which leaves its link as it is, and walks as they are.
-#[inline(always)]
-pub(crate) fn leave_head(masked: &Masked) -> &'static ControlBlock {
-    let task = KERNEL.ready.head.get(masked);
-    put_head(masked, task.next_ready(masked));
-    task
-}
-
-/// Makes `next` the head, unless it is outranked by one that has arrived: then the scheduler, which finds that.
-#[inline(always)]
-pub(crate) fn put_head(masked: &Masked, next: &'static ControlBlock) {
-    let ready = &KERNEL.ready;
-    let is_outranked = ready.arrived.get(masked) & next.above.get(masked) != 0;
-    if is_outranked {
-        SCHEDULER.link.set(masked, Link::to(next));
-    }
-    ready.head.set(masked, if is_outranked { &SCHEDULER } else { next });
-}
-
-/// Blocks the running task, linked as `link`, unless `is_over`, which is asked in the same masked section. Returns whether it
-/// has blocked, and a switch is due.
-#[inline(always)]
-pub(crate) fn block_unless(task: &mut Task, link: Link, is_over: impl Fn(&Masked) -> bool) -> bool {
-    task.mask(|masked| {
-        let is_over = is_over(masked);
-        if !is_over {
-            block(masked, link);
-        }
-        !is_over
-    })
-}
-
-/// Takes the running task, which is the head, from the ready ones; who runs next is left to the scheduler. Returns it, whose link is
-/// to be set.
-#[inline(never)]
-pub(crate) fn retire(masked: &Masked) -> &'static ControlBlock {
-    let task = KERNEL.ready.head.get(masked);
-    SCHEDULER.link.set(masked, task.link.get(masked));
-    KERNEL.ready.head.set(masked, &SCHEDULER);
-    walk::end(masked);
-    task
-}
-
-/// The scheduler, which is the head: puts the first of the highest that have arrived before the next task, if it outranks that.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn schedule(masked: &Masked) {
-    let ready = &KERNEL.ready;
-    let next = SCHEDULER.next_ready(masked);
-    let among = ready.arrived.get(masked) & next.above.get(masked);
-    let Some(last) = ready.last.get(among.trailing_zeros() as usize) else {
-        ready.head.set(masked, next); // who had arrived was suspended
-        return;
-    };
-    let Some((first, is_only)) = last.get(masked).map(|task| take_first(masked, last, task)) else { return };
-    if is_only {
-        ready.arrived.set(masked, ready.arrived.get(masked) & !first.bit(masked));
-    }
-    first.link.set(masked, Link::to(next));
-    ready.head.set(masked, first);
 }
 
 /// The running task, to that task itself.
@@ -153,132 +70,248 @@ pub(crate) fn is_due(masked: &Masked) -> bool {
     !KERNEL.ready.head.get(masked).is(running(masked))
 }
 
-/// Puts the running task behind those that arrived at its priority, and their first in its place. Returns
-/// it if there is one, and a switch is due.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn rotate(task: &mut Task) -> Option<&'static ControlBlock> {
-    task.mask(|masked| {
-        let ready = &KERNEL.ready;
-        let task = ready.head.get(masked);
-        let last = &ready.last[task.index(masked)];
-        let previous = last.get(masked)?;
-        last.set(masked, Some(task));
-        let first = previous.next_ready(masked);
-        // Before the read of `first`'s link: if `first` was alone, that is now `task`, and the ring closes.
-        previous.link.set(masked, Link::to(task));
-        let second = first.link.get(masked);
-        first.link.set(masked, task.link.get(masked));
-        task.link.set(masked, second);
-        ready.head.set(masked, first);
-        Some(task)
-    })
+/// Whether `task` is ready, and the first of its queue.
+pub(crate) fn is_first(masked: &Masked, task: &ControlBlock) -> bool {
+    let last = KERNEL.ready.last(task.level.get(masked)).get(masked);
+    last.is_some_and(|last| last.next_ready(masked).is(task))
 }
 
-/// Lets only the priorities in `ceiling` preempt the running task, if that is fewer than do now, until [`restore`].
+/// Makes `task` ready, which is in no list. Returns whether it is the head now.
 #[inline(always)]
-pub(crate) fn raise(masked: &Masked, ceiling: u8) {
-    let task = KERNEL.ready.head.get(masked);
-    let above = task.above.get(masked);
-    task.above.set(masked, above & ceiling);
-    task.set_flag(masked, Flag::Locks);
-}
-
-/// Undoes [`raise`]. Returns whether another task is to run now, or was before.
-pub(crate) fn restore(task: &mut Task) -> bool {
-    // No ceiling within a ceiling: who has one can't lock another mutex.
-    let above = task.mask(running).above_priority(task);
-    task.mask(|masked| {
-        let task = running(masked);
-        task.above.set(masked, above);
-        task.clear_flag(masked, Flag::Locks);
-        // What was woken meanwhile and is the head outranks the ceiling, so it outranks those that arrived.
-        if KERNEL.ready.head.get(masked).is(task) {
-            put_head(masked, task);
-        }
-        is_due(masked)
-    })
-}
-
-/// Appends `task` to those that arrived at its priority.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn append(masked: &Masked, task: &'static ControlBlock) {
-    let last = &KERNEL.ready.last[task.index(masked)];
-    match last.get(masked) {
-        Some(previous) => {
-            task.link.set(masked, previous.link.get(masked));
-            previous.link.set(masked, Link::to(task));
-            last.set(masked, Some(task));
-        }
-        None => begin_queue(masked, last, task),
-    }
-}
-
-/// The last task that arrived at `task`'s priority.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn last_arrived(masked: &Masked, task: &ControlBlock) -> Option<&'static ControlBlock> {
-    KERNEL.ready.last[task.index(masked)].get(masked)
-}
-
-/// Who stands behind `before` among those that are ready; the head without a `before`. Nobody is behind the idle task.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn behind(
-    masked: &Masked,
-    before: Option<&'static ControlBlock>,
-) -> Option<&'static ControlBlock> {
-    match before {
-        Some(before) => before.link.get(masked).task(),
-        None => Some(KERNEL.ready.head.get(masked)),
-    }
-}
-
-/// Takes `task` from where it stands behind `before`, as [`behind`] says.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn take_after(
-    masked: &Masked,
-    before: Option<&'static ControlBlock>,
-    task: &'static ControlBlock,
-) {
+pub(crate) fn wake(masked: &Masked, task: &'static ControlBlock) -> bool {
     let ready = &KERNEL.ready;
-    match before {
-        Some(before) => before.link.set(masked, task.link.get(masked)),
-        None => {
-            leave_head(masked);
-        }
+    let level = task.level.get(masked);
+    let outranks = level < ready.level.get(masked);
+    if outranks {
+        // Its queue is empty, or the head would come from there.
+        task.link.set(masked, Link::to(task));
+        ready.last(level).set(masked, Some(task));
+        ready.level.set(masked, level);
+        ready.head.set(masked, task);
+    } else {
+        append(masked, task);
     }
-    let last = &ready.last[task.index(masked)];
-    if !last.get(masked).is_some_and(|last| last.is(task)) {
+    outranks
+}
+
+/// Puts `task` behind the tasks of its queue; or parks it, if it is halted.
+#[inline(never)]
+fn append(masked: &Masked, task: &'static ControlBlock) {
+    if task.is_halted(masked) {
+        task.link.set(masked, Link::PARKED);
         return;
     }
-    // It was the last of those that have arrived, and perhaps the only one.
-    let now_last = before.filter(|before| !before.is(task));
-    last.set(masked, now_last);
-    if now_last.is_none() {
-        ready.arrived.set(masked, ready.arrived.get(masked) & !task.bit(masked));
-    }
+    let cell = KERNEL.ready.last(task.level.get(masked));
+    enqueue(masked, cell, task);
 }
 
-/// Makes `task` the only one that arrived at its priority.
-#[cfg(not(target_arch = "avr"))]
-fn begin_queue(masked: &Masked, last: &Last, task: &'static ControlBlock) {
-    let ready = &KERNEL.ready;
-    last.set(masked, Some(task));
-    task.link.set(masked, Link::to(task));
-    ready.arrived.set(masked, ready.arrived.get(masked) | task.bit(masked));
-}
-
-/// Takes the first task from the queue whose last is `last`, as `cell` holds. Returns it, and whether it was the only one.
+/// Puts `task` behind the tasks of a ring.
 #[inline(always)]
-pub(crate) fn take_first(
+pub(crate) fn enqueue(masked: &Masked, cell: &Last, task: &'static ControlBlock) {
+    enqueue_first(masked, cell, task);
+    cell.set(masked, Some(task)); // the first of a ring is behind its last
+}
+
+/// Puts `task` before the tasks of a ring.
+#[inline(always)]
+fn enqueue_first(masked: &Masked, cell: &Last, task: &'static ControlBlock) {
+    let first = match cell.get(masked) {
+        Some(last) => last.link.replace(masked, Link::to(task)),
+        None => {
+            cell.set(masked, Some(task));
+            Link::to(task)
+        }
+    };
+    task.link.set(masked, first);
+}
+
+/// Takes the first task from a ring.
+#[inline(always)]
+pub(crate) fn dequeue(masked: &Masked, cell: &Last) -> Option<&'static ControlBlock> {
+    let last = cell.get(masked)?;
+    let first = last.next_ready(masked);
+    remove_behind(masked, cell, last, first);
+    Some(first)
+}
+
+/// Takes `task` from a ring, where it stands behind `before`.
+#[inline(always)]
+fn remove_behind(
     masked: &Masked,
     cell: &Last,
-    last: &'static ControlBlock,
-) -> (&'static ControlBlock, bool) {
-    let first = last.next_ready(masked);
-    let is_only = first.is(last);
-    if is_only {
+    before: &'static ControlBlock,
+    task: &'static ControlBlock,
+) {
+    if before.is(task) {
         cell.set(masked, None);
-    } else {
-        last.link.set(masked, first.link.get(masked));
+        return;
     }
-    (first, is_only)
+    before.link.set(masked, task.link.get(masked));
+    if cell.get(masked).is_some_and(|last| last.is(task)) {
+        cell.set(masked, Some(before));
+    }
+}
+
+/// Takes the running task from its queue, and returns it; its link is to be set. [`dispatch`] must follow.
+#[inline(always)]
+pub(crate) fn leave(masked: &Masked) -> &'static ControlBlock {
+    let task = running(masked);
+    leave_first(masked, task);
+    traversal::end(masked);
+    task
+}
+
+/// Takes `task` from its queue, where it is the first.
+#[inline(always)]
+fn leave_first(masked: &Masked, task: &'static ControlBlock) {
+    let cell = KERNEL.ready.last(task.level.get(masked));
+    if let Some(last) = cell.get(masked) {
+        if last.is(task) {
+            cell.set(masked, None);
+        } else {
+            last.link.set(masked, task.link.get(masked));
+        }
+    }
+}
+
+/// Finds the head anew, where it may have left its queue. No queue above the head's has a task.
+pub(crate) fn update_head(masked: &Masked) {
+    let ready = &KERNEL.ready;
+    let mut level = ready.level.get(masked);
+    let mut head = &IDLE;
+    while level < LEVELS {
+        if let Some(last) = ready.last(level).get(masked) {
+            head = last.next_ready(masked);
+            break;
+        }
+        level += 1;
+    }
+    ready.level.set(masked, level);
+    ready.head.set(masked, head);
+}
+
+/// Finds the next head after the running task has [left](leave) its queue, in a critical section of its own. A switch is due.
+#[inline(always)]
+pub(crate) fn dispatch(task: &mut Task) {
+    task.mask(update_head);
+}
+
+/// Blocks the running task, in no list, unless `is_over`, asked in the same critical section. Returns whether it has blocked:
+/// a switch is due then.
+#[inline(always)]
+pub(crate) fn block_unless(task: &mut Task, is_over: impl FnOnce(&Masked) -> bool) -> bool {
+    let blocks = task.mask(|masked| {
+        let blocks = !is_over(masked);
+        if blocks {
+            leave(masked).link.set(masked, Link::BLOCKED);
+        }
+        blocks
+    });
+    if blocks {
+        dispatch(task);
+    }
+    blocks
+}
+
+/// Puts the running task behind the others of its queue. Returns whether there are any: a switch is due then.
+pub(crate) fn rotate(masked: &Masked) -> bool {
+    let ready = &KERNEL.ready;
+    let task = running(masked);
+    // As the queue is a ring, the first becomes the last.
+    ready.last(task.level.get(masked)).set(masked, Some(task));
+    let next = task.next_ready(masked);
+    ready.head.set(masked, next);
+    traversal::end(masked);
+    !next.is(task)
+}
+
+/// Moves the running task to the queue of `ceiling`, if that is above its own, until [`restore`].
+#[inline(always)]
+pub(crate) fn raise(masked: &Masked, ceiling: u8) {
+    let ready = &KERNEL.ready;
+    let task = running(masked);
+    task.set_flag(masked, Flag::Locks);
+    if ceiling < task.level.get(masked) {
+        leave_first(masked, task);
+        // That queue is empty, as the running task is below it.
+        task.link.set(masked, Link::to(task));
+        ready.last(ceiling).set(masked, Some(task));
+        task.level.set(masked, ceiling);
+        ready.level.set(masked, ceiling);
+        traversal::end(masked);
+    }
+}
+
+/// Undoes [`raise`]: the running task stands first in the queue of its priority again. Returns whether a switch is due.
+pub(crate) fn restore(masked: &Masked) -> bool {
+    let task = running(masked);
+    task.clear_flag(masked, Flag::Locks);
+    let base = task.base(masked);
+    if base != task.level.get(masked) {
+        leave_first(masked, task);
+        enqueue_first(masked, KERNEL.ready.last(base), task);
+        task.level.set(masked, base);
+        traversal::end(masked);
+    }
+    update_head(masked);
+    is_due(masked)
+}
+
+/// How far a search for a ready task has come.
+pub(crate) struct Cursor {
+    /// The task that the search has come to; none before it begins.
+    before: Option<&'static ControlBlock>,
+}
+
+/// What came of one step of a search.
+pub(crate) enum Progress {
+    /// The search goes on.
+    More,
+    /// The task is in no queue of ready tasks.
+    Absent,
+    /// The task is ready. [`Cursor::remove`] takes it from its queue.
+    Ready,
+}
+
+impl Cursor {
+    pub(crate) const fn new() -> Self {
+        Cursor { before: None }
+    }
+
+    /// Whether the next step is the first, or the search restarts.
+    pub(crate) fn is_at_start(&self, masked: &Masked) -> bool {
+        self.before.is_none() || !traversal::is_valid(masked)
+    }
+
+    /// Goes a step along the queue of `task`. ISRs may append to it meanwhile.
+    pub(crate) fn step(&mut self, masked: &Masked, task: &'static ControlBlock) -> Progress {
+        let Some(last) = KERNEL.ready.last(task.level.get(masked)).get(masked) else {
+            return Progress::Absent;
+        };
+        let before = match self.before {
+            Some(before) if traversal::is_valid(masked) => before,
+            _ => {
+                traversal::begin(masked);
+                last
+            }
+        };
+        self.before = Some(before);
+        let next = before.next_ready(masked);
+        if next.is(task) {
+            return Progress::Ready;
+        }
+        self.before = Some(next);
+        if next.is(last) { Progress::Absent } else { Progress::More }
+    }
+
+    /// Takes `task`, which the last step has found in this critical section, from its queue.
+    pub(crate) fn remove(&self, masked: &Masked, task: &'static ControlBlock) {
+        let ready = &KERNEL.ready;
+        if let Some(before) = self.before {
+            remove_behind(masked, ready.last(task.level.get(masked)), before, task);
+        }
+        if ready.head.get(masked).is(task) {
+            update_head(masked);
+        }
+    }
 }

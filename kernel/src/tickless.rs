@@ -4,8 +4,9 @@
 //! ticks at which nothing is due. Whatever interrupt ends the sleep counts the ticks that have passed, before its handler runs. So
 //! tasks and handlers find the time as it would be with a tick each time, and nothing else in the kernel knows of this.
 
-use crate::masked::{Masked, MaskedCell};
-use crate::timer::{TICKS_LEFT, Ticks};
+use crate::critical::{Masked, MaskedCell};
+use crate::context::{Context, Interrupt};
+use crate::timer::{self, NEXT_DEADLINE, TICKS, Ticks};
 
 /// A timer of 16 bits that runs freely, with a compare unit that interrupts. Called with interrupts masked.
 pub trait TickTimer {
@@ -31,12 +32,17 @@ static AHEAD: MaskedCell<Ticks> = MaskedCell::new(1);
 static COUNTED: MaskedCell<u16> = MaskedCell::new(0);
 
 /// Moves the compare on, before the CPU sleeps.
+///
+/// # Safety
+/// Only for the idle task, with interrupts masked.
 #[doc(hidden)]
 #[inline(always)]
-pub fn before_sleep<T: TickTimer>() {
-    // SAFETY: only the idle task calls this, with interrupts masked.
+pub unsafe fn before_sleep<T: TickTimer>() {
+    // SAFETY: the caller's promise.
     let masked = &unsafe { Masked::assume() };
-    let ahead = TICKS_LEFT.get(masked).min(MOST);
+    // Where none is armed the deadline is a whole turn of the ticks ahead: 0 stands for 65,536.
+    let behind_next_tick = NEXT_DEADLINE.get(masked).wrapping_sub(TICKS.get(masked)).wrapping_sub(1);
+    let ahead = behind_next_tick.min(MOST - 1) + 1;
     let counted = COUNTED.get(masked);
     // Not where the tick is about to come, or pending.
     let is_near = T::counter().wrapping_sub(counted) >= T::COUNTS - 1;
@@ -48,10 +54,13 @@ pub fn before_sleep<T: TickTimer>() {
 }
 
 /// Counts the ticks that have passed in the sleep, but for the one that interrupts: before the handler of any interrupt.
+///
+/// # Safety
+/// Only for the entry of interrupts, with these masked.
 #[doc(hidden)]
 #[inline(always)]
-pub fn after_sleep<T: TickTimer>() {
-    // SAFETY: only the entry of interrupts calls this, with interrupts masked.
+pub unsafe fn after_sleep<T: TickTimer>() {
+    // SAFETY: the caller's promise.
     let masked = &unsafe { Masked::assume() };
     let ahead = AHEAD.get(masked);
     if ahead == 1 {
@@ -72,21 +81,23 @@ pub fn after_sleep<T: TickTimer>() {
     count::<T>(masked, passed);
 }
 
-/// The interrupt of the timer. Returns whether a deadline is due.
+/// The interrupt of the timer.
 #[doc(hidden)]
-#[inline(always)]
-pub fn tick<T: TickTimer>() -> bool {
-    // SAFETY: only the vector calls this, with interrupts masked.
-    let masked = &unsafe { Masked::assume() };
-    count::<T>(masked, AHEAD.get(masked));
-    T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
-    TICKS_LEFT.get(masked) == 0
+pub fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
+    let is_due = interrupt.mask(|masked| {
+        count::<T>(masked, AHEAD.get(masked));
+        T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
+        TICKS.get(masked) == NEXT_DEADLINE.get(masked)
+    });
+    if is_due {
+        timer::expire();
+    }
 }
 
 /// Counts ticks; the next comes by itself.
 #[inline(always)]
 fn count<T: TickTimer>(masked: &Masked, ticks: Ticks) {
-    TICKS_LEFT.set(masked, TICKS_LEFT.get(masked).wrapping_sub(ticks));
+    TICKS.set(masked, TICKS.get(masked).wrapping_add(ticks));
     COUNTED.set(masked, COUNTED.get(masked).wrapping_add(ticks.wrapping_mul(T::COUNTS)));
     AHEAD.set(masked, 1);
 }

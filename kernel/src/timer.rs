@@ -1,85 +1,52 @@
 //! Timers: signals at a later tick, delays, and periods without drift.
 //!
-//! Armed timers form a list by deadline. A tick only counts down to the first deadline, so it costs the
-//! same however many are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
+//! Armed timers form a list by deadline. A tick counts one up and compares it with the first deadline, so it costs the
+//! same however many timers are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
 
-use core::mem::offset_of;
-use core::ops::Range;
 use core::ptr;
 
+use crate::KERNEL;
 use crate::arch;
-#[cfg(not(target_arch = "avr"))]
-use crate::context::Expiry;
-use crate::context::{Context, Private, Task, ThreadContext};
-use crate::masked::{Masked, MaskedCell};
+use crate::context::{Context, Interrupt, Task, ThreadContext};
+use crate::control_block::{ControlBlock, Flag};
+use crate::critical::{Masked, MaskedCell};
+use crate::link::{END, Link};
+use crate::ready;
 use crate::semaphore::Semaphore;
-use crate::target::Target;
-use crate::walk;
-use crate::{KERNEL, Kernel};
+use crate::traversal;
 
 /// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's boards.
 pub type Ticks = u16;
 
-/// The longest time that can be asked for, in ticks: beyond it past and future can't be told apart.
+/// The longest time from now to a deadline, in ticks: beyond it past and future can't be told apart.
 pub const LONGEST: Ticks = 0x7fff;
 
-/// Ticks until `Timers::next`. A static of its own: the tick's interrupt counts it down in assembly.
-#[doc(hidden)]
-pub static TICKS_LEFT: MaskedCell<Ticks> = MaskedCell::new(LONGEST);
+/// The present tick. A static of its own, as the tick's vector counts it; other vectors may read it.
+pub static TICKS: MaskedCell<Ticks> = MaskedCell::new(0);
 
-/// Where `Timers::next` lies in the kernel's state: less the ticks left it is the present tick, for vectors that need it.
+/// The deadline of the first timer, at which the tick becomes an interrupt like any other. While timers expire, and where
+/// none is armed, it lies in the past, or is the present tick. A static of its own, as the tick's vector compares it.
 #[doc(hidden)]
-pub const NEXT: usize = offset_of!(Kernel, timers.next);
+pub static NEXT_DEADLINE: MaskedCell<Ticks> = MaskedCell::new(Ticks::MAX);
 
-/// The state of all timers.
+/// A link to a timer; of a list its first.
+type Slot = MaskedCell<Option<&'static Timer>>;
+
+/// The armed timers, by deadline, in the order of arming among equals.
 pub(crate) struct Timers {
-    /// The tick at which the first timer is due, or `LONGEST` from the last one when none is armed.
-    pub(crate) next: MaskedCell<Ticks>,
-    /// The armed timers, by deadline, in the order of arming among equals.
-    pub(crate) first: MaskedCell<Option<&'static Timer>>,
+    first: Slot,
 }
 
 impl Timers {
     pub(crate) const fn new() -> Self {
-        Timers { next: MaskedCell::new(LONGEST), first: MaskedCell::new(None) }
+        Timers { first: MaskedCell::new(None) }
     }
 
     /// As at the start.
-    #[cfg(not(target_arch = "avr"))]
     pub(crate) fn reset(&self, masked: &Masked) {
         self.first.set(masked, None);
-        self.next.set(masked, LONGEST);
-        TICKS_LEFT.set(masked, LONGEST);
-    }
-
-    pub(crate) fn now(&self, masked: &Masked) -> Ticks {
-        self.next.get(masked).wrapping_sub(TICKS_LEFT.get(masked))
-    }
-
-    /// Counts down to `first`, or a long while if there is none. Returns whether that is ahead.
-    #[inline(always)]
-    fn count_down(&self, masked: &Masked, first: Option<&Timer>) -> bool {
-        let before = self.next.get(masked);
-        let next = match first {
-            Some(first) => first.deadline.get(masked),
-            None => before.wrapping_add(LONGEST),
-        };
-        let left = TICKS_LEFT.get(masked).wrapping_add(next.wrapping_sub(before));
-        self.next.set(masked, next);
-        TICKS_LEFT.set(masked, left);
-        is_ahead(left)
-    }
-
-    /// Counts down to `deadline`. `false`, with nothing done, if that is not ahead.
-    #[inline(always)]
-    fn count_to(&self, masked: &Masked, deadline: Ticks) -> bool {
-        let left = TICKS_LEFT.get(masked).wrapping_add(deadline.wrapping_sub(self.next.get(masked)));
-        let is_ahead = is_ahead(left);
-        if is_ahead {
-            self.next.set(masked, deadline);
-            TICKS_LEFT.set(masked, left);
-        }
-        is_ahead
+        TICKS.set(masked, 0);
+        NEXT_DEADLINE.set(masked, Ticks::MAX);
     }
 }
 
@@ -97,10 +64,44 @@ pub fn now(context: &mut impl Context) -> Ticks {
 /// ```
 #[repr(C)]
 pub struct Timer {
-    pub(crate) link: MaskedCell<Option<&'static Timer>>,
-    pub(crate) deadline: MaskedCell<Ticks>,
+    link: Slot,
+    deadline: MaskedCell<Ticks>,
     /// What to wake; nothing while not armed.
-    pub(crate) target: MaskedCell<Target>,
+    target: MaskedCell<Target>,
+}
+
+/// A semaphore to post, or a blocked task to wake; or nothing. The highest bit, which no address in RAM has set, marks a task.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+struct Target(*const Semaphore);
+
+// SAFETY: what it points to is `Sync`.
+unsafe impl Send for Target {}
+
+impl Target {
+    const NOTHING: Target = Target(ptr::null());
+
+    fn semaphore(semaphore: &'static Semaphore) -> Target {
+        Target(semaphore)
+    }
+
+    fn task(task: &'static ControlBlock) -> Target {
+        Target(ptr::with_exposed_provenance(ptr::from_ref(task).expose_provenance() | END))
+    }
+
+    #[inline(always)]
+    fn as_task(self) -> Option<&'static ControlBlock> {
+        let is_task = self.0.addr() & END != 0;
+        // SAFETY: `task` made it from a static.
+        is_task.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
+    }
+
+    /// The semaphore of a target that is no task.
+    #[inline(always)]
+    fn as_semaphore(self) -> Option<&'static Semaphore> {
+        // SAFETY: null, or `semaphore` made it from a static.
+        unsafe { self.0.as_ref() }
+    }
 }
 
 impl Default for Timer {
@@ -119,28 +120,27 @@ impl Timer {
         }
     }
 
-    /// Posts `semaphore` in `ticks` ticks (at least 1, at most [`LONGEST`]; a value outside counts as the nearest).
+    /// Posts `semaphore` in `ticks` ticks, from 1 to [`LONGEST`]: a number beyond counts as `LONGEST`, and 0 posts at once.
     /// A timer that is armed is set anew.
     ///
-    /// Linear in the number of armed timers, but interrupts are masked for a step at a time only.
+    /// Linear in the number of armed timers, in steps.
     pub fn start(
         &'static self,
         context: &mut impl ThreadContext,
         ticks: Ticks,
         semaphore: &'static Semaphore,
     ) {
-        let deadline = now(context).wrapping_add(ticks.clamp(1, LONGEST));
-        if !arm(context, self, deadline, Target::semaphore(semaphore)) {
+        let deadline = now(context).wrapping_add(ticks.min(LONGEST));
+        if !self.arm(context, deadline, Target::semaphore(semaphore)) {
             semaphore.post(context);
         }
     }
 
     /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted.
+    ///
+    /// Linear in the number of armed timers, in steps.
     pub fn cancel(&'static self, context: &mut impl ThreadContext) -> bool {
-        match context.task(Private) {
-            Some(task) => arch::disarm(task, self),
-            None => self.is_running(context) && disarm_first(context, |next| ptr::eq(next, self)),
-        }
+        self.is_running(context) && self.disarm(context)
     }
 
     /// Whether the timer is armed.
@@ -148,23 +148,167 @@ impl Timer {
         context.mask(|masked| self.is_armed(masked))
     }
 
+    #[inline(always)]
     pub(crate) fn is_armed(&self, masked: &Masked) -> bool {
-        !self.target.get(masked).is_nothing()
+        !self.target.get(masked).0.is_null()
+    }
+
+    /// Arms the timer to wake the running task if that is [blocked](Link::BLOCKED) then. `false`, with nothing done, if
+    /// `deadline` has passed.
+    #[inline(never)]
+    pub(crate) fn arm_for_task(&'static self, task: &mut Task, deadline: Ticks) -> bool {
+        let target = task.mask(|masked| Target::task(ready::running(masked)));
+        self.arm(task, deadline, target)
+    }
+
+    /// Arms the timer, anew if it is armed. `false`, with nothing done, if `deadline` has passed.
+    fn arm(&'static self, context: &mut impl ThreadContext, deadline: Ticks, target: Target) -> bool {
+        let mut cursor = Cursor::new();
+        loop {
+            match context.mask(|masked| self.arm_step(masked, &mut cursor, deadline, target)) {
+                Some(Arming::Done) => return true,
+                Some(Arming::Passed) => return false,
+                Some(Arming::Armed) => {
+                    self.disarm(context);
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// One step of [`arm`](Self::arm): `None` where there are more.
+    #[inline(always)]
+    fn arm_step(
+        &'static self,
+        masked: &Masked,
+        cursor: &mut Cursor,
+        deadline: Ticks,
+        target: Target,
+    ) -> Option<Arming> {
+        // Another task may have armed it meanwhile.
+        if self.is_armed(masked) {
+            return Some(Arming::Armed);
+        }
+        if !is_ahead(deadline.wrapping_sub(TICKS.get(masked))) {
+            return Some(Arming::Passed);
+        }
+        let slot = cursor.slot(masked);
+        let next = slot.get(masked);
+        if let Some(next) = next
+            // Both are ahead, so the difference of the two tells which is first.
+            && !is_ahead(next.deadline.get(masked).wrapping_sub(deadline))
+        {
+            cursor.advance(next);
+            return None;
+        }
+        traversal::end(masked);
+        slot.set(masked, Some(self));
+        self.link.set(masked, next);
+        self.deadline.set(masked, deadline);
+        self.target.set(masked, target);
+        compare_with_first(masked);
+        Some(Arming::Done)
+    }
+
+    /// Takes the timer from the list. Returns whether it was there.
+    fn disarm(&'static self, context: &mut impl ThreadContext) -> bool {
+        let mut cursor = Cursor::new();
+        loop {
+            let step = context.mask(|masked| {
+                let slot = cursor.slot(masked);
+                match slot.get(masked) {
+                    Some(next) if ptr::eq(next, self) => {
+                        slot.set(masked, self.link.get(masked));
+                        self.target.set(masked, Target::NOTHING);
+                        compare_with_first(masked);
+                    }
+                    Some(next) => {
+                        cursor.advance(next);
+                        return None;
+                    }
+                    None => {
+                        traversal::end(masked);
+                        return Some(false);
+                    }
+                }
+                traversal::end(masked);
+                Some(true)
+            });
+            if let Some(was_armed) = step {
+                return was_armed;
+            }
+        }
+    }
+}
+
+/// How arming a timer ended.
+enum Arming {
+    Done,
+    /// The deadline has passed.
+    Passed,
+    /// The timer is armed: it is to be disarmed first.
+    Armed,
+}
+
+/// How far a traversal of the timers has come.
+struct Cursor(Option<&'static Slot>);
+
+impl Cursor {
+    fn new() -> Self {
+        Cursor(None)
+    }
+
+    /// The slot to look at: the next one, or where the traversal restarts the list's first.
+    #[inline(always)]
+    fn slot(&self, masked: &Masked) -> &'static Slot {
+        match self.0 {
+            Some(slot) if traversal::is_valid(masked) => slot,
+            _ => {
+                traversal::begin(masked);
+                &KERNEL.timers.first
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, next: &'static Timer) {
+        self.0 = Some(&next.link);
     }
 }
 
 impl Task {
-    /// Blocks for `ticks` ticks: from just under that long to that long, as the present tick is under way.
+    /// Blocks for `ticks` ticks: from just under that long to that long, as the present tick is under way. With 0 ticks it
+    /// does not block.
     #[inline(always)]
-    pub fn delay(&mut self, ticks: Ticks) {
-        let deadline = now(self).wrapping_add(ticks.clamp(1, LONGEST));
+    pub fn delay(&mut self, mut ticks: Ticks) {
+        while ticks > LONGEST {
+            let deadline = now(self).wrapping_add(LONGEST);
+            self.delay_until(deadline);
+            ticks -= LONGEST;
+        }
+        let deadline = now(self).wrapping_add(ticks);
         self.delay_until(deadline);
     }
 
-    /// Blocks until the tick `deadline`. Returns `false` at once if that has passed.
+    /// Blocks until the tick `deadline`, at most [`LONGEST`] ahead. Returns `false` at once if that has passed.
     #[inline(always)]
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
-        arch::delay_until(self, deadline)
+        let timer = Timer::new();
+        // SAFETY: this returns only after the timer has expired; and the stack of a task that is killed stays as it is.
+        let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
+        let is_ahead = timer.arm_for_task(self, deadline);
+        if is_ahead && timer.block(self) {
+            arch::switch(self);
+        }
+        is_ahead
+    }
+}
+
+impl Timer {
+    /// Blocks the running task, for which the timer was armed, unless it has expired already. Returns whether a switch is due.
+    #[inline(never)]
+    fn block(&self, task: &mut Task) -> bool {
+        ready::block_unless(task, |masked| !self.is_armed(masked))
     }
 }
 
@@ -176,9 +320,9 @@ pub struct Period {
 }
 
 impl Period {
-    /// A period of `length` ticks that starts now.
+    /// A period of `length` ticks that starts now: 1 to [`LONGEST`]. A length beyond counts as the nearest.
     pub fn new(task: &mut Task, length: Ticks) -> Self {
-        Period { deadline: now(task), length, missed: 0 }
+        Period { deadline: now(task), length: length.clamp(1, LONGEST), missed: 0 }
     }
 
     /// Blocks until the next deadline. One that has passed already is counted as missed, and the wait is over at once.
@@ -201,163 +345,71 @@ fn is_ahead(ticks: Ticks) -> bool {
     (1..=LONGEST).contains(&ticks)
 }
 
-/// What came of one step along the list; see [`walk`].
-enum Step<R> {
-    On(&'static MaskedCell<Option<&'static Timer>>),
-    Done(R),
-}
-
-/// Arms `timer`, anew if it is armed. `false`, with nothing done, if `deadline` has passed.
+/// Has the tick compare with the first timer's deadline; with none, the tick is 65,536 ticks ahead.
 #[inline(always)]
-pub(crate) fn arm(
-    context: &mut impl ThreadContext,
-    timer: &'static Timer,
-    deadline: Ticks,
-    target: Target,
-) -> bool {
-    match context.task(Private) {
-        Some(task) => arch::arm(task, timer, deadline, target),
-        None => arm_by_steps(context, timer, deadline, target),
-    }
+fn compare_with_first(masked: &Masked) {
+    let first = KERNEL.timers.first.get(masked);
+    NEXT_DEADLINE.set(masked, first.map_or(TICKS.get(masked), |first| first.deadline.get(masked)));
 }
 
-/// The same where it is not done in assembly.
-pub(crate) fn arm_by_steps(
-    context: &mut impl ThreadContext,
-    timer: &'static Timer,
-    deadline: Ticks,
-    target: Target,
-) -> bool {
-    let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
-    loop {
-        let came = context.mask(|masked| {
-            let slot = match slot {
-                Some(slot) if walk::goes_on(masked) => slot,
-                _ => {
-                    // Once in a walk: whoever arms it meanwhile ends the walk.
-                    if timer.is_armed(masked) {
-                        return Step::Done(Arming::Already);
-                    }
-                    if !is_ahead(deadline.wrapping_sub(KERNEL.timers.now(masked))) {
-                        return Step::Done(Arming::Passed);
-                    }
-                    timer.deadline.set(masked, deadline);
-                    walk::begin(masked);
-                    return Step::On(&KERNEL.timers.first);
-                }
-            };
-            let next = slot.get(masked);
-            match next {
-                // Both are ahead, so the difference of the two tells which is first.
-                Some(next) if !is_ahead(next.deadline.get(masked).wrapping_sub(deadline)) => {
-                    return Step::On(&next.link);
-                }
-                _ => {}
-            }
-            walk::end(masked);
-            if ptr::eq(slot, &KERNEL.timers.first) && !KERNEL.timers.count_to(masked, deadline) {
-                return Step::Done(Arming::Passed);
-            }
-            slot.set(masked, Some(timer));
-            timer.link.set(masked, next);
-            timer.target.set(masked, target);
-            Step::Done(Arming::Done)
-        });
-        match came {
-            Step::On(next) => slot = Some(next),
-            Step::Done(Arming::Done) => return true,
-            Step::Done(Arming::Passed) => return false,
-            Step::Done(Arming::Already) => {
-                disarm_first(context, |next| ptr::eq(next, timer));
-                slot = None;
-            }
-        }
-    }
+/// One tick, which the vector of [`tick_interrupt!`](crate::tick_interrupt!) counts on the AVR. Returns whether a deadline
+/// has come: then [`expire`] is to follow.
+pub(crate) fn count_tick(masked: &Masked) -> bool {
+    let now = TICKS.get(masked).wrapping_add(1);
+    TICKS.set(masked, now);
+    now == NEXT_DEADLINE.get(masked)
 }
 
-/// What came of arming a timer.
-#[derive(Clone, Copy)]
-enum Arming {
-    Done,
-    /// It is armed.
-    Already,
-    /// The deadline has.
-    Passed,
-}
-
-/// Disarms all timers that lie in `memory`.
-pub(crate) fn disarm_within(context: &mut impl ThreadContext, memory: Range<usize>) {
-    while match context.task(Private) {
-        Some(task) => arch::disarm_within(task, memory.clone()),
-        None => disarm_first(context, |next| memory.contains(&ptr::from_ref(next).addr())),
-    } {}
-}
-
-/// Disarms the first timer that `is_it` says. Returns whether there was one.
-#[inline(always)]
-pub(crate) fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer) -> bool) -> bool {
-    let mut slot: Option<&'static MaskedCell<Option<&'static Timer>>> = None;
-    loop {
-        let came = context.mask(|masked| {
-            let slot = match slot {
-                Some(slot) if walk::goes_on(masked) => slot,
-                _ => {
-                    walk::begin(masked);
-                    &KERNEL.timers.first
-                }
-            };
-            let timer = match slot.get(masked) {
-                Some(next) if !is_it(next) => return Step::On(&next.link),
-                Some(next) => next,
-                None => {
-                    walk::end(masked);
-                    return Step::Done(false);
-                }
-            };
-            walk::end(masked);
-            let link = timer.link.get(masked);
-            slot.set(masked, link);
-            timer.target.set(masked, Target::NOTHING);
-            if ptr::eq(slot, &KERNEL.timers.first) {
-                KERNEL.timers.count_down(masked, link);
-            }
-            Step::Done(true)
-        });
-        match came {
-            Step::On(next) => slot = Some(next),
-            Step::Done(result) => return result,
-        }
-    }
-}
-
-/// One tick, as the tick's interrupt does it on the AVR in assembly.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn tick(interrupt: &mut crate::Interrupt) {
-    let left = interrupt.mask(|masked| {
-        let left = TICKS_LEFT.get(masked).wrapping_sub(1);
-        TICKS_LEFT.set(masked, left);
-        left
-    });
-    if left == 0 {
-        while expire() {}
-    }
-}
-
-/// What the tick's interrupt does, on the AVR in assembly, once `TICKS_LEFT` has run out: wakes what the first timer is to
-/// wake. Returns whether another one is due. Until none is, `TICKS_LEFT` is not positive, so that no tick comes here as well.
+/// Expires all timers that are due. The tick's interrupt calls it when the first deadline has come.
 ///
-/// In three sections, with interrupts enabled in between: no task runs meanwhile, and interrupts leave timers alone.
-#[cfg(not(target_arch = "avr"))]
-pub(crate) fn expire() -> bool {
+/// Interrupts are enabled between the critical sections: no task runs meanwhile, and ISRs leave timers alone. The deadline
+/// that the tick compares with lies in the past until this is complete, so no tick comes here as well.
+#[doc(hidden)]
+pub extern "C" fn expire() {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
-    let expiry = &mut unsafe { Expiry::assume() };
-    let timers = &KERNEL.timers;
-    let target = expiry.mask(|masked| {
-        let Some(first) = timers.first.get(masked) else { return Target::NOTHING };
-        timers.first.set(masked, first.link.get(masked));
-        walk::end(masked);
-        first.target.replace(masked, Target::NOTHING)
-    });
-    target.wake(expiry);
-    expiry.peek(|masked| !timers.count_down(masked, timers.first.get(masked)))
+    let interrupt = &mut unsafe { Interrupt::assume() };
+    loop {
+        match interrupt.mask(expire_first) {
+            Due::Nothing => return,
+            Due::Task => {}
+            Due::Semaphore(semaphore) => {
+                // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
+                unsafe { arch::isr_window() };
+                semaphore.post(interrupt);
+            }
+        }
+        // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
+        unsafe { arch::isr_window() };
+    }
+}
+
+/// What a timer that was due wakes.
+enum Due {
+    Nothing,
+    /// A task, which has been woken.
+    Task,
+    Semaphore(&'static Semaphore),
+}
+
+/// Takes the first timer from the list if it is due, and wakes its task if it has one.
+#[inline(always)]
+fn expire_first(masked: &Masked) -> Due {
+    let slot = &KERNEL.timers.first;
+    let first = slot.get(masked);
+    let is_due = |first: &&Timer| !is_ahead(first.deadline.get(masked).wrapping_sub(TICKS.get(masked)));
+    let Some(first) = first.filter(is_due) else {
+        compare_with_first(masked);
+        return Due::Nothing;
+    };
+    slot.set(masked, first.link.get(masked));
+    traversal::end(masked);
+    let target = first.target.replace(masked, Target::NOTHING);
+    let Some(task) = target.as_task() else {
+        return target.as_semaphore().map_or(Due::Task, Due::Semaphore);
+    };
+    if task.link.get(masked) == Link::BLOCKED {
+        task.set_flag(masked, Flag::TimedOut);
+        ready::wake(masked, task);
+    }
+    Due::Task
 }

@@ -273,7 +273,7 @@ fn whoever_is_woken_while_a_ceiling_is_left_runs_in_its_turn() {
                 let guard = value.lock(task);
                 host::interrupt(|interrupt| wake_middle.post(interrupt));
                 let strike = |interrupt: &mut Interrupt| wake_high.post(interrupt);
-                host::struck(section, strike, || drop(guard));
+                host::interrupted(section, strike, || drop(guard));
                 log.note("low");
                 forever(task)
             })

@@ -177,7 +177,7 @@ fn who_is_about_to_run_jobs_and_has_taken_some_is_not_killed() {
             RUNNER
                 .start(boot, Priority::P3, |task| {
                     let run = || task.run_jobs(&[&JOB]);
-                    match host::struck(2, |interrupt| CALL.post(interrupt), run) {
+                    match host::interrupted(2, |interrupt| CALL.post(interrupt), run) {
                         Ok(never) => never,
                         Err(JobTaken) => unreachable!(),
                     }

@@ -118,7 +118,7 @@ fn a_timeout_finds_its_task_though_interrupts_wake_others_meanwhile() {
                     let strike = move |interrupt: &mut Interrupt| {
                         (0..posts).for_each(|_| signal.post(interrupt));
                     };
-                    host::struck(section, strike, || host::tick(interrupt));
+                    host::interrupted(section, strike, || host::tick(interrupt));
                 }
                 // Whoever waits still.
                 3 => (0..WAITING).for_each(|_| signal.post(interrupt)),

@@ -9,6 +9,10 @@ pub struct Outbox {
     left: u16,
 }
 
+// SAFETY: a task lends the bytes for the time that it waits, and a killed task's stack stays as it is. Only the vectors read
+// them.
+unsafe impl Send for Outbox {}
+
 /// Offsets for the vectors.
 #[doc(hidden)]
 pub mod offset {

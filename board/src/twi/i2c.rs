@@ -16,8 +16,16 @@ use crate::interrupts::Serves;
 
 static TRANSACTION: MaskedCell<Transaction> = MaskedCell::new(Transaction::NONE);
 /// Lent by the task that waits for the end of its transaction; none at other times.
-static OPERATIONS: MaskedCell<*mut [Operation<'static>]> = MaskedCell::new(NO_OPERATIONS);
+static OPERATIONS: MaskedCell<Lent> = MaskedCell::new(Lent(NO_OPERATIONS));
 static IS_ENDED: Semaphore = Semaphore::new(0);
+
+/// The operations of a transaction.
+#[derive(Clone, Copy)]
+struct Lent(*mut [Operation<'static>]);
+
+// SAFETY: the task that lends them waits until its transaction ends; one that is killed in there leaves them on its stack,
+// which stays as it is. Only the interrupt handler uses them meanwhile.
+unsafe impl Send for Lent {}
 
 const NO_OPERATIONS: *mut [Operation<'static>] =
     ptr::slice_from_raw_parts_mut(NonNull::dangling().as_ptr(), 0);
@@ -70,7 +78,7 @@ impl i2c::I2c for WithTask<'_, Master> {
         }
         let lent = ptr::slice_from_raw_parts_mut(operations.as_mut_ptr().cast(), operations.len());
         self.task.mask(|masked| {
-            OPERATIONS.set(masked, lent);
+            OPERATIONS.set(masked, Lent(lent));
             TRANSACTION.set(masked, Transaction::new(address));
             request(masked, START);
         });
@@ -78,7 +86,7 @@ impl i2c::I2c for WithTask<'_, Master> {
             IS_ENDED.wait(self.task);
             let outcome = self.task.mask(|masked| TRANSACTION.get(masked).outcome());
             if let Some(outcome) = outcome {
-                self.task.mask(|masked| OPERATIONS.set(masked, NO_OPERATIONS));
+                self.task.mask(|masked| OPERATIONS.set(masked, Lent(NO_OPERATIONS)));
                 return outcome;
             }
         }
@@ -110,7 +118,7 @@ fn answer(interrupt: &mut Interrupt) -> bool {
         let mut transaction = TRANSACTION.get(masked);
         // SAFETY: the task that lent them waits in `transaction`, which takes them back before it returns.
         // While nobody has lent any, there are none.
-        let operations = unsafe { &mut *OPERATIONS.get(masked) };
+        let operations = unsafe { &mut *OPERATIONS.get(masked).0 };
         let step = transaction.answer(status(), data(), operations);
         TRANSACTION.set(masked, transaction);
         if let Some(step) = step {

@@ -17,6 +17,9 @@ pub struct Stream {
     left: u8,
 }
 
+// SAFETY: it leads to cells of a static, which open in critical sections only.
+unsafe impl Send for Stream {}
+
 /// What the vector sends from.
 #[doc(hidden)]
 pub static OUTGOING: MaskedCell<Stream> = MaskedCell::new(Stream::NONE);

@@ -1,19 +1,35 @@
-//! What the kernel needs of a machine. Each port provides the same few functions:
+//! What the kernel needs of a machine: this contract, which each port fulfils under the same names. A port is one folder.
 //!
-//! - `disable_interrupts`, `enable_interrupts`: bracket what a task does to the kernel's state;
-//! - `part_sections`: makes sure that interrupts strike between two such brackets;
-//! - `mask_anywhere`: the same where the caller's context is not known;
-//! - `switch`: saves the running task's context and takes up that of the head; returns when the task runs again;
-//!   `switch_from_call` does the same where a switch is rare;
-//! - `lay_body`, `lay_context`: lay a task's body and its first context on a new stack;
-//! - a way to start: `run` on the AVR, [`host::run_for`] on the host.
+//! | name | contract |
+//! |---|---|
+//! | `disable_interrupts`, `enable_interrupts` | begin and end a critical section of a task; both are compiler barriers |
+//! | `irq_window` | pending interrupts occur between two critical sections of a task that follow each other |
+//! | `isr_window` | pending interrupts occur between two critical sections of an ISR; they nest on its stack |
+//! | `critical` | a critical section where the caller's context is not known; interrupts stay as they were |
+//! | `switch` | saves the running task's context and resumes the head; returns when the task runs again |
+//! | `switch_from_call` | the same where a switch is rare: it preserves what a call does |
+//! | `run_head` | resumes the head; what ran is forgotten |
+//! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no context, and begins anew each time |
+//! | `fits`, `init_context` | a task's body and its first context on a new stack |
+//! | `stack` | where a task's stack lies, if the port knows; its unused bytes hold the watermark |
+//! | `load`, `flash_static!` | tables in program memory: see [`flash`](crate::flash) |
+//! | `clock` | the counter of the feature `cpu-time` |
+//! | `public` | what the port offers to users beside the kernel's API |
+//!
+//! A port also starts the kernel, and calls `timer::count_tick` and `timer::expire`, or does as they do.
 
 #[cfg(target_arch = "avr")]
 mod avr;
 #[cfg(target_arch = "avr")]
 pub use avr::*;
+#[cfg(target_arch = "avr")]
+pub mod public {}
 
 #[cfg(not(target_arch = "avr"))]
 pub mod host;
 #[cfg(not(target_arch = "avr"))]
 pub(crate) use host::*;
+#[cfg(not(target_arch = "avr"))]
+pub mod public {
+    pub use super::host;
+}

@@ -3,8 +3,8 @@
 use super::Machine;
 use super::words::{number, to_digit, words};
 use crate::flash::Flash;
-use crate::handle::{Refused, TaskHandle, TaskState};
-use crate::task::Priority;
+use crate::control::{Refused, TaskHandle, TaskState};
+use crate::control_block::Priority;
 
 /// Bytes in a line of a reply.
 const ROW: usize = 16;
@@ -174,6 +174,7 @@ fn list(machine: &mut impl Machine) {
             TaskState::Ready => say!(machine, b"ready"),
             TaskState::Waiting => say!(machine, b"waiting"),
             TaskState::Suspended => say!(machine, b"suspended"),
+            TaskState::Killed => say!(machine, b"killed"),
         }
         if state != TaskState::NotStarted {
             say!(machine, b" p");
@@ -213,7 +214,7 @@ fn dump(machine: &mut impl Machine, address: u16, count: u16) {
 fn registers(machine: &mut impl Machine, task: TaskHandle) -> Result<(), Mistake> {
     match task.state(machine.monitor()) {
         TaskState::NotStarted => return Err(Mistake::Refused(Refused::NotStarted)),
-        TaskState::Suspended => {}
+        TaskState::Suspended | TaskState::Killed => {}
         TaskState::Ready | TaskState::Waiting => return Err(Mistake::NotSuspended),
     }
     let saved = machine.stack_pointer(task);

@@ -3,15 +3,13 @@
 //! [`obey`] is the whole interpreter: it knows a [`Machine`], no device. [`run`] is the task around it.
 
 mod interpreter;
-#[cfg(target_arch = "avr")]
 mod session;
 mod words;
 
 use crate::context::Task;
-use crate::handle::{Refused, TaskHandle};
+use crate::control::{Refused, TaskHandle};
 
 pub use interpreter::{obey, refuse_line};
-#[cfg(target_arch = "avr")]
 pub use session::run;
 
 /// The tasks that the monitor knows, by the names that it is to call them.

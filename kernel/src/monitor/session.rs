@@ -5,7 +5,7 @@ use core::ptr;
 use super::{LINE, Line, Machine, Tasks, obey, refuse_line};
 use crate::arch;
 use crate::context::{Context, Task};
-use crate::handle::{Refused, TaskHandle};
+use crate::control::{Refused, TaskHandle};
 use crate::task::Never;
 
 /// Reads commands from `line`, and replies there, for good. `step` runs one instruction of a task: see [`TaskHandle::step`].
@@ -104,7 +104,7 @@ impl<L: Line, S: FnMut(&mut Task, TaskHandle) -> Result<(), Refused>> Machine fo
     }
 
     fn stack_bottom(&self, task: TaskHandle) -> u16 {
-        arch::stack(task.control, task.bytes).start as u16
+        arch::stack(task.control, task.bytes).map_or(0, |stack| stack.start as u16)
     }
 
     fn step(&mut self, task: TaskHandle) -> Result<(), Refused> {

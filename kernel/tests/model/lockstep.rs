@@ -170,7 +170,7 @@ impl<S: Script> Lockstep<S> {
 
     /// A job, which begins as the call that waited for its signal returns.
     fn job(self: &Rc<Self>, job: usize, context: &mut JobContext) {
-        host::strike_no_more();
+        host::cancel_arrival();
         let id = self.world.running(context);
         self.returned(id, Outcome::Number(job as u16));
         let mut own = Belongings::default();
@@ -179,7 +179,7 @@ impl<S: Script> Lockstep<S> {
             if call == Call::EndJob {
                 own.drop_messages();
                 if let Some(strike) = strike {
-                    host::strike_again(strike.sections, self.strike(strike, ways_in_call(id)));
+                    host::arrive_later(strike.sections, self.strike(strike, ways_in_call(id)));
                 }
                 return;
             }
@@ -221,7 +221,7 @@ impl<S: Script> Lockstep<S> {
     /// Does what is struck, where things stand in one of the `ways`.
     fn struck<R>(self: &Rc<Self>, strike: Option<Strike>, ways: Ways, work: impl FnOnce() -> R) -> R {
         match strike {
-            Some(strike) => host::struck(strike.sections, self.strike(strike, ways), work),
+            Some(strike) => host::interrupted(strike.sections, self.strike(strike, ways), work),
             None => work(),
         }
     }
@@ -233,7 +233,7 @@ impl<S: Script> Lockstep<S> {
             lockstep.progress().branch(&*ways);
             lockstep.handle(interrupt, &strike.handler);
             if let Some(then) = strike.then {
-                host::strike_again(then.sections, lockstep.strike(*then, ways));
+                host::arrive_later(then.sections, lockstep.strike(*then, ways));
             }
         })
     }

@@ -25,7 +25,7 @@ board::interrupts!(Interrupts: External);
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
         start(INTRUDER.start(boot, Priority::P1, |task| {
             loop {
                 PRESSED.wait(task);

@@ -228,8 +228,8 @@ static PATH: MaskedCell<u8> = MaskedCell::new(0);
 
 fn errands(
     go: &'static Semaphore,
-    errand: impl Fn(&mut Task, u8) + 'static,
-) -> impl FnOnce(&mut Task) -> Never + 'static {
+    errand: impl Fn(&mut Task, u8) + Send + 'static,
+) -> impl FnOnce(&mut Task) -> Never + Send + 'static {
     move |task| {
         loop {
             go.wait(task);
@@ -243,10 +243,10 @@ fn errands(
 /// number they get.
 pub fn start_all(
     boot: &mut Boot,
-    director: impl FnOnce(&mut Task) + 'static,
-    middle: impl Fn(&mut Task, u8) + 'static,
-    twin: impl Fn(&mut Task, u8) + 'static,
-    low: impl Fn(&mut Task, u8) + 'static,
+    director: impl FnOnce(&mut Task) + Send + 'static,
+    middle: impl Fn(&mut Task, u8) + Send + 'static,
+    twin: impl Fn(&mut Task, u8) + Send + 'static,
+    low: impl Fn(&mut Task, u8) + Send + 'static,
 ) {
     use Priority::*;
     start(stack::DIRECTOR.start(boot, P7, move |task| {

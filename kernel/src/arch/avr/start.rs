@@ -1,4 +1,4 @@
-//! The start of the kernel and of tasks, and their end.
+//! The start of tasks, and of the kernel.
 
 use core::arch::asm;
 use core::mem::{MaybeUninit, size_of};
@@ -6,31 +6,27 @@ use core::ops::Range;
 use core::ptr;
 
 use super::PROGRAM_COUNTER;
-use super::switch::kernel_run;
+use super::switch::kernel_run_head;
 use crate::context::Task;
-use crate::masked::Masked;
-use crate::paint::PAINT;
-use crate::task::{ControlBlock, Never};
+use crate::control_block::ControlBlock;
+use crate::critical::Masked;
+use crate::stack_watermark::WATERMARK;
+use crate::task;
 
-/// Runs the tasks; idles while none is ready.
-pub(crate) fn run() -> ! {
-    // SAFETY: interrupts are masked, and `main`, whose stack this takes, never gets control back.
-    unsafe { kernel_run() }
+/// Resumes the head; idles while no task is ready.
+pub(crate) fn run_head(_: &Masked) -> ! {
+    // SAFETY: interrupts are masked, and nothing of what ran is needed again: a task that has ended, or `main`, whose stack is
+    // the kernel's from here on.
+    unsafe { kernel_run_head() }
 }
 
-/// Runs the tasks; the running one, which is not ready any more, is forgotten.
-pub(crate) fn leave(_: &Masked) -> ! {
-    // SAFETY: interrupts are masked, and nothing of the task that calls this is needed again.
-    unsafe { kernel_run() }
-}
-
-/// Where the stack of `task` lies, that has `bytes`.
-pub(crate) fn stack(task: &'static ControlBlock, bytes: usize) -> Range<usize> {
+/// Where the stack of `task` lies, that has `bytes`: behind its control block.
+pub(crate) fn stack(task: &'static ControlBlock, bytes: usize) -> Option<Range<usize>> {
     let bottom = ptr::from_ref(task).addr() + size_of::<ControlBlock>();
-    bottom..bottom + bytes
+    Some(bottom..bottom + bytes)
 }
 
-/// The bytes of a first context: a voluntary one, and what `kernel_start_task` pops.
+/// The bytes of a first context: a voluntary one, and the entry that `kernel_start_task` pops.
 const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
 
 /// Whether a stack of `bytes` can hold a body of so many and a first context.
@@ -38,69 +34,63 @@ pub(crate) const fn fits(body: usize, bytes: usize) -> bool {
     bytes >= body + FIRST_CONTEXT
 }
 
-/// A task whose body lies at the top of its stack, and has no context yet.
-pub(crate) struct Laid {
-    /// Where its first context goes: below the body.
-    context: usize,
-    /// Its code.
-    entry: usize,
-}
-
-/// Lays `body` at the top of `memory`.
+/// Lays `body` at the top of `memory`, its first context below, and the watermark into the rest. Returns the stack pointer.
+/// About 8 cycles a byte.
 ///
 /// # Safety
-/// It must fit, and nothing else may use `memory`.
+/// It must fit, and nothing else may use `memory`, which lies behind `task`.
 #[inline(always)]
-pub(crate) unsafe fn lay_body<F, const BYTES: usize>(memory: *mut [MaybeUninit<u8>; BYTES], body: F) -> Laid
+pub(crate) unsafe fn init_context<F, R, const BYTES: usize>(
+    _: &'static ControlBlock,
+    memory: *mut [MaybeUninit<u8>; BYTES],
+    body: F,
+) -> usize
 where
-    F: FnOnce(&mut Task) -> Never + 'static,
+    F: FnOnce(&mut Task) -> R + Send + 'static,
 {
-    record::<F, BYTES>();
+    record::<F, R, BYTES>();
+    let bottom = memory.cast::<u8>();
     // SAFETY: the caller's promise; alignment is 1 throughout on the AVR.
-    let place = unsafe {
-        let place = memory.cast::<u8>().add(BYTES - size_of::<F>()).cast::<F>();
-        place.write(body);
-        place
-    };
-    Laid { context: place.addr() - FIRST_CONTEXT, entry: enter::<F> as *const () as usize }
+    unsafe {
+        let place = bottom.add(BYTES - size_of::<F>());
+        place.cast::<F>().write(body);
+        lay_context(bottom, place, enter::<F, R> as *const () as usize)
+    }
 }
 
-/// Lays the first context of `task`, and paints what is free of its stack: 6 cycles a byte. Returns the stack pointer.
-#[inline(always)]
-pub(crate) fn lay_context(task: &'static ControlBlock, laid: Laid) -> usize {
-    let place: usize;
-    // SAFETY: it writes to the task's stack, from its first byte to the body. That is claimed, and nobody else's.
-    unsafe {
-        asm!(
-            "rjmp 2f",                      // 2
-            "1:",
-            "st X+, {byte}",                // 2
-            "2:",
-            "cp r26, {place:l}",            // 1
-            "cpc r27, {place:h}",           // 1
-            "brne 1b",                      // 2, or 1 where the context goes
-            "adiw {place}, {first_context}", // 2: the body lies behind it
-            "st X+, {place:h}",             // 2: Y
-            "st X+, {place:l}",             // 2
-            #[cfg(target_feature = "eijmpcall")]
-            "st X+, r1",                    // 2: bits 16 to 21 of the program counter
-            "ldi {byte}, hi8(gs({start}))", // 1: and the others
-            "st X+, {byte}",                // 2
-            "ldi {byte}, lo8(gs({start}))", // 1
-            "st X+, {byte}",                // 2
-            "st X+, {entry:l}",             // 2
-            "st X, {entry:h}",              // 2
-            start = sym kernel_start_task,
-            first_context = const FIRST_CONTEXT,
-            inout("X") ptr::from_ref(task).addr() + size_of::<ControlBlock>() => _,
-            place = inout(reg_iw) laid.context => place,
-            entry = in(reg_pair) laid.entry,
-            byte = inout(reg_upper) PAINT => _,
-            options(nostack),
-        );
+/// Lays the first context below `body`, and the watermark from `bottom` on. Returns the stack pointer.
+///
+/// # Safety
+/// Between the two there is room for a first context, and nothing else uses it.
+#[inline(never)]
+unsafe fn lay_context(bottom: *mut u8, body: *mut u8, entry: usize) -> usize {
+    let [start_low, start_high] = (kernel_start_task as *const () as usize).to_le_bytes();
+    let [body_low, body_high] = body.addr().to_le_bytes();
+    let [entry_low, entry_high] = entry.to_le_bytes();
+    let mut place = body;
+    let mut push = |byte: u8| {
+        place = place.wrapping_sub(1);
+        // SAFETY: one of the bytes of the first context, for which the caller promises room.
+        unsafe { place.write(byte) };
+    };
+    // From the top down: what `kernel_start_task` pops, its address, and Y, which is the body.
+    push(entry_high);
+    push(entry_low);
+    push(start_low);
+    push(start_high);
+    if PROGRAM_COUNTER == 3 {
+        push(0); // functions have addresses of 16 bits
     }
-    // SP points at the free byte below what `pop` takes next.
-    place - FIRST_CONTEXT - 1
+    push(body_low);
+    push(body_high);
+    let stack_pointer = place.addr() - 1; // SP points at the free byte below what `pop` takes next
+    let mut free = bottom;
+    while free.addr() <= stack_pointer {
+        // SAFETY: from the stack's first byte up to the first context.
+        unsafe { free.write(WATERMARK) };
+        free = free.wrapping_add(1);
+    }
+    stack_pointer
 }
 
 /// Where a task starts, where [`lay_context`] leads: Y is its body, and its entry lies on the stack.
@@ -110,8 +100,8 @@ unsafe extern "C" fn kernel_start_task() {
     // SAFETY: a first context leads here.
     unsafe {
         asm!(
-            "movw r24, r28", // 1: the first argument
-            "pop r30",       // 2
+            "movw r24, r28", // 1: r25:r24 = the body, the first argument of `enter`
+            "pop r30",       // 2: Z = the address of `enter` in words
             "pop r31",       // 2
             "ijmp",          // 2
         )
@@ -121,9 +111,9 @@ unsafe extern "C" fn kernel_start_task() {
 /// Leaves a record for `stack-bound`, which computes how much stack each task needs: where a task's code begins, how
 /// many bytes it captured, how many its stack has. The section stays in the ELF file: no flash, no RAM, no cycle.
 #[inline(always)]
-fn record<F, const BYTES: usize>()
+fn record<F, R, const BYTES: usize>()
 where
-    F: FnOnce(&mut Task) -> Never + 'static,
+    F: FnOnce(&mut Task) -> R + Send + 'static,
 {
     // SAFETY: no instruction.
     unsafe {
@@ -132,7 +122,7 @@ where
             ".long {entry}",
             ".short {captured}, {bytes}",
             ".popsection",
-            entry = sym enter::<F>,
+            entry = sym enter::<F, R>,
             captured = const size_of::<F>(),
             bytes = const BYTES,
             options(nomem, nostack, preserves_flags),
@@ -140,13 +130,15 @@ where
     }
 }
 
-/// The first code of a task, with interrupts enabled: takes the body from where `lay_body` laid it.
-extern "C" fn enter<F>(place: *mut F) -> !
+/// The first code of a task, with interrupts enabled: takes the body from where `init_context` laid it.
+extern "C" fn enter<F, R>(place: *mut F) -> !
 where
-    F: FnOnce(&mut Task) -> Never + 'static,
+    F: FnOnce(&mut Task) -> R + Send + 'static,
 {
-    // SAFETY: `lay_body` wrote it there, and a task starts once.
+    // SAFETY: `init_context` wrote it there, and a task starts once.
     let body = unsafe { place.read() };
     // SAFETY: this is the task, and it has just started.
-    match body(&mut unsafe { Task::assume() }) {}
+    let task = &mut unsafe { Task::assume() };
+    body(task);
+    task::finish(task)
 }

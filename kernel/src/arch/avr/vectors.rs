@@ -39,37 +39,45 @@ macro_rules! interrupt {
 
 /// Declares the vector that drives the kernel's tick.
 ///
-/// It counts down to the first timer: 35 cycles a tick with the interrupt's own 11, however many timers are
-/// armed. Only when one is due does it become an interrupt like any other.
+/// It counts the present tick up and compares it with the first deadline: 39 cycles a tick with the interrupt's own 6, or 45 in
+/// one tick of 256, however many timers are armed. Only when a timer is due does it become an interrupt like any other. It
+/// does what `timer::count_tick` does, which it is tested against.
 #[macro_export]
 macro_rules! tick_interrupt {
     ($vector:ident) => {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
+            // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler may change.
             unsafe { core::arch::asm!(
                 "push r31",               // 2
                 "push r30",               // 2
                 "push r0",                // 2
                 "in r0, 0x3f",            // 1: SREG
-                "lds r30, {left}",        // 2: Z = ticks until the first timer is due
-                "lds r31, {left}+1",      // 2
-                "sbiw r30, 1",            // 2
-                "sts {left}, r30",        // 2
-                "sts {left}+1, r31",      // 2
-                "breq 1f",                // 1, or 2 when a timer is due
+                "lds r30, {ticks}",       // 2: Z = the present tick
+                "lds r31, {ticks}+1",     // 2
+                "adiw r30, 1",            // 2
+                "sts {ticks}, r30",       // 2
+                "sts {ticks}+1, r31",     // 2
+                "lds r31, {next}",        // 2: is its low byte that of the first deadline?
+                "cpse r31, r30",          // 1, or 2
+                "rjmp 1f",                // 2: no
+                "lds r30, {ticks}+1",     // 2: and is the high byte?
+                "lds r31, {next}+1",      // 2
+                "cpse r31, r30",          // 1, or 2
+                "rjmp 1f",                // 2: no
+                "ldi r30, lo8(gs({expire}))", // 1: Z = the handler, in words
+                "ldi r31, hi8(gs({expire}))", // 1
+                "rjmp {enter}",           // 2
+                "1:",
                 "out 0x3f, r0",           // 1
                 "pop r0",                 // 2
                 "pop r30",                // 2
                 "pop r31",                // 2
                 "reti",                   // 4
-                "1:",
-                "ldi r30, lo8(gs({expire}))", // 1: Z = the handler, in words
-                "ldi r31, hi8(gs({expire}))", // 1
-                "rjmp {enter}",           // 2
-                left = sym $crate::TICKS_LEFT,
-                expire = sym $crate::arch::kernel_expire,
+                ticks = sym $crate::TICKS,
+                next = sym $crate::NEXT_DEADLINE,
+                expire = sym $crate::expire,
                 enter = sym $crate::arch::kernel_enter_with_status,
                 options(noreturn),
             ) }
@@ -103,29 +111,16 @@ macro_rules! tickless_interrupt {
     ($vector:ident, $timer:ty) => {
         #[unsafe(no_mangle)]
         extern "C" fn kernel_before_sleep() {
-            $crate::tickless::before_sleep::<$timer>();
+            // SAFETY: only the idle task calls this, with interrupts masked.
+            unsafe { $crate::tickless::before_sleep::<$timer>() };
         }
         #[unsafe(no_mangle)]
         extern "C" fn kernel_after_sleep() {
-            $crate::tickless::after_sleep::<$timer>();
+            // SAFETY: only the entry of interrupts calls this, with interrupts masked.
+            unsafe { $crate::tickless::after_sleep::<$timer>() };
         }
-        #[unsafe(no_mangle)]
-        extern "C" fn kernel_tick() -> bool {
-            $crate::tickless::tick::<$timer>()
-        }
-        #[unsafe(no_mangle)]
-        #[unsafe(link_section = ".lowtext.kernel")]
-        unsafe extern "C" fn $vector() -> ! {
-            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
-            unsafe { core::arch::asm!(
-                "push r31",               // 2
-                "push r30",               // 2
-                "ldi r30, lo8(gs(kernel_tickless))", // 1: Z = the handler, in words
-                "ldi r31, hi8(gs(kernel_tickless))", // 1
-                "rjmp {enter}",           // 2
-                enter = sym $crate::arch::kernel_enter_interrupt,
-                options(noreturn),
-            ) }
+        $crate::interrupt! {
+            fn $vector(interrupt) { $crate::tickless::tick::<$timer>(interrupt) }
         }
     };
 }
@@ -157,12 +152,12 @@ macro_rules! trap_interrupt {
                 "in r0, 0x3f",            // 1: SREG
                 "lds r30, {stepped}",     // 2: the low byte of the task that is to make a step
                 "lds r31, {kernel}+{running}", // 2: and of the one that runs
-                "cp r30, r31",            // 1
-                "brne 1f",                // 1, or 2
+                "cpse r30, r31",          // 1, or 2
+                "rjmp 1f",                // 2
                 "lds r30, {stepped}+1",   // 2: the high bytes
                 "lds r31, {kernel}+{running}+1", // 2
-                "cp r30, r31",            // 1
-                "brne 1f",                // 1, or 2
+                "cpse r30, r31",          // 1, or 2
+                "rjmp 1f",                // 2
                 "out 0x3f, r0",           // 1
                 "pop r0",                 // 2
                 "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
@@ -173,7 +168,7 @@ macro_rules! trap_interrupt {
                 "pop r0",                 // 2
                 "pop r30",                // 2
                 "pop r31",                // 2
-                "reti",                   // 4: and one instruction of what was struck
+                "reti",                   // 4: and one instruction of what was preempted
                 handler = sym handler,
                 stepped = sym $crate::STEPPED,
                 kernel = sym $crate::KERNEL,

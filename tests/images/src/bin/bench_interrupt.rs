@@ -36,7 +36,7 @@ unsafe impl Serves<External> for Interrupts {}
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
         let [first, second] = &HIGH;
         start(first.start(boot, Priority::P1, |task| {
             loop {

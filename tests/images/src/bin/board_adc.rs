@@ -61,7 +61,7 @@ extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
         board.tick.start(Interrupts);
-        let (mut rhythm, mut analog) = board.adc.start(Interrupts, &mut boot.interrupt(), &TRIP);
+        let (mut rhythm, mut analog) = board.adc.start(Interrupts, boot.interrupt(), &TRIP);
         PowerPort::set_direction(power_switch(0), true);
         start(TASK.start(boot, Priority::P3, move |task| {
             exercise(task, &mut rhythm, &mut analog);

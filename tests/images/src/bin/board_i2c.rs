@@ -78,7 +78,7 @@ fn exercise(i2c: &mut impl I2c) {
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        let mut master = board.i2c.start(Interrupts, &mut boot.interrupt());
+        let mut master = board.i2c.start(Interrupts, boot.interrupt());
         start(TASK.start(boot, Priority::P3, move |task| {
             exercise(&mut master.with(task));
             finish()

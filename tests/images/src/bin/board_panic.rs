@@ -34,7 +34,7 @@ extern "C" fn main() -> ! {
                 .flatten()
                 .for_each(mark);
         }
-        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
         let started = PANICKER.start(boot, Priority::P4, |task| {
             let mut values = [1, 2, 3];
             loop {

@@ -67,7 +67,7 @@ extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = board::Board::take(boot) else { return };
         board.tick.start(Interrupts);
-        let (transmitter, receiver) = board.soft_uart.start(Interrupts, &mut boot.interrupt());
+        let (transmitter, receiver) = board.soft_uart.start(Interrupts, boot.interrupt());
         start(HOLD_UP.start(boot, Priority::P7, hold_up));
         start(ECHO.start(boot, Priority::P3, |task| echo(task, receiver, transmitter)));
     })

@@ -124,9 +124,9 @@ fn begin(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
     board.tick.start(Interrupts);
     let signal = BRIDGE.mailbox().semaphore();
-    let bus = board.twi.start(Interrupts, &mut boot.interrupt(), MASTER.address, SLAVE.address, signal);
+    let bus = board.twi.start(Interrupts, boot.interrupt(), MASTER.address, SLAVE.address, signal);
     stack::BRIDGE.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, &OFFICE)).ok()?;
-    let (rhythm, analog) = board.adc.start(Interrupts, &mut boot.interrupt(), DEVICES.semaphore());
+    let (rhythm, analog) = board.adc.start(Interrupts, boot.interrupt(), DEVICES.semaphore());
     let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe)
         .with_roll(board.roll_pwm, board.roll_direction);
     stack::MOTORS

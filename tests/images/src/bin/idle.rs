@@ -20,7 +20,7 @@ extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
         board.tick.start(Interrupts);
-        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
         start(SECONDS.start(boot, Priority::P3, |task| {
             let mut period = Period::new(task, 1000);
             for second in 0..=60 {

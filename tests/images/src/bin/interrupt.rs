@@ -23,7 +23,7 @@ core::arch::global_asm!(".pushsection .ctors, \"a\", @progbits", ".skip 0x20000"
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
         start(HIGH.start(boot, Priority::P1, |task| {
             for _ in 0..3 {
                 PRESSED.wait(task);

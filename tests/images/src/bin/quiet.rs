@@ -18,7 +18,7 @@ extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = Board::take(boot) else { return };
         board.tick.start(Interrupts);
-        board.external.start(Interrupts, &mut boot.interrupt(), &PRESSED);
+        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
         start(BUTTON.start(boot, Priority::P2, |task| {
             loop {
                 PRESSED.wait(task);

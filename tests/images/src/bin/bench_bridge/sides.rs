@@ -60,7 +60,7 @@ where
     let Some(board) = Board::take(boot) else { return };
     board.tick.start(interrupts);
     let signal = BRIDGE.mailbox().semaphore();
-    let bus = board.twi.start(interrupts, &mut boot.interrupt(), own.address, other.address, signal);
+    let bus = board.twi.start(interrupts, boot.interrupt(), own.address, other.address, signal);
     let office = match mcu {
         Mcu::Master => &MASTER_OFFICE,
         Mcu::Slave => &SLAVE_OFFICE,

@@ -23,7 +23,7 @@ static TASK: Stack<256> = Stack::new();
 
 /// Starts the task that uses the four registers from `first` on.
 pub fn begin(boot: &mut Boot, interrupts: impl Serves<twi::I2c>, i2c: twi::I2c, first: u8) {
-    let master = i2c.start(interrupts, &mut boot.interrupt());
+    let master = i2c.start(interrupts, boot.interrupt());
     start(TASK.start(boot, Priority::P4, move |task| use_device(task, master, first)));
 }
 

@@ -68,9 +68,9 @@ where
 {
     let Some(board) = Board::take(boot) else { return };
     board.tick.start(interrupts);
-    let bus = board.twi.start(interrupts, &mut boot.interrupt(), own.address, other.address, &SIGNAL);
+    let bus = board.twi.start(interrupts, boot.interrupt(), own.address, other.address, &SIGNAL);
     start(BUS.start(boot, Priority::P3, |task| exchange(task, bus)));
-    let (rhythm, _) = board.adc.start(interrupts, &mut boot.interrupt(), &NEWS);
+    let (rhythm, _) = board.adc.start(interrupts, boot.interrupt(), &NEWS);
     let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
     start(
         CONTROL
@@ -79,7 +79,7 @@ where
     start(DRIVER.start(boot, Priority::P4, keep_turning));
     let [receive0, receive1, receive2] = &RECEIVE;
     let [send0, send1, send2] = &SEND;
-    let (transmitter, receiver) = board.soft_uart.start(interrupts, &mut boot.interrupt());
+    let (transmitter, receiver) = board.soft_uart.start(interrupts, boot.interrupt());
     start(
         receive2
             .start(boot, Priority::P1, |task| check(task, receiver, &FOR_SOFT_UART, |task| HEARD.post(task))),

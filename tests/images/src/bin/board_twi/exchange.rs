@@ -36,7 +36,7 @@ pub fn begin(
     other: u8,
 ) {
     tick.start(interrupts);
-    let bus = twi.start(interrupts, &mut boot.interrupt(), own, other, &SIGNAL);
+    let bus = twi.start(interrupts, boot.interrupt(), own, other, &SIGNAL);
     start(TASK.start(boot, Priority::P3, |task| exchange(task, bus)));
 }
 

@@ -25,7 +25,7 @@ pub struct MaskedCell<T>(Cell<T>);
 
 // SAFETY: every access needs a `Masked`, which exists only where interrupts are masked; the MCU has one
 // core, and the host port runs one kernel at a time, so accesses never overlap.
-unsafe impl<T> Sync for MaskedCell<T> {}
+unsafe impl<T: Send> Sync for MaskedCell<T> {}
 
 impl<T> MaskedCell<T> {
     /// A cell that holds `value`.

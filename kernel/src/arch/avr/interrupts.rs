@@ -1,0 +1,64 @@
+//! Masking of interrupts.
+
+use core::arch::asm;
+
+use crate::critical::Masked;
+
+/// `cli`: 1 cycle.
+#[inline(always)]
+pub(crate) fn disable_interrupts() {
+    // SAFETY: masking interrupts breaks no invariant; as a compiler barrier it keeps what follows behind it.
+    unsafe { asm!("cli", options(nostack)) }
+}
+
+/// `sei`: 1 cycle; the instruction after it still runs before any interrupt.
+#[inline(always)]
+pub(crate) fn enable_interrupts() {
+    // SAFETY: only `Task::mask` calls this, which has disabled them, in a task, which runs with interrupts enabled.
+    unsafe { asm!("sei", options(nostack)) }
+}
+
+/// Behind `sei` an interrupt occurs only after another instruction, so not at all if that is the `cli` of the next critical
+/// section. 1 cycle.
+#[inline(always)]
+pub(crate) fn irq_window() {
+    // SAFETY: no effect.
+    unsafe { asm!("nop", options(nostack)) }
+}
+
+/// 3 cycles where no interrupt is pending.
+///
+/// # Safety
+/// Only in an ISR, between two of its critical sections; and the ISR must bear that others run on its stack.
+#[inline(always)]
+pub(crate) unsafe fn isr_window() {
+    // SAFETY: the caller's promise.
+    unsafe {
+        asm!(
+            "sei", // 1: takes effect after the next instruction
+            "nop", // 1
+            "cli", // 1
+            options(nostack),
+        )
+    }
+}
+
+/// Runs `body` with interrupts masked, and leaves them as they were. 3 cycles.
+#[inline(always)]
+pub(crate) fn critical<R>(body: impl FnOnce(&Masked) -> R) -> R {
+    let status: u8;
+    // SAFETY: reads SREG and masks interrupts.
+    unsafe {
+        asm!(
+            "in {status}, 0x3f", // 1: SREG, with I as it was
+            "cli",               // 1
+            status = out(reg) status,
+            options(nostack),
+        );
+    }
+    // SAFETY: interrupts were just masked, and are restored only after `body`.
+    let result = body(&unsafe { Masked::assume() });
+    // SAFETY: puts SREG back as it was found.
+    unsafe { asm!("out 0x3f, {status}", status = in(reg) status, options(nostack)) } // 1
+    result
+}

@@ -1,0 +1,272 @@
+//! The host port: the same kernel, each task a coroutine, time virtual.
+//!
+//! Blocking code runs under `cargo test` as it does on the MCU, and the same each time: a task runs until
+//! a kernel call switches, and when all are blocked, time moves on to the next tick. Interrupts are what
+//! the test makes of them: [`run_for`] calls its `on_tick` at every tick, which may post, send and put, and a
+//! task may be preempted by an [`interrupt`] between two of its calls, or [inside](interrupted) of one.
+
+extern crate std;
+
+use std::boxed::Box;
+use std::cell::{Cell, RefCell};
+use std::mem::MaybeUninit;
+use std::ops::Range;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::vec::Vec;
+
+use corosensei::{Coroutine, Yielder};
+
+use crate::context::{Context, Interrupt, Task};
+use crate::control_block::ControlBlock;
+use crate::critical::Masked;
+use crate::task::{self, Boot, Never};
+use crate::{IDLE, KERNEL, ready, timer};
+
+type TaskCoroutine = Coroutine<(), (), Never>;
+
+pub(crate) const IDLE_CONTEXT: usize = 0;
+
+/// The `stack_pointer` of the first task: less says that there is none, or that it is being started.
+const FIRST_TASK: usize = 2;
+
+std::thread_local! {
+    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus [`FIRST_TASK`].
+    static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
+    /// The interrupt that is to occur inside of a kernel call.
+    static ARRIVAL: RefCell<Option<Arrival>> = const { RefCell::new(None) };
+    /// How the running task gives control back.
+    static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(std::ptr::null()) };
+}
+
+struct Arrival {
+    /// How many critical sections end until then, this one included.
+    sections: usize,
+    handler: Box<dyn FnOnce(&mut Interrupt)>,
+}
+
+/// One kernel at a time: its state is static, and tests run on many threads.
+static ONE_KERNEL: Mutex<()> = Mutex::new(());
+
+/// Runs the kernel for `ticks` ticks: `init` starts the tasks, `on_tick` stands for the interrupts.
+///
+/// The tasks are dropped at the end; the statics they used keep their state, so each run wants its own.
+pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut(&mut Interrupt, u32)) {
+    let mut passed = 0;
+    run(init, |interrupt| {
+        if passed == ticks {
+            return false;
+        }
+        passed += 1;
+        tick(interrupt);
+        on_tick(interrupt, passed);
+        true
+    });
+}
+
+/// Runs the kernel: `init` starts the tasks, and whenever all of them are blocked, `on_idle` stands for the interrupt that
+/// comes then, until it returns `false`. Time stands still unless it calls [`tick`].
+///
+/// A task that panics ends the run, and the caller gets the panic.
+pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
+    let _one_kernel = ONE_KERNEL.lock().unwrap_or_else(PoisonError::into_inner);
+    reset();
+    let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
+        // SAFETY: no task runs.
+        init(&mut unsafe { Boot::assume() });
+        loop {
+            run_ready();
+            // SAFETY: no task runs, as in an interrupt.
+            if !on_idle(&mut unsafe { Interrupt::assume() }) {
+                return;
+            }
+        }
+    }));
+    // Now, while no other kernel can run: the tasks are dropped, and what they hold goes back.
+    reset();
+    if let Err(panic) = outcome {
+        panic::resume_unwind(panic);
+    }
+}
+
+/// One tick of the clock, for an interrupt to call.
+pub fn tick(interrupt: &mut Interrupt) {
+    if interrupt.mask(timer::count_tick) {
+        timer::expire();
+    }
+}
+
+/// An interrupt in the midst of a task: runs `handler`, then a task that became ready by it and outranks this one.
+pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
+    // SAFETY: the calling task does nothing else meanwhile, as on the MCU.
+    handler(&mut unsafe { Interrupt::assume() });
+    if critical(ready::is_due) {
+        suspend();
+    }
+}
+
+/// Makes a kernel call of a task, or a [`tick`], that an interrupt preempts at the end of its `sections`-th critical
+/// section, counted from 1, while that task runs. If there are fewer, the interrupt does not come.
+pub fn interrupted<R>(
+    sections: usize,
+    handler: impl FnOnce(&mut Interrupt) + 'static,
+    call: impl FnOnce() -> R,
+) -> R {
+    arrive_later(sections, handler);
+    let result = call();
+    cancel_arrival();
+    result
+}
+
+/// From inside of [`interrupted`], where a job begins: if the interrupt has not come, it does not come.
+pub fn cancel_arrival() {
+    ARRIVAL.set(None);
+}
+
+/// From the handler of [`interrupted`], or at the end of a job: another interrupt occurs so many critical sections later.
+pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'static) {
+    ARRIVAL.set(Some(Arrival { sections, handler: Box::new(handler) }));
+}
+
+/// Forgets the tasks of the run before.
+fn reset() {
+    TASKS.take();
+    // SAFETY: no task runs, and no other thread: the caller holds `ONE_KERNEL`.
+    let masked = unsafe { Masked::assume() };
+    KERNEL.ready.reset(&masked);
+    KERNEL.timers.reset(&masked);
+}
+
+/// Resumes the head until that is the idle task.
+fn run_ready() {
+    loop {
+        // SAFETY: no task runs.
+        let masked = unsafe { Masked::assume() };
+        let head = KERNEL.ready.head.get(&masked);
+        KERNEL.ready.running.set(&masked, head);
+        if head.is(&IDLE) {
+            return;
+        }
+        let index = head.stack_pointer.get(&masked) - FIRST_TASK;
+        // Taken out while it runs, so that it may start others.
+        let mut task =
+            TASKS.with_borrow_mut(|tasks| tasks[index].take().expect("a task is resumed once at a time"));
+        task.resume(());
+        TASKS.with_borrow_mut(|tasks| tasks[index] = Some(task));
+    }
+}
+
+pub(crate) fn disable_interrupts() {}
+
+pub(crate) fn enable_interrupts() {
+    if let Some(Arrival { handler, .. }) = end_section() {
+        interrupt(handler);
+    }
+}
+
+pub(crate) fn irq_window() {}
+
+/// # Safety
+/// As on the AVR: only in an ISR, between two of its critical sections.
+pub(crate) unsafe fn isr_window() {
+    if let Some(Arrival { handler, .. }) = end_section() {
+        // SAFETY: the tick's interrupt, which calls this, does nothing else meanwhile, and switches at its end.
+        handler(&mut unsafe { Interrupt::assume() });
+    }
+}
+
+/// A critical section ends. Returns the interrupt that occurs now.
+fn end_section() -> Option<Arrival> {
+    ARRIVAL.with_borrow_mut(|arrival| {
+        let sections = &mut arrival.as_mut()?.sections;
+        *sections = sections.saturating_sub(1);
+        if *sections == 0 { arrival.take() } else { None }
+    })
+}
+
+pub(crate) fn critical<R>(body: impl FnOnce(&Masked) -> R) -> R {
+    // SAFETY: what stands for interrupts runs only between critical sections.
+    body(&unsafe { Masked::assume() })
+}
+
+pub(crate) fn switch(_: &mut Task) {
+    suspend();
+}
+
+pub(crate) fn switch_from_call(_: &mut Task) {
+    suspend();
+}
+
+/// Gives control back to [`run_ready`], until that resumes the task.
+fn suspend() {
+    // A task that is dropped, or that failed, gives back what it holds and runs no other.
+    if thread::panicking() {
+        return;
+    }
+    // An arrival interrupts this task only.
+    let arrival = ARRIVAL.take();
+    let yielder = YIELDER.get();
+    assert!(!yielder.is_null(), "a kernel call that may switch was made outside `host::run_for`");
+    // SAFETY: the pointer is the running coroutine's own yielder, which lives as long as it does.
+    unsafe { (*yielder).suspend(()) };
+    YIELDER.set(yielder);
+    ARRIVAL.set(arrival);
+}
+
+pub(crate) fn run_head(_: &Masked) -> ! {
+    loop {
+        suspend();
+    }
+}
+
+/// The clock of tasks' times: none passes while a task runs.
+#[cfg(feature = "cpu-time")]
+pub(crate) fn clock(_: &Masked) -> u16 {
+    0
+}
+
+/// The coroutine has a stack of its own.
+pub(crate) fn stack(_: &'static ControlBlock, _: usize) -> Option<Range<usize>> {
+    None
+}
+
+/// Any stack will do: the task gets one of its own.
+pub(crate) const fn fits(_body: usize, _bytes: usize) -> bool {
+    true
+}
+
+/// # Safety
+/// As on the AVR.
+pub(crate) unsafe fn init_context<F, R, const BYTES: usize>(
+    _: &'static ControlBlock,
+    _: *mut [MaybeUninit<u8>; BYTES],
+    body: F,
+) -> usize
+where
+    F: FnOnce(&mut Task) -> R + Send + 'static,
+{
+    let coroutine = Coroutine::new(move |yielder: &Yielder<(), ()>, ()| {
+        YIELDER.set(yielder);
+        // SAFETY: this is the task, and it has just started.
+        let task = &mut unsafe { Task::assume() };
+        body(task);
+        task::finish(task)
+    });
+    TASKS.with_borrow_mut(|tasks| {
+        tasks.push(Some(coroutine));
+        tasks.len() - 1 + FIRST_TASK
+    })
+}
+
+/// A copy of element `index` of a table.
+pub(crate) fn load<T: Copy>(table: &[T], index: usize) -> Option<T> {
+    table.get(index).copied()
+}
+
+/// A static of [`flash!`](crate::flash!).
+#[doc(hidden)]
+#[macro_export]
+macro_rules! flash_static {
+    ($($item:tt)*) => { $($item)* };
+}

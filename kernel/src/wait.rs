@@ -1,0 +1,305 @@
+//! Wait queues: the tasks that wait for a semaphore, by priority, and in the order in which they came among equals.
+//!
+//! A queue is a list without a tail. To find a place in it takes as long as the list, in steps: see
+//! [`traversal`](crate::traversal).
+
+use crate::context::{Context, Task};
+use crate::control_block::{ControlBlock, Flag};
+use crate::critical::{Masked, MaskedCell};
+use crate::link::Link;
+use crate::proxy::WaitSet;
+use crate::ready;
+use crate::semaphore::Semaphore;
+use crate::traversal;
+
+/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one invalidates
+/// traversals.
+pub(crate) struct WakeCondition<'a> {
+    set: &'a MaskedCell<u8>,
+    flags: u8,
+    /// The least value of those that are set.
+    least: u8,
+}
+
+impl<'a> WakeCondition<'a> {
+    /// Any of `flags`.
+    pub(crate) fn any(set: &'a MaskedCell<u8>, flags: u8) -> Self {
+        WakeCondition { set, flags, least: 1 }
+    }
+
+    /// All of `flags`.
+    pub(crate) fn all(set: &'a MaskedCell<u8>, flags: u8) -> Self {
+        WakeCondition { set, flags, least: flags }
+    }
+
+    fn holds(&self, masked: &Masked) -> bool {
+        self.set.get(masked) & self.flags >= self.least
+    }
+}
+
+/// How a wait began, or ended at once.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum WaitOutcome {
+    /// The waiter is in the queue. If it is the running task, a switch is due.
+    Blocked,
+    /// The waiter has taken a signal.
+    Signal,
+    /// The wake condition holds.
+    Condition,
+}
+
+/// How far a traversal of a wait queue has come: behind `before`, in the queue that began with `first`.
+#[derive(Clone, Copy)]
+struct Cursor {
+    before: Option<&'static ControlBlock>,
+    first: Option<&'static ControlBlock>,
+}
+
+impl Cursor {
+    fn new() -> Self {
+        Cursor { before: None, first: None }
+    }
+
+    /// Begins a traversal of the queue that begins with `first`.
+    fn begin(&mut self, masked: &Masked, first: &'static ControlBlock) {
+        traversal::begin(masked);
+        *self = Cursor { before: None, first: Some(first) };
+    }
+
+    /// Whether the traversal may continue: an ISR that wakes the first ends it, too.
+    #[inline(always)]
+    fn is_valid(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        traversal::is_valid(masked) && self.first.is_some_and(|began_with| began_with.is(first))
+    }
+}
+
+impl Semaphore {
+    /// Wakes the first waiter, or stores the signal where none waits. Returns whether another task is the head now.
+    pub(crate) fn signal(&self, masked: &Masked) -> bool {
+        match self.word.first(masked) {
+            Some(first) => self.wake(masked, first),
+            None => {
+                let signals = self.word.signals(masked);
+                self.word.set_signals(masked, signals.saturating_add(1));
+                false
+            }
+        }
+    }
+
+    /// Wakes `first`, the first waiter. Returns whether another task is the head now.
+    #[inline(always)]
+    pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        self.word.set_first(masked, first.link.get(masked));
+        if first.has_flag(masked, Flag::Proxy) {
+            return self.wake_proxy(masked, first);
+        }
+        ready::wake(masked, first)
+    }
+
+    /// The same for a proxy waiter, which has left the queue. One whose wait is over passes the signal on.
+    #[cold]
+    #[inline(never)]
+    fn wake_proxy(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        let mut proxy = first;
+        loop {
+            if let Some(is_due) = WaitSet::of(masked, proxy).signal(masked, proxy) {
+                return is_due;
+            }
+            let Some(next) = self.word.first(masked) else { return self.signal_none(masked) };
+            self.word.set_first(masked, next.link.get(masked));
+            if !next.has_flag(masked, Flag::Proxy) {
+                return ready::wake(masked, next);
+            }
+            proxy = next;
+        }
+    }
+
+    /// Stores the signal that no waiter was left for.
+    fn signal_none(&self, masked: &Masked) -> bool {
+        self.word.set_signals(masked, 1);
+        false
+    }
+
+    /// Takes a signal, unless `condition` holds; else puts `waiter` into the queue, the running task or a proxy waiter of
+    /// it. All this in one critical section.
+    ///
+    /// Linear in the number of waiting tasks that this one does not precede, in steps.
+    pub(crate) fn enter(
+        &self,
+        task: &mut Task,
+        waiter: &'static ControlBlock,
+        condition: Option<&WakeCondition>,
+    ) -> WaitOutcome {
+        let mut cursor = Cursor::new();
+        loop {
+            let step = task.mask(|masked| self.enter_step(masked, waiter, condition, &mut cursor));
+            if let Some(outcome) = step {
+                return outcome;
+            }
+        }
+    }
+
+    /// One step of [`enter`](Self::enter): `None` where there are more.
+    #[inline(always)]
+    fn enter_step(
+        &self,
+        masked: &Masked,
+        waiter: &'static ControlBlock,
+        condition: Option<&WakeCondition>,
+        cursor: &mut Cursor,
+    ) -> Option<WaitOutcome> {
+        let Some(first) = self.word.first(masked) else {
+            if self.word.take(masked) {
+                return Some(WaitOutcome::Signal);
+            }
+            if condition.is_some_and(|condition| condition.holds(masked)) {
+                return Some(WaitOutcome::Condition);
+            }
+            self.insert(masked, waiter, None, Link::end_of(self));
+            return Some(WaitOutcome::Blocked);
+        };
+        if !cursor.is_valid(masked, first) {
+            // Asked once in a traversal: whatever makes it hold invalidates that.
+            if condition.is_some_and(|condition| condition.holds(masked)) {
+                return Some(WaitOutcome::Condition);
+            }
+            cursor.begin(masked, first);
+            return None;
+        }
+        let next = cursor.before.map_or(Link::to(first), |before| before.link.get(masked));
+        if let Some(next) = next.task()
+            && !waiter.precedes(masked, next)
+        {
+            cursor.before = Some(next);
+            return None;
+        }
+        self.insert(masked, waiter, cursor.before, next);
+        Some(WaitOutcome::Blocked)
+    }
+
+    /// Puts `waiter` between `before`, or the beginning of the queue, and `next`. The running task leaves its queue of ready
+    /// tasks.
+    #[inline(always)]
+    fn insert(
+        &self,
+        masked: &Masked,
+        waiter: &'static ControlBlock,
+        before: Option<&'static ControlBlock>,
+        next: Link,
+    ) {
+        if ready::running(masked).is(waiter) {
+            ready::leave(masked);
+        }
+        traversal::end(masked);
+        waiter.link.set(masked, next);
+        match before {
+            Some(before) => before.link.set(masked, Link::to(waiter)),
+            None => self.word.set_first(masked, Link::to(waiter)),
+        }
+    }
+
+    /// Takes `waiter` from the queue if it `may` be taken, and in the same critical section does `then`. Returns whether it was
+    /// in the queue, and was taken.
+    ///
+    /// Linear in the number of waiting tasks, in steps.
+    pub(crate) fn expel(
+        &self,
+        context: &mut impl Context,
+        waiter: &'static ControlBlock,
+        may: impl Fn(&Masked) -> bool,
+        then: impl Fn(&Masked),
+    ) -> bool {
+        let mut cursor = Cursor::new();
+        loop {
+            let step = context.mask(|masked| {
+                let step = if may(masked) { self.expel_step(masked, waiter, &mut cursor) } else { Some(false) };
+                if step.is_some() {
+                    traversal::end(masked);
+                }
+                if step == Some(true) {
+                    then(masked);
+                }
+                step
+            });
+            if let Some(was_waiting) = step {
+                return was_waiting;
+            }
+        }
+    }
+
+    /// One step of [`expel`](Self::expel): `None` where there are more.
+    fn expel_step(
+        &self,
+        masked: &Masked,
+        waiter: &'static ControlBlock,
+        cursor: &mut Cursor,
+    ) -> Option<bool> {
+        let Some(first) = self.word.first(masked) else { return Some(false) };
+        let link = waiter.link.get(masked);
+        if first.is(waiter) {
+            self.word.set_first(masked, link);
+            return Some(true);
+        }
+        if !cursor.is_valid(masked, first) {
+            cursor.begin(masked, first);
+        }
+        let before = cursor.before.unwrap_or(first);
+        match before.link.get(masked).task() {
+            Some(next) if next.is(waiter) => {
+                before.link.set(masked, link);
+                Some(true)
+            }
+            Some(next) => {
+                cursor.before = Some(next);
+                None
+            }
+            None => Some(false),
+        }
+    }
+}
+
+/// Takes `task` from the queue that it waits in, if it does and `may` be taken, and then in the same critical section does
+/// `then`. Returns whether it was taken.
+///
+/// Linear in the number of tasks that wait for the same, in steps.
+pub(crate) fn withdraw(
+    context: &mut impl Context,
+    task: &'static ControlBlock,
+    may: impl Fn(&Masked) -> bool,
+    then: impl Fn(&Masked),
+) -> bool {
+    while let Some(semaphore) = awaited(context, task) {
+        if semaphore.expel(context, task, &may, &then) {
+            return true;
+        }
+        if !context.mask(&may) {
+            break;
+        }
+    }
+    false
+}
+
+/// The semaphore that `task`, which is halted, waits for, if it does: what its queue ends with.
+fn awaited(context: &mut impl Context, task: &'static ControlBlock) -> Option<&'static Semaphore> {
+    let mut cursor: Option<(&'static ControlBlock, Link)> = None;
+    loop {
+        let (link, own) = context.mask(|masked| {
+            // ISRs wake the first, so none behind `task` before that itself, which shows in its link.
+            let own = task.link.get(masked);
+            match cursor {
+                Some((before, own_before)) if traversal::is_valid(masked) && own_before == own => {
+                    (before.link.get(masked), own)
+                }
+                _ => {
+                    traversal::begin(masked);
+                    (own, own)
+                }
+            }
+        });
+        match link.task() {
+            Some(next) => cursor = Some((next, own)),
+            None => return link.semaphore(),
+        }
+    }
+}
