@@ -57,6 +57,13 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
 
+    /// Whether it is an ISR that calls, as the compiler knows.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn is_isr(&self) -> bool {
+        false
+    }
+
     /// See [`now`](crate::now).
     #[doc(hidden)]
     #[inline(always)]
@@ -170,6 +177,11 @@ impl Context for Interrupt {
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
         // SAFETY: interrupts are masked on entry to a handler and stay so until it returns.
         body(&unsafe { Masked::assume() })
+    }
+
+    #[inline(always)]
+    fn is_isr(&self) -> bool {
+        true
     }
 
     #[inline(always)]

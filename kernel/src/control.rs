@@ -138,7 +138,7 @@ impl TaskHandle {
             let is_killed = wait::withdraw(context, control, is_halted, mark)
                 || context.mask(|masked| {
                     let link = control.link.get(masked);
-                    let may = is_halted(masked) && (link == Link::PARKED || link == Link::BLOCKED);
+                    let may = is_halted(masked) && (link == Link::PARKED || link == Link::DELAYED);
                     if may {
                         mark(masked);
                     }

@@ -3,7 +3,7 @@
 use core::ptr;
 
 use crate::critical::{Masked, MaskedCell};
-use crate::link::Link;
+use crate::link::{Link, LinkCell};
 
 /// A task's priority: [`P0`](Priority::P0) is the highest of eight.
 ///
@@ -53,7 +53,7 @@ pub struct ControlBlock {
     /// The saved stack pointer, in the form of `arch`. 0 where there is no task, and [`STARTING`].
     pub(crate) stack_pointer: MaskedCell<usize>,
     /// What stands behind this task in its list.
-    pub(crate) link: MaskedCell<Link>,
+    pub(crate) link: LinkCell,
     /// The priority in the low three bits, and the flags of [`Flag`].
     pub(crate) priority: MaskedCell<u8>,
     /// How long the task has had the CPU.
@@ -92,7 +92,7 @@ impl ControlBlock {
         ControlBlock {
             level: MaskedCell::new(0),
             stack_pointer: MaskedCell::new(0),
-            link: MaskedCell::new(Link::NONE),
+            link: LinkCell::new(Link::NONE),
             priority: MaskedCell::new(0),
             #[cfg(feature = "cpu-time")]
             cpu_time: MaskedCell::new(0),
@@ -113,8 +113,8 @@ impl ControlBlock {
     /// The task behind this one, which is ready.
     #[inline(always)]
     pub(crate) fn next_ready(&self, masked: &Masked) -> &'static ControlBlock {
-        // SAFETY: the task is ready, as every caller takes it from a queue of ready tasks.
-        unsafe { self.link.get(masked).next_in_ring() }
+        // SAFETY: every caller takes the task from a ring, all of whose links lead to tasks.
+        unsafe { self.link.get(masked).assume_task() }
     }
 
     /// The queue of ready tasks that this task belongs to: 0 to 7.

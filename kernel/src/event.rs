@@ -7,7 +7,7 @@ use crate::proxy::Elapsed;
 use crate::semaphore::Semaphore;
 use crate::timer::{Ticks, now};
 use crate::traversal;
-use crate::wait::{WaitOutcome, WakeCondition};
+use crate::wait::WakeCondition;
 
 /// Eight flags that tasks and interrupts set and tasks wait for. 3 bytes.
 ///
@@ -112,7 +112,7 @@ impl EventFlags {
 
     /// Blocks until there is a change, unless `condition` holds.
     fn block(&self, task: &mut Task, condition: WakeCondition) {
-        if self.changed.block(task, Some(&condition)) == WaitOutcome::Blocked {
+        if self.changed.block_unless(task, &condition) {
             arch::switch_from_call(task);
         }
     }

@@ -2,13 +2,17 @@
 
 use core::ptr;
 
+use crate::arch;
 use crate::control_block::ControlBlock;
+use crate::critical::{Masked, MaskedCell};
 use crate::semaphore::Semaphore;
 
-/// The next task; or at the end of a wait queue the semaphore that its tasks wait for; or why the task is in no list.
+/// The next task; or at the end of a wait queue the semaphore that its tasks wait for; or why the task is in no list. A
+/// semaphore where no task waits holds a number of signals in the same form.
 ///
-/// A debugger that follows a waiting task's link so comes to the semaphore. The highest bit, which no address in RAM has
-/// set, tells an end from a task.
+/// A debugger that follows a waiting task's link so comes to the semaphore. The highest byte tells what it is: a task's is
+/// positive, an end's negative, a number's 0. On the AVR that is so by the addresses of RAM, which begin at 0x100 (ATmega128
+/// datasheet, "SRAM Data Memory") and end below 0x8000.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Link(*const ControlBlock);
@@ -20,17 +24,17 @@ unsafe impl Send for Link {}
 pub(crate) const END: usize = 1 << (usize::BITS - 1);
 
 impl Link {
-    /// Of a task that has not started, and of a proxy waiter in no list.
+    /// Of a task that has not started, of a proxy waiter in no list, and of an empty ring.
     pub(crate) const NONE: Link = Link(ptr::null());
-    /// Of a task that waits for a time, or by proxy waiters: it is in no list.
-    pub(crate) const BLOCKED: Link = Link(ptr::without_provenance(END | 0x7f00));
+    /// Of a task that waits for a time: it is in no list.
+    pub(crate) const DELAYED: Link = Link(ptr::without_provenance(0xff << (usize::BITS - 8)));
     /// Of a task that would be ready, were it not suspended.
-    pub(crate) const PARKED: Link = Link(ptr::without_provenance(END | 0x7e00));
+    pub(crate) const PARKED: Link = Link(ptr::without_provenance(0xfe << (usize::BITS - 8)));
 
     /// To the next task.
     #[inline(always)]
-    pub(crate) const fn to(task: &'static ControlBlock) -> Link {
-        Link(task)
+    pub(crate) fn to(task: &'static ControlBlock) -> Link {
+        Link(ptr::from_ref(task).map_addr(|address| address | arch::LINK_MARK))
     }
 
     /// The end of the wait queue of `semaphore`.
@@ -39,39 +43,103 @@ impl Link {
         Link(ptr::with_exposed_provenance(ptr::from_ref(semaphore).expose_provenance() | END))
     }
 
-    /// A number of signals, which a semaphore holds where no task waits.
+    /// A number of signals.
     #[inline(always)]
     pub(crate) const fn signals(signals: u8) -> Link {
         Link(ptr::without_provenance(signals as usize))
     }
 
+    /// The highest byte. Those of [`DELAYED`](Self::DELAYED) and [`PARKED`](Self::PARKED) no other link has.
     #[inline(always)]
-    pub(crate) fn address(self) -> usize {
-        self.0.addr()
+    pub(crate) fn kind(self) -> i8 {
+        (self.0.addr() >> (usize::BITS - 8)) as i8
     }
 
     /// The semaphore whose wait queue ends here, if one does.
     pub(crate) fn semaphore(self) -> Option<&'static Semaphore> {
-        let is_semaphore = self.0.addr() & END != 0 && self != Link::BLOCKED && self != Link::PARKED;
+        let is_semaphore = self.0.addr() & END != 0 && self != Link::DELAYED && self != Link::PARKED;
         // SAFETY: every other end was made by `end_of`, and a semaphore lives as long as a task waits for it.
         is_semaphore.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
     }
 
-    /// The task, unless this is an end or a number of signals. Neither has an address above 0xff and below [`END`].
+    /// The task, unless this is an end or a number of signals.
     #[inline(always)]
     pub(crate) fn task(self) -> Option<&'static ControlBlock> {
-        let is_task = self.0.addr() as isize > 0xff;
-        // SAFETY: no other link lies in this range, so `to` made it from a static.
-        is_task.then(|| unsafe { &*self.0 })
+        if self.kind() > 0 {
+            // SAFETY: neither an end nor a number.
+            Some(unsafe { self.assume_task() })
+        } else {
+            None
+        }
     }
 
-    /// The next task in a list that has no end.
-    ///
     /// # Safety
-    /// The link must be that of a ready task: these queues are circular.
+    /// The link must be one to a task.
     #[inline(always)]
-    pub(crate) unsafe fn next_in_ring(self) -> &'static ControlBlock {
-        // SAFETY: the caller's promise: `to` made the link from a static.
-        unsafe { &*self.0 }
+    pub(crate) unsafe fn assume_task(self) -> &'static ControlBlock {
+        let task = self.0.map_addr(|address| address & !arch::LINK_MARK);
+        // SAFETY: the caller's promise: `to` made the link from a static. The compiler looks no more whether it is null.
+        unsafe {
+            core::hint::assert_unchecked(!task.is_null());
+            &*task
+        }
+    }
+}
+
+/// Where a link is kept. The commonest calls look at one of its bytes alone.
+#[repr(transparent)]
+pub(crate) struct LinkCell(MaskedCell<Link>);
+
+const _: () = assert!(cfg!(target_endian = "little"), "the first byte of a link is its lowest");
+
+impl LinkCell {
+    pub(crate) const fn new(link: Link) -> Self {
+        LinkCell(MaskedCell::new(link))
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, masked: &Masked) -> Link {
+        self.0.get(masked)
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&self, masked: &Masked, link: Link) {
+        self.0.set(masked, link);
+    }
+
+    #[inline(always)]
+    pub(crate) fn replace(&self, masked: &Masked, link: Link) -> Link {
+        self.0.replace(masked, link)
+    }
+
+    #[inline(always)]
+    fn byte<const INDEX: usize>(&self) -> &MaskedCell<u8> {
+        const { assert!(INDEX < size_of::<Link>()) };
+        // SAFETY: one of the bytes of the cell; a cell of a byte may stand for each of them.
+        unsafe { &*(&raw const self.0).cast::<MaskedCell<u8>>().add(INDEX) }
+    }
+
+    /// The highest byte.
+    #[inline(always)]
+    pub(crate) fn kind(&self, masked: &Masked) -> i8 {
+        self.byte::<{ size_of::<Link>() - 1 }>().get(masked) as i8
+    }
+
+    /// The task, if it is one.
+    #[inline(always)]
+    pub(crate) fn task(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+        self.get(masked).task()
+    }
+
+    /// The lowest byte: a number of signals, where this is one.
+    #[inline(always)]
+    pub(crate) fn signals(&self, masked: &Masked) -> u8 {
+        self.byte::<0>().get(masked)
+    }
+
+    /// Changes a number of signals to another.
+    #[inline(always)]
+    pub(crate) fn set_signals(&self, masked: &Masked, signals: u8) {
+        self.byte::<0>().set(masked, signals);
     }
 }

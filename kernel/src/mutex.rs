@@ -11,7 +11,6 @@ use crate::proxy::Elapsed;
 use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::timer::Ticks;
-use crate::wait::WaitOutcome;
 
 /// A value that one task at a time works on, with interrupts enabled. 3 bytes besides the value.
 ///
@@ -111,7 +110,7 @@ impl Lock {
     fn take(&self, task: &mut Task) {
         if !self.begin(task) {
             // The task that gives it hands it to this one.
-            if self.free.block(task, None) == WaitOutcome::Blocked {
+            if self.free.block(task) {
                 arch::switch_from_call(task);
             }
             task.mask(|masked| ready::raise(masked, self.ceiling));

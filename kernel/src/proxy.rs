@@ -10,7 +10,7 @@ use core::ptr;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::control_block::{ControlBlock, Flag, HALTED};
-use crate::critical::{Masked, MaskedCell};
+use crate::critical::Masked;
 use crate::link::Link;
 use crate::ready;
 use crate::semaphore::Semaphore;
@@ -47,7 +47,7 @@ impl WaitSet {
             task.clear_flag(masked, Flag::TimedOut);
             task
         });
-        WaitSet { signaled: MaskedCell::new(None), task }
+        WaitSet { signaled: ready::Last::new(Link::NONE), task }
     }
 
     /// The wait set of `proxy`.
@@ -75,7 +75,7 @@ impl WaitSet {
             return None;
         }
         self.append(masked, proxy);
-        let is_blocked = self.task.link.get(masked) == Link::BLOCKED;
+        let is_blocked = self.task.link.get(masked) == Link::DELAYED;
         Some(is_blocked && ready::wake(masked, self.task))
     }
 
@@ -89,9 +89,9 @@ impl WaitSet {
     pub(crate) fn receive(&self, task: &mut Task, timer: Option<&Timer>) -> Option<&'static ControlBlock> {
         loop {
             let mut has_expired = false;
-            let blocks = ready::block_unless(task, |masked| {
+            let blocks = ready::block_unless(task, Link::DELAYED, |masked| {
                 has_expired = timer.is_some_and(|timer| !timer.is_armed(masked));
-                has_expired || self.signaled.get(masked).is_some()
+                has_expired || self.signaled.kind(masked) != 0
             });
             if blocks {
                 arch::switch_from_call(task);

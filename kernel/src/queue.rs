@@ -81,13 +81,9 @@ impl<T: Pooled> Queue<T> {
     /// Appends `slot` if there is room, and stores its signal unless a task waits for it.
     #[inline(always)]
     fn append(&self, masked: &Masked, slot: &'static Slot<T>) -> Append {
-        let is_awaited = self.messages.word.first(masked).is_some();
-        if !is_awaited {
-            let signals = self.messages.word.signals(masked);
-            if signals >= self.room {
-                return Append::Full;
-            }
-            self.messages.word.set_signals(masked, signals + 1);
+        let is_awaited = self.messages.word.is_awaited(masked);
+        if !is_awaited && !self.messages.word.add_signal(masked, self.room) {
+            return Append::Full;
         }
         slot.link.set(masked, None);
         match self.first.get(masked).and(self.last.get(masked)) {

@@ -3,8 +3,6 @@
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::critical::Masked;
-use crate::ready;
-use crate::wait::{WaitOutcome, WakeCondition};
 use crate::word::Word;
 
 /// A counting semaphore: up to 255 signals in store, or the tasks that wait for one.
@@ -32,14 +30,27 @@ impl Semaphore {
     /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
-        let is_due = context.mask(|masked| self.signal(masked));
-        context.reschedule(is_due);
+        if context.is_isr() {
+            context.mask(|masked| self.signal_from_isr(masked));
+        } else {
+            let is_due = context.mask(|masked| self.signal(masked));
+            context.reschedule(is_due);
+        }
+    }
+
+    /// The same where a task's loop calls it: the compiler saves only what is alive there. It takes up to 72 cycles less to
+    /// the woken task and back, and more flash; in a function that is called it saves all that a call preserves, each time.
+    #[inline(always)]
+    pub fn post_in_loop(&self, task: &mut Task) {
+        if task.mask(|masked| self.signal(masked)) {
+            arch::switch(task);
+        }
     }
 
     /// Takes a signal, and blocks until there is one.
     #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        if !self.try_wait(task) && self.block(task, None) == WaitOutcome::Blocked {
+        if self.block(task) {
             arch::switch(task);
         }
     }
@@ -48,7 +59,7 @@ impl Semaphore {
     /// called from several places. 10 cycles more where there is a signal, and about 120 where the task blocks.
     #[inline(never)]
     pub fn wait_by_call(&self, task: &mut Task) {
-        if !self.try_wait(task) && self.block(task, None) == WaitOutcome::Blocked {
+        if self.block(task) {
             arch::switch_from_call(task);
         }
     }
@@ -64,18 +75,5 @@ impl Semaphore {
     pub(crate) fn wake_first(&self, masked: &Masked) -> Option<bool> {
         let first = self.word.first(masked)?;
         Some(self.wake(masked, first))
-    }
-
-    /// Takes a signal, unless `condition` holds; else blocks the task, and a switch is due.
-    ///
-    /// Linear in the number of waiting tasks that this one does not precede, in steps.
-    #[inline(never)]
-    pub(crate) fn block(&self, task: &mut Task, condition: Option<&WakeCondition>) -> WaitOutcome {
-        let own = task.mask(ready::running);
-        let outcome = self.enter(task, own, condition);
-        if outcome == WaitOutcome::Blocked {
-            ready::dispatch(task);
-        }
-        outcome
     }
 }

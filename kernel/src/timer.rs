@@ -90,10 +90,16 @@ impl Target {
     }
 
     #[inline(always)]
-    fn as_task(self) -> Option<&'static ControlBlock> {
-        let is_task = self.0.addr() & END != 0;
+    fn is_task(self) -> bool {
+        self.0.addr() & END != 0
+    }
+
+    /// The task of a target that is one.
+    #[inline(always)]
+    fn as_task(self) -> &'static ControlBlock {
+        debug_assert!(self.is_task());
         // SAFETY: `task` made it from a static.
-        is_task.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
+        unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) }
     }
 
     /// The semaphore of a target that is no task.
@@ -153,7 +159,7 @@ impl Timer {
         !self.target.get(masked).0.is_null()
     }
 
-    /// Arms the timer to wake the running task if that is [blocked](Link::BLOCKED) then. `false`, with nothing done, if
+    /// Arms the timer to wake the running task if that is [blocked](Link::DELAYED) then. `false`, with nothing done, if
     /// `deadline` has passed.
     #[inline(never)]
     pub(crate) fn arm_for_task(&'static self, task: &mut Task, deadline: Ticks) -> bool {
@@ -308,7 +314,7 @@ impl Timer {
     /// Blocks the running task, for which the timer was armed, unless it has expired already. Returns whether a switch is due.
     #[inline(never)]
     fn block(&self, task: &mut Task) -> bool {
-        ready::block_unless(task, |masked| !self.is_armed(masked))
+        ready::block_unless(task, Link::DELAYED, |masked| !self.is_armed(masked))
     }
 }
 
@@ -371,7 +377,7 @@ pub extern "C" fn expire() {
     loop {
         match interrupt.mask(expire_first) {
             Due::Nothing => return,
-            Due::Task => {}
+            Due::Next => {}
             Due::Semaphore(semaphore) => {
                 // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
                 unsafe { arch::isr_window() };
@@ -383,11 +389,13 @@ pub extern "C" fn expire() {
     }
 }
 
-/// What a timer that was due wakes.
+/// What comes after a look at the first timer.
 enum Due {
+    /// It is not due.
     Nothing,
-    /// A task, which has been woken.
-    Task,
+    /// The next one: this one's task has been woken.
+    Next,
+    /// This one's semaphore, and then the next timer.
     Semaphore(&'static Semaphore),
 }
 
@@ -395,21 +403,27 @@ enum Due {
 #[inline(always)]
 fn expire_first(masked: &Masked) -> Due {
     let slot = &KERNEL.timers.first;
-    let first = slot.get(masked);
-    let is_due = |first: &&Timer| !is_ahead(first.deadline.get(masked).wrapping_sub(TICKS.get(masked)));
-    let Some(first) = first.filter(is_due) else {
-        compare_with_first(masked);
+    let now = TICKS.get(masked);
+    let Some(first) = slot.get(masked) else {
+        NEXT_DEADLINE.set(masked, now);
         return Due::Nothing;
     };
+    let deadline = first.deadline.get(masked);
+    if is_ahead(deadline.wrapping_sub(now)) {
+        NEXT_DEADLINE.set(masked, deadline);
+        return Due::Nothing;
+    }
     slot.set(masked, first.link.get(masked));
     traversal::end(masked);
-    let target = first.target.replace(masked, Target::NOTHING);
-    let Some(task) = target.as_task() else {
-        return target.as_semaphore().map_or(Due::Task, Due::Semaphore);
-    };
-    if task.link.get(masked) == Link::BLOCKED {
+    let target = first.target.get(masked);
+    first.target.set(masked, Target::NOTHING);
+    if !target.is_task() {
+        return target.as_semaphore().map_or(Due::Next, Due::Semaphore);
+    }
+    let task = target.as_task();
+    if task.link.kind(masked) == Link::DELAYED.kind() {
         task.set_flag(masked, Flag::TimedOut);
         ready::wake(masked, task);
     }
-    Due::Task
+    Due::Next
 }

@@ -49,6 +49,18 @@ pub(crate) enum WaitOutcome {
     Condition,
 }
 
+/// How a wait of the running task began.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Wait {
+    /// It has taken a signal.
+    Over,
+    /// It is in the queue, as the first.
+    Blocked,
+    /// Others wait already, among which it has to find its place.
+    Behind,
+}
+
 /// How far a traversal of a wait queue has come: behind `before`, in the queue that began with `first`.
 #[derive(Clone, Copy)]
 struct Cursor {
@@ -76,55 +88,66 @@ impl Cursor {
 
 impl Semaphore {
     /// Wakes the first waiter, or stores the signal where none waits. Returns whether another task is the head now.
+    #[inline(always)]
     pub(crate) fn signal(&self, masked: &Masked) -> bool {
         match self.word.first(masked) {
             Some(first) => self.wake(masked, first),
             None => {
-                let signals = self.word.signals(masked);
-                self.word.set_signals(masked, signals.saturating_add(1));
+                self.word.add_signal(masked, u8::MAX);
                 false
             }
         }
     }
 
-    /// Wakes `first`, the first waiter. Returns whether another task is the head now.
+    /// [`signal`](Self::signal) for ISRs: without a call where the waiter outranks the head.
     #[inline(always)]
-    pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
-        self.word.set_first(masked, first.link.get(masked));
-        if first.has_flag(masked, Flag::Proxy) {
-            return self.wake_proxy(masked, first);
+    pub(crate) fn signal_from_isr(&self, masked: &Masked) {
+        match self.word.first(masked) {
+            Some(first) => {
+                self.wake_here(masked, first);
+            }
+            None => {
+                self.word.add_signal(masked, u8::MAX);
+            }
         }
-        ready::wake(masked, first)
     }
 
-    /// The same for a proxy waiter, which has left the queue. One whose wait is over passes the signal on.
-    #[cold]
+    /// Wakes `first`, the first waiter. Returns whether another task is the head now.
     #[inline(never)]
-    fn wake_proxy(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
-        let mut proxy = first;
-        loop {
-            if let Some(is_due) = WaitSet::of(masked, proxy).signal(masked, proxy) {
+    pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        self.wake_here(masked, first)
+    }
+
+    #[inline(always)]
+    fn wake_here(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        self.word.set_first(masked, first.link.get(masked));
+        ready::preempt(masked, first) || self.wake_behind(masked, first)
+    }
+
+    /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy waiter. A proxy waiter
+    /// whose wait is over passes the signal on.
+    #[inline(never)]
+    fn wake_behind(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+        let mut waiter = first;
+        while waiter.has_flag(masked, Flag::Proxy) {
+            if let Some(is_due) = WaitSet::of(masked, waiter).signal(masked, waiter) {
                 return is_due;
             }
-            let Some(next) = self.word.first(masked) else { return self.signal_none(masked) };
+            let Some(next) = self.word.first(masked) else {
+                self.word.add_signal(masked, u8::MAX);
+                return false;
+            };
             self.word.set_first(masked, next.link.get(masked));
-            if !next.has_flag(masked, Flag::Proxy) {
-                return ready::wake(masked, next);
-            }
-            proxy = next;
+            waiter = next;
         }
-    }
-
-    /// Stores the signal that no waiter was left for.
-    fn signal_none(&self, masked: &Masked) -> bool {
-        self.word.set_signals(masked, 1);
-        false
+        ready::wake(masked, waiter)
     }
 
     /// Takes a signal, unless `condition` holds; else puts `waiter` into the queue, the running task or a proxy waiter of
     /// it. All this in one critical section.
     ///
     /// Linear in the number of waiting tasks that this one does not precede, in steps.
+    #[inline(never)]
     pub(crate) fn enter(
         &self,
         task: &mut Task,
@@ -150,14 +173,7 @@ impl Semaphore {
         cursor: &mut Cursor,
     ) -> Option<WaitOutcome> {
         let Some(first) = self.word.first(masked) else {
-            if self.word.take(masked) {
-                return Some(WaitOutcome::Signal);
-            }
-            if condition.is_some_and(|condition| condition.holds(masked)) {
-                return Some(WaitOutcome::Condition);
-            }
-            self.insert(masked, waiter, None, Link::end_of(self));
-            return Some(WaitOutcome::Blocked);
+            return Some(self.enter_first(masked, waiter, condition));
         };
         if !cursor.is_valid(masked, first) {
             // Asked once in a traversal: whatever makes it hold invalidates that.
@@ -176,6 +192,24 @@ impl Semaphore {
         }
         self.insert(masked, waiter, cursor.before, next);
         Some(WaitOutcome::Blocked)
+    }
+
+    /// [`enter`](Self::enter) where no task waits.
+    #[inline(always)]
+    fn enter_first(
+        &self,
+        masked: &Masked,
+        waiter: &'static ControlBlock,
+        condition: Option<&WakeCondition>,
+    ) -> WaitOutcome {
+        if self.word.take(masked) {
+            return WaitOutcome::Signal;
+        }
+        if condition.is_some_and(|condition| condition.holds(masked)) {
+            return WaitOutcome::Condition;
+        }
+        self.insert(masked, waiter, None, Link::end_of(self));
+        WaitOutcome::Blocked
     }
 
     /// Puts `waiter` between `before`, or the beginning of the queue, and `next`. The running task leaves its queue of ready
@@ -197,6 +231,54 @@ impl Semaphore {
             Some(before) => before.link.set(masked, Link::to(waiter)),
             None => self.word.set_first(masked, Link::to(waiter)),
         }
+    }
+
+    /// Begins to wait: takes a signal, or puts the running task into the queue if it is the first there.
+    #[inline(always)]
+    pub(crate) fn begin_wait(&self, masked: &Masked) -> Wait {
+        if self.word.take(masked) { Wait::Over } else { self.enter_alone(masked) }
+    }
+
+    #[inline(never)]
+    fn enter_alone(&self, masked: &Masked) -> Wait {
+        if self.word.is_awaited(masked) {
+            return Wait::Behind;
+        }
+        let own = ready::leave(masked);
+        own.link.set(masked, Link::end_of(self));
+        self.word.set_first(masked, Link::to(own));
+        Wait::Blocked
+    }
+
+    /// Goes on with a wait that is not over. Returns whether the task has blocked, and a switch is due.
+    ///
+    /// Linear in the number of waiting tasks that this one does not precede, in steps.
+    #[inline(always)]
+    fn finish_wait(&self, task: &mut Task, wait: Wait) -> bool {
+        match wait {
+            Wait::Over => false,
+            Wait::Blocked => ready::dispatch(task),
+            Wait::Behind => self.wait_behind(task),
+        }
+    }
+
+    #[inline(never)]
+    fn wait_behind(&self, task: &mut Task) -> bool {
+        let own = ready::current(task);
+        self.enter(task, own, None) == WaitOutcome::Blocked && ready::dispatch(task)
+    }
+
+    /// Takes a signal; else blocks the running task. Returns whether it has blocked, and a switch is due.
+    #[inline(always)]
+    pub(crate) fn block(&self, task: &mut Task) -> bool {
+        let wait = task.mask(|masked| self.begin_wait(masked));
+        self.finish_wait(task, wait)
+    }
+
+    /// The same, unless `condition` holds.
+    pub(crate) fn block_unless(&self, task: &mut Task, condition: &WakeCondition) -> bool {
+        let own = ready::current(task);
+        self.enter(task, own, Some(condition)) == WaitOutcome::Blocked && ready::dispatch(task)
     }
 
     /// Takes `waiter` from the queue if it `may` be taken, and in the same critical section does `then`. Returns whether it was

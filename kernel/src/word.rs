@@ -1,24 +1,29 @@
 //! What a semaphore holds: a number of signals or the first waiting task, never both.
 
 use crate::control_block::ControlBlock;
-use crate::critical::{Masked, MaskedCell};
-use crate::link::{END, Link};
+use crate::critical::Masked;
+use crate::link::{Link, LinkCell};
 
 /// Two bytes on the AVR: a number up to 255, a link to the first task of the wait queue, or the end of a wait queue that
-/// the last task has left, which counts as no signals. No control block lies below 0x100, where the registers are (ATmega128
-/// datasheet, "SRAM Data Memory").
+/// the last task has left, which counts as no signals.
 #[repr(transparent)]
-pub(crate) struct Word(MaskedCell<Link>);
+pub(crate) struct Word(LinkCell);
 
 impl Word {
     pub(crate) const fn new(signals: u8) -> Self {
-        Word(MaskedCell::new(Link::signals(signals)))
+        Word(LinkCell::new(Link::signals(signals)))
+    }
+
+    /// Whether tasks wait.
+    #[inline(always)]
+    pub(crate) fn is_awaited(&self, masked: &Masked) -> bool {
+        self.0.kind(masked) > 0
     }
 
     /// The first waiting task.
     #[inline(always)]
     pub(crate) fn first(&self, masked: &Masked) -> Option<&'static ControlBlock> {
-        self.0.get(masked).task()
+        self.0.task(masked)
     }
 
     /// Sets what is first in the wait queue: a task, or the queue's end.
@@ -27,28 +32,30 @@ impl Word {
         self.0.set(masked, first);
     }
 
-    /// The number of signals, where no task waits.
+    /// Stores a signal, where no task waits, if there are less than `room`. Returns whether there were.
     #[inline(always)]
-    pub(crate) fn signals(&self, masked: &Masked) -> u8 {
-        let address = self.0.get(masked).address();
-        if address & END != 0 { 0 } else { address as u8 }
-    }
-
-    /// Sets the number of signals, where no task waits.
-    #[inline(always)]
-    pub(crate) fn set_signals(&self, masked: &Masked, signals: u8) {
-        self.0.set(masked, Link::signals(signals));
+    pub(crate) fn add_signal(&self, masked: &Masked, room: u8) -> bool {
+        if self.0.kind(masked) != 0 {
+            self.0.set(masked, Link::signals(0)); // in place of the end of a queue
+        }
+        let signals = self.0.signals(masked);
+        let has_room = signals < room;
+        if has_room {
+            self.0.set_signals(masked, signals.wrapping_add(1));
+        }
+        has_room
     }
 
     /// Takes a signal, if there is one. Returns whether there was.
     #[inline(always)]
     pub(crate) fn take(&self, masked: &Masked) -> bool {
-        // Between 1 and 255: neither empty nor a link.
-        let address = self.0.get(masked).address();
-        let is_taken = address.wrapping_sub(1) < u8::MAX as usize;
-        if is_taken {
-            self.0.set(masked, Link::signals((address as u8).wrapping_sub(1)));
+        if self.0.kind(masked) != 0 {
+            return false;
         }
-        is_taken
+        let signals = self.0.signals(masked);
+        if signals != 0 {
+            self.0.set_signals(masked, signals.wrapping_sub(1));
+        }
+        signals != 0
     }
 }

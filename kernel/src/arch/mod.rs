@@ -10,6 +10,7 @@
 //! | `switch_from_call` | the same where a switch is rare: it preserves what a call does |
 //! | `run_head` | resumes the head; what ran is forgotten |
 //! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no context, and begins anew each time |
+//! | `LINK_MARK` | what makes the highest byte of an object's address positive, if it is not by itself: see `link` |
 //! | `fits`, `init_context` | a task's body and its first context on a new stack |
 //! | `stack` | where a task's stack lies, if the port knows; its unused bytes hold the watermark |
 //! | `load`, `flash_static!` | tables in program memory: see [`flash`](crate::flash) |

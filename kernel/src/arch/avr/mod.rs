@@ -61,6 +61,9 @@ const FRAME: usize = 17 + PROGRAM_COUNTER;
 /// Marked as preempted: that leads to where the idle task begins.
 pub(crate) const IDLE_CONTEXT: usize = 0x8000;
 
+/// The addresses of RAM begin at 0x100 and end below 0x8000.
+pub(crate) const LINK_MARK: usize = 0;
+
 #[cfg(feature = "cpu-time")]
 unsafe extern "C" {
     /// Lies where the counter of the clock is: see [`clock_interrupts!`](crate::clock_interrupts!).

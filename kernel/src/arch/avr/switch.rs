@@ -78,6 +78,46 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "cli",                                // 1
             "std Z+{sp}, r24",                    // 2: its stack pointer
             "std Z+{sp}+1, r25",                  // 2
+            "rjmp kernel_run_head",               // 2
+            // Saves the other half of a preempted context, with interrupts enabled: the kernel's stack is empty, and Y leads to
+            // the task's.
+            "save:",
+            #[cfg(feature = "fault-stale-head")]
+            "lds r26, {kernel}+{head}",
+            #[cfg(feature = "fault-stale-head")]
+            "lds r27, {kernel}+{head}+1",
+            "sei",                                // 1
+            "st Y, r2",                           // 2: at the free byte, and on down
+            "st -Y, r3",                          // 2
+            "st -Y, r4",                          // 2
+            "st -Y, r5",                          // 2
+            "st -Y, r6",                          // 2
+            "st -Y, r7",                          // 2
+            "st -Y, r8",                          // 2
+            "st -Y, r9",                          // 2
+            "st -Y, r10",                         // 2
+            "st -Y, r11",                         // 2
+            "st -Y, r12",                         // 2
+            "st -Y, r13",                         // 2
+            "st -Y, r14",                         // 2
+            "st -Y, r15",                         // 2
+            "st -Y, r16",                         // 2
+            "st -Y, r17",                         // 2
+            #[cfg(target_feature = "elpm")]
+            "in r24, 0x3b",                       // 1: RAMPZ
+            #[cfg(target_feature = "elpm")]
+            "cpse r24, r1",                       // 2: skips the next where it is 0
+            #[cfg(target_feature = "elpm")]
+            "rjmp save_rampz",                    // 2
+            "saved:",
+            "ori r29, 0x80",                      // 1: preempted
+            "std Z+{sp}, r28",                    // 2: its stack pointer
+            "std Z+{sp}+1, r29",                  // 2
+            "cli",                                // 1
+            #[cfg(feature = "fault-stale-head")]
+            "movw r30, r26",
+            #[cfg(feature = "fault-stale-head")]
+            "rjmp resume",
             // Resumes the context of the head. Interrupts are masked, and what ran is saved or not needed.
             ".global kernel_run_head",
             "kernel_run_head:",
@@ -224,31 +264,22 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "ldi r24, hi8(__heap_start)",         // 1: where the kernel's stack ends, above all tasks' stacks
             "cpi r28, lo8(__heap_start)",         // 1
             "cpc r29, r24",                       // 1
-            "brsh 1f",                            // 1, or 2: on the kernel's stack, where this interrupt stays
+            "brsh stay",                          // 1: not on a task's
             "ldi r24, lo8(__stack)",              // 1: the kernel's stack, empty
             "ldi r25, hi8(__stack)",              // 1
             "out 0x3e, r25",                      // 1: SPH
             "out 0x3d, r24",                      // 1: SPL
-            "1:",
             #[cfg(feature = "tickless")]
-            "push r30",                           // 2
-            #[cfg(feature = "tickless")]
-            "push r31",                           // 2
-            #[cfg(feature = "tickless")]
-            "call kernel_after_sleep",            // 4
-            #[cfg(feature = "tickless")]
-            "pop r31",                            // 2
-            #[cfg(feature = "tickless")]
-            "pop r30",                            // 2
+            "rcall after_sleep",                  // 3
             "icall",                              // 3: the handler
             "lds r30, {kernel}+{running}",        // 2: Z = the task that runs
             "lds r31, {kernel}+{running}+1",      // 2
             "lds r24, {kernel}+{head}",           // 2: is it the one that should?
             "cpse r24, r30",                      // 1, or 2: low bytes of two tasks seldom are the same
-            "rjmp preempt",                       // 2
+            "rjmp save",                          // 2
             "lds r24, {kernel}+{head}+1",         // 2
             "cpse r24, r31",                      // 1, or 2
-            "rjmp preempt",                       // 2
+            "rjmp save",                          // 2
             // Leaves an interrupt to what it preempted.
             "return_from_interrupt:",
             "out 0x3e, r29",                      // 1: SPH
@@ -274,61 +305,37 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "pop r30",                            // 2
             "pop r31",                            // 2
             "reti",                               // 4: and I set
-            // Another task should run.
-            "preempt:",
-            "ldi r24, hi8(__heap_start)",         // 1: was it a task that the interrupt has found?
-            "cpi r28, lo8(__heap_start)",         // 1
-            "cpc r29, r24",                       // 1
-            "brlo save",                          // 2: yes, on its stack
-            "ldi r24, hi8(__stack - {frame})",    // 1: the kernel's stack, empty but for this interrupt?
+            // The interrupt stays on the kernel's stack.
+            "stay:",
+            #[cfg(feature = "tickless")]
+            "rcall after_sleep",                  // 3
+            "icall",                              // 3: the handler
+            "ldi r24, hi8(__stack - {frame})",    // 1: is the stack empty, but for this interrupt?
             "cpi r28, lo8(__stack - {frame})",    // 1
             "cpc r29, r24",                       // 1
             "brne return_from_interrupt",         // 1: no, an ISR, which goes on, and at its end comes the switch
+            "lds r30, {kernel}+{running}",        // 2
+            "lds r31, {kernel}+{running}+1",      // 2
             "ldi r24, hi8({idle_task})",          // 1
             "cpi r30, lo8({idle_task})",          // 1: the idle task?
             "cpc r31, r24",                       // 1
             "brne return_from_interrupt",         // 1: no, a context is being saved, and what should run is asked after that
             "rjmp kernel_run_head",               // 2: it has nothing to go on with
-            // Saves the other half of a preempted context, with interrupts enabled: the kernel's stack is empty, and Y leads to
-            // the task's.
-            "save:",
-            #[cfg(feature = "fault-stale-head")]
-            "lds r26, {kernel}+{head}",
-            #[cfg(feature = "fault-stale-head")]
-            "lds r27, {kernel}+{head}+1",
-            "sei",                                // 1
-            "st Y, r2",                           // 2: at the free byte, and on down
-            "st -Y, r3",                          // 2
-            "st -Y, r4",                          // 2
-            "st -Y, r5",                          // 2
-            "st -Y, r6",                          // 2
-            "st -Y, r7",                          // 2
-            "st -Y, r8",                          // 2
-            "st -Y, r9",                          // 2
-            "st -Y, r10",                         // 2
-            "st -Y, r11",                         // 2
-            "st -Y, r12",                         // 2
-            "st -Y, r13",                         // 2
-            "st -Y, r14",                         // 2
-            "st -Y, r15",                         // 2
-            "st -Y, r16",                         // 2
-            "st -Y, r17",                         // 2
-            #[cfg(target_feature = "elpm")]
-            "in r24, 0x3b",                       // 1: RAMPZ
-            #[cfg(target_feature = "elpm")]
-            "cpse r24, r1",                       // 2: skips the next where it is 0
-            #[cfg(target_feature = "elpm")]
-            "rjmp save_rampz",                    // 2
-            "saved:",
-            "ori r29, 0x80",                      // 1: preempted
-            "std Z+{sp}, r28",                    // 2: its stack pointer
-            "std Z+{sp}+1, r29",                  // 2
-            "cli",                                // 1
-            #[cfg(feature = "fault-stale-head")]
-            "movw r30, r26",
-            #[cfg(feature = "fault-stale-head")]
-            "rjmp resume",
-            "rjmp kernel_run_head",               // 2
+            // Has the ticks counted that have passed in a sleep. Z stays.
+            #[cfg(feature = "tickless")]
+            "after_sleep:",
+            #[cfg(feature = "tickless")]
+            "push r30",                           // 2
+            #[cfg(feature = "tickless")]
+            "push r31",                           // 2
+            #[cfg(feature = "tickless")]
+            "call kernel_after_sleep",            // 4
+            #[cfg(feature = "tickless")]
+            "pop r31",                            // 2
+            #[cfg(feature = "tickless")]
+            "pop r30",                            // 2
+            #[cfg(feature = "tickless")]
+            "ret",                                // 4
             #[cfg(target_feature = "elpm")]
             "save_rampz:",
             #[cfg(target_feature = "eijmpcall")]

@@ -28,6 +28,9 @@ type TaskCoroutine = Coroutine<(), (), Never>;
 
 pub(crate) const IDLE_CONTEXT: usize = 0;
 
+/// The highest byte of an address is 0.
+pub(crate) const LINK_MARK: usize = 1 << (usize::BITS - 8);
+
 /// The `stack_pointer` of the first task: less says that there is none, or that it is being started.
 const FIRST_TASK: usize = 2;
 

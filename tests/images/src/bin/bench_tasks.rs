@@ -34,7 +34,7 @@ extern "C" fn main() -> ! {
         start(LOW.start(boot, Priority::P3, |task| {
             loop {
                 begin::<POST_TO_HIGHER>();
-                WAKE.post(task);
+                WAKE.post_in_loop(task);
                 end::<BLOCK_TO_LOWER>();
                 begin::<POST>();
                 STORE.post(task);
