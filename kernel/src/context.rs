@@ -28,6 +28,7 @@ use core::marker::PhantomData;
 use crate::arch;
 use crate::critical::Masked;
 use crate::ready;
+use crate::semaphore::Semaphore;
 use crate::task::Boot;
 use crate::timer::{TICKS, Ticks};
 
@@ -57,11 +58,12 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
 
-    /// Whether it is an ISR that calls, as the compiler knows.
+    /// See [`Semaphore::post`]. A signal is stored without a call; the call that wakes a task tells for itself whether one waits.
     #[doc(hidden)]
     #[inline(always)]
-    fn is_isr(&self) -> bool {
-        false
+    fn post(&mut self, semaphore: &Semaphore) {
+        let is_due = self.mask(|masked| semaphore.post_masked(masked));
+        self.reschedule(is_due);
     }
 
     /// See [`now`](crate::now).
@@ -180,12 +182,13 @@ impl Context for Interrupt {
     }
 
     #[inline(always)]
-    fn is_isr(&self) -> bool {
-        true
-    }
-
-    #[inline(always)]
     fn reschedule(&mut self, _is_needed: bool) {}
+
+    /// Without a call where the woken task outranks the head: that is on the way from an interrupt to its task.
+    #[inline(always)]
+    fn post(&mut self, semaphore: &Semaphore) {
+        self.mask(|masked| semaphore.signal(masked));
+    }
 }
 
 impl Context for Boot {

@@ -2,11 +2,13 @@
 
 use crate::arch;
 use crate::context::{Context, Private, Task, ThreadContext};
-use crate::control_block::{ControlBlock, Flag, HALTED, Priority};
-use crate::critical::Masked;
+use crate::control_block::{ControlBlock, Flag, Priority};
+use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
+use crate::proxy::WaitSet;
 use crate::ready::{self, Cursor, Progress};
 use crate::task::Never;
+use crate::timer;
 use crate::traversal;
 use crate::wait;
 
@@ -23,8 +25,8 @@ pub struct TaskHandle {
 pub enum Refused {
     /// No task runs on that stack, or it was killed.
     NotStarted,
-    /// It has a mutex, or waits for one. Only of [`kill`](TaskHandle::kill): it waits for several semaphores, runs jobs, or
-    /// starts a task.
+    /// It has a mutex, or waits for one. Only of [`kill`](TaskHandle::kill): it runs jobs, starts or kills a task, or is on
+    /// its way into or out of a wait with a timeout or for several semaphores.
     Busy,
 }
 
@@ -45,11 +47,14 @@ pub enum TaskState {
 
 /// What is done to a task where it is found.
 #[derive(Clone, Copy)]
-enum Action {
+enum Action<'a> {
     Look,
     Suspend,
+    /// The wait set is left here that the task is blocked by.
+    Kill(&'a MaskedCell<Option<&'static WaitSet>>),
     SetPriority(Priority),
 }
+
 
 impl TaskHandle {
     /// The size of its stack, in bytes.
@@ -115,47 +120,37 @@ impl TaskHandle {
     /// what it was in the midst of stays half done. Its stack stays as it is, for what it holds may be pinned, or
     /// lent to a device: see [`reuse`](Self::reuse). A task may kill itself.
     ///
-    /// Linear in the number of ready tasks of its priority, and of those that wait for the same, in steps.
+    /// Linear in the number of ready tasks of its priority, of those that wait for the same, and of timers, in steps.
     ///
     /// # Errors
     /// [`Refused`], with nothing done.
     pub fn kill(self, context: &mut impl ThreadContext) -> Result<(), Refused> {
         if let Some(task) = self.as_self(context) {
-            if task.mask(|masked| self.control.has_any(masked, UNKILLABLE)) {
+            if task.mask(|masked| self.control.has_any(masked, UNKILLABLE | Flag::Proxied as u8)) {
                 return Err(Refused::Busy);
             }
             task.exit();
         }
-        let control = self.control;
-        loop {
-            // While it is halted it only moves where an ISR wakes it. Another task may let it run again meanwhile.
-            self.find_unless(context, UNKILLABLE, Action::Suspend)?;
-            let is_halted = |masked: &Masked| control.is_halted(masked);
-            let mark = |masked: &Masked| {
-                control.set_flag(masked, Flag::Killed);
-                control.link.set(masked, Link::PARKED);
-            };
-            let is_killed = wait::withdraw(context, control, is_halted, mark)
-                || context.mask(|masked| {
-                    let link = control.link.get(masked);
-                    let may = is_halted(masked) && (link == Link::PARKED || link == Link::DELAYED);
-                    if may {
-                        mark(masked);
-                    }
-                    may
-                });
-            if is_killed {
-                return Ok(());
+        let guard = KillGuard::begin(context);
+        let wait_set = MaskedCell::new(None);
+        let found = self.find_unless(context, UNKILLABLE, Action::Kill(&wait_set));
+        if found.is_ok() {
+            wait::withdraw(context, self.control);
+            timer::disarm_all_of(context, self.control);
+            let proxies = |masked: &Masked| wait_set.get(masked).map_or(&[][..], |set| set.proxies(masked));
+            for proxy in context.mask(proxies) {
+                proxy.semaphore.expel(context, &proxy.control);
             }
         }
+        guard.end(context);
+        found.map(|_| ())
     }
 
     /// Frees the stack of a task that was killed, so that it can be started again. Returns whether it was.
     ///
     /// # Safety
-    /// Nothing on the stack may be in use any more: no value that is pinned there, nothing that a device or an interrupt
-    /// handler reads or writes, no timer that was armed by a wait with a timeout or a delay, and no proxy waiter of such a
-    /// wait. A wait with a timeout that was killed has left its semaphore once that was posted.
+    /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no value that is
+    /// pinned there, and nothing that a device or an interrupt handler reads or writes. The kernel itself uses nothing there.
     pub unsafe fn reuse(self, context: &mut impl ThreadContext) -> bool {
         context.mask(|masked| {
             let is_killed = self.control.has_flag(masked, Flag::Killed);
@@ -185,8 +180,7 @@ impl TaskHandle {
         self.find_unless(context, Flag::Locks as u8, action)
     }
 
-    /// Finds the task, unless it has one of these [`Flag`]s, and acts on it in the critical section that finds it. Returns the
-    /// state that it was in.
+    /// Finds the task, unless it has one of these [`Flag`]s, and acts on it in the critical section that finds it.
     #[inline(never)]
     fn find_unless(
         self,
@@ -194,23 +188,29 @@ impl TaskHandle {
         flags: u8,
         action: Action,
     ) -> Result<TaskState, Refused> {
+        let control = self.control;
         let mut cursor = Cursor::new();
         loop {
             let step = context.mask(|masked| {
                 // Once in a traversal: what changes this invalidates it.
-                if cursor.is_at_start(masked)
-                    && let Some(found) = self.find_at_once(masked, flags, action)
-                {
-                    return Some(found);
+                if cursor.is_at_start(masked) {
+                    if !control.is_started(masked) || control.has_flag(masked, Flag::Killed) {
+                        return Some(Err(Refused::NotStarted));
+                    }
+                    if control.has_any(masked, flags) {
+                        return Some(Err(Refused::Busy));
+                    }
+                    if control.is_halted(masked) {
+                        return Some(self.act(masked, TaskState::Suspended, &cursor, action));
+                    }
                 }
-                let is_ready = match cursor.step(masked, self.control) {
+                let state = match cursor.step(masked, control) {
                     Progress::More => return None,
-                    Progress::Absent => false,
-                    Progress::Ready => true,
+                    Progress::Absent => TaskState::Waiting,
+                    Progress::Ready => TaskState::Ready,
                 };
                 traversal::end(masked);
-                self.act(masked, is_ready.then_some(&cursor), action);
-                Some(Ok(if is_ready { TaskState::Ready } else { TaskState::Waiting }))
+                Some(self.act(masked, state, &cursor, action))
             });
             if let Some(found) = step {
                 return found;
@@ -218,43 +218,45 @@ impl TaskHandle {
         }
     }
 
-    /// Whether the task is where no search is needed.
-    fn find_at_once(
+    /// Acts on the task, which the search has found in that state.
+    #[inline(never)]
+    fn act(
         self,
         masked: &Masked,
-        flags: u8,
+        state: TaskState,
+        cursor: &Cursor,
         action: Action,
-    ) -> Option<Result<TaskState, Refused>> {
+    ) -> Result<TaskState, Refused> {
         let control = self.control;
-        if !control.is_started(masked) || control.has_flag(masked, Flag::Killed) {
-            return Some(Err(Refused::NotStarted));
+        if let Action::Kill(wait_set) = action
+            && control.has_flag(masked, Flag::Proxied)
+        {
+            let set = control.link.get(masked).wait_set(masked, control);
+            wait_set.set(masked, set.filter(|set| !set.proxies(masked).is_empty()));
+            if wait_set.get(masked).is_none() {
+                return Err(Refused::Busy);
+            }
         }
-        if control.has_any(masked, flags) {
-            return Some(Err(Refused::Busy));
-        }
-        control.is_halted(masked).then(|| {
-            self.act(masked, None, action);
-            Ok(TaskState::Suspended)
-        })
-    }
-
-    /// Acts on the task, which `ready` has found if it is ready.
-    fn act(self, masked: &Masked, ready: Option<&Cursor>, action: Action) {
-        let control = self.control;
-        if let (Some(cursor), Action::Suspend | Action::SetPriority(_)) = (ready, action) {
+        let is_ready = state == TaskState::Ready;
+        if is_ready && !matches!(action, Action::Look) {
             cursor.remove(masked, control);
             control.link.set(masked, Link::PARKED);
         }
         match action {
             Action::Look => {}
             Action::Suspend => control.halt(masked),
+            Action::Kill(_) => {
+                control.halt(masked);
+                control.set_flag(masked, Flag::Killed);
+            }
             Action::SetPriority(priority) => {
                 control.set_priority(masked, priority);
-                if ready.is_some() {
+                if is_ready {
                     ready::wake(masked, control);
                 }
             }
         }
+        Ok(state)
     }
 
     /// The task's own context, if it is the one that calls.
@@ -267,17 +269,43 @@ impl TaskHandle {
 /// Those of [`Flag`] with which a task is not killed.
 const UNKILLABLE: u8 = Flag::Locks as u8 | Flag::Unkillable as u8;
 
+/// A task that starts or kills another is not killed itself meanwhile.
+pub(crate) struct KillGuard {
+    /// Whether it is a task that could be killed before.
+    was_killable: bool,
+}
+
+impl KillGuard {
+    pub(crate) fn begin(context: &mut impl Context) -> KillGuard {
+        let is_task = context.task(Private).is_some();
+        let was_killable = is_task
+            && context.mask(|masked| {
+                let own = ready::running(masked);
+                let was_killable = !own.has_flag(masked, Flag::Unkillable);
+                own.set_flag(masked, Flag::Unkillable);
+                was_killable
+            });
+        KillGuard { was_killable }
+    }
+
+    pub(crate) fn end(self, context: &mut impl Context) {
+        if self.was_killable {
+            context.mask(|masked| ready::running(masked).clear_flag(masked, Flag::Unkillable));
+        }
+    }
+}
+
 impl Task {
     /// Ends this task where it is, as [`TaskHandle::kill`] does. A body that returns ends its task, too; only then the stack
     /// is free for another one.
     pub fn exit(&mut self) -> Never {
         self.mask(|masked| {
-            let task = ready::leave(masked);
-            task.level.set(masked, task.level.get(masked) | HALTED);
-            task.set_flag(masked, Flag::Killed);
-            task.link.set(masked, Link::PARKED);
-            ready::update_head(masked);
-            arch::run_head(masked)
-        })
+            let own = ready::leave(masked);
+            own.halt(masked);
+            own.set_flag(masked, Flag::Killed);
+            own.link.set(masked, Link::PARKED);
+        });
+        ready::dispatch(self);
+        self.mask(|masked| arch::run_head(masked))
     }
 }

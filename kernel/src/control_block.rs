@@ -67,14 +67,14 @@ pub struct ControlBlock {
 pub(crate) enum Flag {
     /// It has a mutex, or waits for one.
     Locks = 0x80,
-    /// It waits by proxy waiters that must not outlive the wait, runs jobs, or starts a task: it is not killed.
+    /// It starts or kills a task: it is not killed meanwhile, or the other would stay half started, or half dead.
     Unkillable = 0x40,
     /// It is a proxy waiter: its `stack_pointer` is the address of a [`WaitSet`](crate::proxy::WaitSet).
     Proxy = 0x20,
     /// It was killed, or has killed itself.
     Killed = 0x10,
-    /// A timer has ended its last wait.
-    TimedOut = 0x08,
+    /// It waits by proxy waiters or runs jobs: where it is blocked, its link leads to its wait set.
+    Proxied = 0x08,
 }
 
 /// The priority in [`ControlBlock::priority`].

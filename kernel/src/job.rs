@@ -3,9 +3,8 @@
 use core::ptr;
 
 use crate::context::{Context, JobContext, Task};
-use crate::control_block::{ControlBlock, Flag};
+use crate::control_block::ControlBlock;
 use crate::proxy::{ProxyWaiter, WaitSet};
-use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::task::Never;
 use crate::wait::WaitOutcome;
@@ -63,14 +62,12 @@ impl Task {
         let set = WaitSet::new(self);
         // SAFETY: where jobs refer to it, this never returns, and a task that runs jobs is not killed.
         let set: &'static WaitSet = unsafe { &*ptr::from_ref(&set) };
-        // First: a task that was killed in the midst of this would keep the jobs that it has taken.
-        self.mask(|masked| ready::running(masked).set_flag(masked, Flag::Unkillable));
         let mut is_free = |job: &&'static Job| self.mask(|masked| set.claim(masked, &job.proxy.control));
         if let Some(taken) = jobs.iter().position(|job| !is_free(job)) {
             for job in jobs.iter().take(taken) {
                 self.mask(|masked| job.proxy.control.free(masked));
             }
-            self.mask(|masked| ready::running(masked).clear_flag(masked, Flag::Unkillable));
+            set.end(self);
             return Err(JobTaken);
         }
         jobs.iter().for_each(|job| job.wait(self, set));

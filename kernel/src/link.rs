@@ -3,12 +3,13 @@
 use core::ptr;
 
 use crate::arch;
-use crate::control_block::ControlBlock;
+use crate::control_block::{ControlBlock, Flag};
 use crate::critical::{Masked, MaskedCell};
+use crate::proxy::WaitSet;
 use crate::semaphore::Semaphore;
 
-/// The next task; or at the end of a wait queue the semaphore that its tasks wait for; or why the task is in no list. A
-/// semaphore where no task waits holds a number of signals in the same form.
+/// The next task; or an end: at that of a wait queue the semaphore that its tasks wait for, and of a task that is in no list
+/// the reason. A semaphore where no task waits holds a number of signals in the same form.
 ///
 /// A debugger that follows a waiting task's link so comes to the semaphore. The highest byte tells what it is: a task's is
 /// positive, an end's negative, a number's 0. On the AVR that is so by the addresses of RAM, which begin at 0x100 (ATmega128
@@ -43,6 +44,12 @@ impl Link {
         Link(ptr::with_exposed_provenance(ptr::from_ref(semaphore).expose_provenance() | END))
     }
 
+    /// Of a task that is blocked by proxy waiters.
+    #[inline(always)]
+    pub(crate) fn to_wait_set(set: &WaitSet) -> Link {
+        Link(ptr::with_exposed_provenance(ptr::from_ref(set).expose_provenance() | END))
+    }
+
     /// A number of signals.
     #[inline(always)]
     pub(crate) const fn signals(signals: u8) -> Link {
@@ -55,11 +62,24 @@ impl Link {
         (self.0.addr() >> (usize::BITS - 8)) as i8
     }
 
-    /// The semaphore whose wait queue ends here, if one does.
-    pub(crate) fn semaphore(self) -> Option<&'static Semaphore> {
-        let is_semaphore = self.0.addr() & END != 0 && self != Link::DELAYED && self != Link::PARKED;
-        // SAFETY: every other end was made by `end_of`, and a semaphore lives as long as a task waits for it.
+    /// Whether this is an end that leads to an object.
+    fn is_end_of_object(self) -> bool {
+        self.kind() < 0 && self != Link::DELAYED && self != Link::PARKED
+    }
+
+    /// The semaphore whose wait queue ends here, if one does. `task` is the one whose link this is.
+    pub(crate) fn semaphore(self, masked: &Masked, task: &ControlBlock) -> Option<&'static Semaphore> {
+        let is_semaphore = self.is_end_of_object() && !task.has_flag(masked, Flag::Proxied);
+        // SAFETY: `end_of` made it, and a semaphore lives as long as a task waits for it.
         is_semaphore.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
+    }
+
+    /// The wait set that `task` is blocked by, whose link this is.
+    pub(crate) fn wait_set(self, masked: &Masked, task: &ControlBlock) -> Option<&'static WaitSet> {
+        let is_set = self.is_end_of_object() && task.has_flag(masked, Flag::Proxied);
+        // SAFETY: a task with this flag is in no wait queue, so `to_wait_set` made it; and the wait set lies on the stack of
+        // that task, which does not go on as long as its link is this one.
+        is_set.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
     }
 
     /// The task, unless this is an end or a number of signals.

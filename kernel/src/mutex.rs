@@ -155,7 +155,7 @@ impl Lock {
         // Before the ceiling is left, or a task between the two could hold up the one that waits.
         task.mask(|masked| self.free.signal(masked));
         arch::irq_window();
-        if task.mask(ready::restore) {
+        if ready::restore(task) {
             arch::switch_from_call(task);
         }
     }

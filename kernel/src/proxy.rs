@@ -10,7 +10,7 @@ use core::ptr;
 use crate::arch;
 use crate::context::{Context, Task};
 use crate::control_block::{ControlBlock, Flag, HALTED};
-use crate::critical::Masked;
+use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
 use crate::ready;
 use crate::semaphore::Semaphore;
@@ -31,23 +31,46 @@ impl ProxyWaiter {
     }
 }
 
-/// The task of some proxy waiters, and those of them that have been given a signal.
+/// A task, its proxy waiters, and those of them that have been given a signal.
 pub(crate) struct WaitSet {
     /// The last of the ring of those, in the order of their signals.
     signaled: ready::Last,
     task: &'static ControlBlock,
+    /// A timer has ended the wait.
+    is_timed_out: MaskedCell<bool>,
+    /// Those that a task which is killed takes with it; jobs have none of these.
+    proxies: MaskedCell<&'static [ProxyWaiter]>,
 }
 
 impl WaitSet {
-    /// A wait set of the running task.
+    /// A wait set of the running task, until [`end`](Self::end).
     pub(crate) fn new(task: &mut Task) -> WaitSet {
         let task = task.mask(|masked| {
             let task = ready::running(masked);
-            // Of an earlier wait.
-            task.clear_flag(masked, Flag::TimedOut);
+            task.set_flag(masked, Flag::Proxied);
             task
         });
-        WaitSet { signaled: ready::Last::new(Link::NONE), task }
+        WaitSet {
+            signaled: ready::Last::new(Link::NONE),
+            task,
+            is_timed_out: MaskedCell::new(false),
+            proxies: MaskedCell::new(&[]),
+        }
+    }
+
+    /// No proxy waiter refers to the wait set any more.
+    pub(crate) fn end(&self, task: &mut Task) {
+        task.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
+    }
+
+    /// Those of a wait set that may be killed with its task.
+    pub(crate) fn proxies(&self, masked: &Masked) -> &'static [ProxyWaiter] {
+        self.proxies.get(masked)
+    }
+
+    /// The timer of the wait has expired, and the task is blocked.
+    pub(crate) fn time_out(&self, masked: &Masked) {
+        self.is_timed_out.set(masked, true);
     }
 
     /// The wait set of `proxy`.
@@ -68,14 +91,14 @@ impl WaitSet {
     }
 
     /// `proxy` is given a signal, and has left its queue. Returns whether another task is the head now, or `None` if the
-    /// wait is over: its time was up, or the task was killed.
+    /// wait is over, as its time was up.
     pub(crate) fn signal(&self, masked: &Masked, proxy: &'static ControlBlock) -> Option<bool> {
-        if self.task.has_any(masked, Flag::Killed as u8 | Flag::TimedOut as u8) {
+        if self.is_timed_out.get(masked) {
             proxy.link.set(masked, Link::NONE);
             return None;
         }
         self.append(masked, proxy);
-        let is_blocked = self.task.link.get(masked) == Link::DELAYED;
+        let is_blocked = self.task.link.get(masked) == Link::to_wait_set(self);
         Some(is_blocked && ready::wake(masked, self.task))
     }
 
@@ -89,7 +112,7 @@ impl WaitSet {
     pub(crate) fn receive(&self, task: &mut Task, timer: Option<&Timer>) -> Option<&'static ControlBlock> {
         loop {
             let mut has_expired = false;
-            let blocks = ready::block_unless(task, Link::DELAYED, |masked| {
+            let blocks = ready::block_unless(task, Link::to_wait_set(self), |masked| {
                 has_expired = timer.is_some_and(|timer| !timer.is_armed(masked));
                 has_expired || self.signaled.kind(masked) != 0
             });
@@ -114,8 +137,9 @@ impl WaitSet {
         deadline: Option<Ticks>,
     ) -> Option<usize> {
         let timer = Timer::new();
-        // SAFETY: the timer is disarmed before this returns; and the stack of a task that is killed stays as it is.
+        // SAFETY: the timer is disarmed before this returns, or when the task is killed.
         let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
+        task.mask(|masked| self.proxies.set(masked, proxies));
         let at_once = proxies.iter().position(|proxy| {
             task.mask(|masked| self.claim(masked, &proxy.control));
             proxy.semaphore.enter(task, &proxy.control, condition) != WaitOutcome::Blocked
@@ -131,10 +155,11 @@ impl WaitSet {
         });
         timer.cancel(task);
         for (index, proxy) in proxies.iter().enumerate().take(at_once.unwrap_or(proxies.len())) {
-            if Some(index) != came && !proxy.semaphore.expel(task, &proxy.control, |_| true, |_| {}) {
+            if Some(index) != came && !proxy.semaphore.expel(task, &proxy.control) {
                 proxy.give_back(task);
             }
         }
+        self.end(task);
         came
     }
 }
@@ -161,9 +186,8 @@ fn wait_for<const N: usize>(
 ) -> Result<usize, Elapsed> {
     loop {
         let set = WaitSet::new(task);
-        // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is killed in a
-        // wait for one semaphore leaves what is on its stack there, and the proxy waiter is void; in a wait for several it
-        // can't be killed.
+        // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is killed in there
+        // takes its proxy waiters with it.
         let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(semaphore) }));
         // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other list.
         let (set, proxies): (&'static WaitSet, &'static [ProxyWaiter]) =
@@ -183,7 +207,7 @@ fn wait_for<const N: usize>(
 impl Semaphore {
     /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not block.
     ///
-    /// 15 bytes of stack, and a timer's 6. A time above [`LONGEST`] is waited for in two parts, and the task goes behind its
+    /// 23 bytes of stack, and a timer's 6. A time above [`LONGEST`] is waited for in two parts, and the task goes behind its
     /// equals in between.
     ///
     /// # Errors
@@ -213,7 +237,7 @@ impl Semaphore {
 impl Task {
     /// Takes a signal of one of `semaphores`, and blocks until there is one; of several the first. Returns its index.
     ///
-    /// 8 bytes of stack a semaphore, and 11. Linear in the number of tasks that wait for them, in steps.
+    /// 8 bytes of stack a semaphore, and 15. Linear in the number of tasks that wait for them, in steps.
     pub fn wait_any<const N: usize>(&mut self, semaphores: [&Semaphore; N]) -> usize {
         self.wait_any_for(semaphores, None).unwrap_or(0)
     }
@@ -241,9 +265,6 @@ impl Task {
         if ticks == Some(0) {
             return Err(Elapsed);
         }
-        self.mask(|masked| ready::running(masked).set_flag(masked, Flag::Unkillable));
-        let came = wait_for(self, semaphores, None, ticks);
-        self.mask(|masked| ready::running(masked).clear_flag(masked, Flag::Unkillable));
-        came
+        wait_for(self, semaphores, None, ticks)
     }
 }

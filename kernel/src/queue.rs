@@ -70,7 +70,8 @@ impl<T: Pooled> Queue<T> {
         if appended == Append::Awaited {
             // In a section of its own, to be short. Should another's message have woken the task meanwhile, this signal is
             // for that.
-            self.messages.post(context);
+            let is_due = context.mask(|masked| self.messages.signal_by_call(masked));
+            context.reschedule(is_due);
             return Ok(());
         }
         context.mask(|masked| self.refused.count(masked));

@@ -13,6 +13,7 @@
 
 use core::hint;
 
+use crate::arch;
 use crate::context::{Context, Task};
 use crate::control_block::{ControlBlock, Flag, LEVELS};
 use crate::critical::{Masked, MaskedCell};
@@ -105,7 +106,7 @@ pub(crate) fn is_first(masked: &Masked, task: &ControlBlock) -> bool {
 }
 
 /// Makes `task` ready, which is in no list. Returns whether it is the head now.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn wake(masked: &Masked, task: &'static ControlBlock) -> bool {
     let outranks = preempt(masked, task);
     if !outranks {
@@ -132,15 +133,16 @@ pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     outranks
 }
 
-/// Puts `task` behind the tasks of its queue; or parks it, if it is halted.
+/// Puts `task` behind the tasks of its queue, or parks it if it is halted. Returns whether it was not killed.
 #[inline(never)]
-fn append(masked: &Masked, task: &'static ControlBlock) {
+pub(crate) fn append(masked: &Masked, task: &'static ControlBlock) -> bool {
     if task.is_halted(masked) {
         task.link.set(masked, Link::PARKED);
-        return;
+        return !task.has_flag(masked, Flag::Killed);
     }
     let cell = KERNEL.ready.last(task.level.get(masked));
     enqueue(masked, cell, task);
+    true
 }
 
 /// Puts `task` behind the tasks of a ring.
@@ -215,8 +217,13 @@ fn leave_first(masked: &Masked, task: &'static ControlBlock) {
 }
 
 /// Finds the head anew, where it may have left its queue.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn update_head(masked: &Masked) {
+    update_head_here(masked);
+}
+
+#[inline(always)]
+fn update_head_here(masked: &Masked) {
     let ready = &KERNEL.ready;
     let (level, head) = ready.highest(masked);
     ready.level.set(masked, level);
@@ -227,7 +234,7 @@ pub(crate) fn update_head(masked: &Masked) {
 /// `true`: a switch is due.
 #[inline(never)]
 pub(crate) fn dispatch(task: &mut Task) -> bool {
-    task.mask(update_head);
+    task.mask(update_head_here);
     true
 }
 
@@ -275,18 +282,24 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) {
 }
 
 /// Undoes [`raise`]: the running task stands first in the queue of its priority again. Returns whether a switch is due.
-pub(crate) fn restore(masked: &Masked) -> bool {
-    let task = running(masked);
-    task.clear_flag(masked, Flag::Locks);
-    let base = task.base(masked);
-    if base != task.level.get(masked) {
-        leave_first(masked, task);
-        enqueue_first(masked, KERNEL.ready.last(base), task);
-        task.level.set(masked, base);
-        traversal::end(masked);
-    }
-    update_head(masked);
-    is_due(masked)
+pub(crate) fn restore(task: &mut Task) -> bool {
+    task.mask(|masked| {
+        let task = running(masked);
+        task.clear_flag(masked, Flag::Locks);
+        let base = task.base(masked);
+        if base != task.level.get(masked) {
+            leave_first(masked, task);
+            enqueue_first(masked, KERNEL.ready.last(base), task);
+            task.level.set(masked, base);
+            traversal::end(masked);
+        }
+    });
+    // As between `leave` and `dispatch`: the head is this task still, unless an ISR wakes one that outranks the ceiling.
+    arch::irq_window();
+    task.mask(|masked| {
+        update_head(masked);
+        is_due(masked)
+    })
 }
 
 /// How far a search for a ready task has come.
@@ -316,6 +329,7 @@ impl Cursor {
     }
 
     /// Goes a step along the queue of `task`. ISRs may append to it meanwhile.
+    #[inline(never)]
     pub(crate) fn step(&mut self, masked: &Masked, task: &'static ControlBlock) -> Progress {
         let Some(last) = KERNEL.ready.last(task.level.get(masked)).task(masked) else {
             return Progress::Absent;
@@ -337,6 +351,7 @@ impl Cursor {
     }
 
     /// Takes `task`, which the last step has found in this critical section, from its queue.
+    #[inline(never)]
     pub(crate) fn remove(&self, masked: &Masked, task: &'static ControlBlock) {
         let ready = &KERNEL.ready;
         if let Some(before) = self.before {

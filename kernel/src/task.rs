@@ -6,9 +6,10 @@ use core::ptr;
 
 use crate::KERNEL;
 use crate::arch;
-use crate::context::{Context, Interrupt, Private, Task};
-use crate::control::TaskHandle;
-use crate::control_block::{ControlBlock, Flag, Priority};
+use crate::context::{Context, Interrupt, Task};
+use crate::control::{KillGuard, TaskHandle};
+use crate::control_block::{ControlBlock, Priority};
+use crate::link::Link;
 use crate::critical::{Masked, MaskedCell};
 use crate::ready;
 
@@ -77,56 +78,30 @@ impl<const BYTES: usize> Stack<BYTES> {
         if !arch::fits(size_of::<F>(), BYTES) {
             return Err(StartError::TooSmall);
         }
-        let Some(starter) = Starter::claim(context, &self.control) else {
-            return Err(StartError::Started);
+        let guard = KillGuard::begin(context);
+        let is_free = context.mask(|masked| self.control.claim(masked));
+        let is_due = is_free && {
+            // SAFETY: the control block was free, and is claimed; and the stack is large enough.
+            let stack_pointer = unsafe { arch::init_context(&self.control, self.memory.get(), body) };
+            self.control.start(context, stack_pointer, priority)
         };
-        // SAFETY: the control block was free, and is claimed; and the stack is large enough.
-        let stack_pointer = unsafe { arch::init_context(&self.control, self.memory.get(), body) };
-        let is_due = starter.wake(context, &self.control, stack_pointer, priority);
+        guard.end(context);
+        if !is_free {
+            return Err(StartError::Started);
+        }
         context.reschedule(is_due);
         Ok(())
     }
 }
 
-/// Who starts a task: a task that was killed in the midst of that would leave the other half started.
-struct Starter {
-    /// Whether it is a task that could be killed before.
-    was_killable: bool,
-}
-
-impl Starter {
-    /// Claims `control` for a task, if it is free.
-    #[inline(never)]
-    fn claim(context: &mut impl Context, control: &ControlBlock) -> Option<Starter> {
-        let is_task = context.task(Private).is_some();
-        context.mask(|masked| {
-            if !control.claim(masked) {
-                return None;
-            }
-            let was_killable = is_task && !ready::running(masked).has_flag(masked, Flag::Unkillable);
-            if was_killable {
-                ready::running(masked).set_flag(masked, Flag::Unkillable);
-            }
-            Some(Starter { was_killable })
-        })
-    }
-
+impl ControlBlock {
     /// Makes the task ready, whose first context lies on its stack. Returns whether a switch is due.
     #[inline(never)]
-    fn wake(
-        self,
-        context: &mut impl Context,
-        control: &'static ControlBlock,
-        stack_pointer: usize,
-        priority: Priority,
-    ) -> bool {
+    fn start(&'static self, context: &mut impl Context, stack_pointer: usize, priority: Priority) -> bool {
         context.mask(|masked| {
-            if self.was_killable {
-                ready::running(masked).clear_flag(masked, Flag::Unkillable);
-            }
-            control.stack_pointer.set(masked, stack_pointer);
-            control.set_priority(masked, priority);
-            ready::wake(masked, control)
+            self.stack_pointer.set(masked, stack_pointer);
+            self.set_priority(masked, priority);
+            ready::wake(masked, self)
         })
     }
 }
@@ -142,9 +117,11 @@ pub fn running(masked: &Masked) -> usize {
 
 /// The end of the running task, whose body has returned: nothing refers to its stack any more.
 pub(crate) fn finish(task: &mut Task) -> ! {
+    task.mask(|masked| ready::leave(masked).link.set(masked, Link::DELAYED));
+    ready::dispatch(task);
     task.mask(|masked| {
-        ready::leave(masked).free(masked);
-        ready::update_head(masked);
+        // From here on another task may have the stack: nothing preempts this one any more.
+        ready::running(masked).free(masked);
         arch::run_head(masked)
     })
 }

@@ -8,7 +8,7 @@ use core::ptr;
 use crate::KERNEL;
 use crate::arch;
 use crate::context::{Context, Interrupt, Task, ThreadContext};
-use crate::control_block::{ControlBlock, Flag};
+use crate::control_block::ControlBlock;
 use crate::critical::{Masked, MaskedCell};
 use crate::link::{END, Link};
 use crate::ready;
@@ -218,32 +218,7 @@ impl Timer {
 
     /// Takes the timer from the list. Returns whether it was there.
     fn disarm(&'static self, context: &mut impl ThreadContext) -> bool {
-        let mut cursor = Cursor::new();
-        loop {
-            let step = context.mask(|masked| {
-                let slot = cursor.slot(masked);
-                match slot.get(masked) {
-                    Some(next) if ptr::eq(next, self) => {
-                        slot.set(masked, self.link.get(masked));
-                        self.target.set(masked, Target::NOTHING);
-                        compare_with_first(masked);
-                    }
-                    Some(next) => {
-                        cursor.advance(next);
-                        return None;
-                    }
-                    None => {
-                        traversal::end(masked);
-                        return Some(false);
-                    }
-                }
-                traversal::end(masked);
-                Some(true)
-            });
-            if let Some(was_armed) = step {
-                return was_armed;
-            }
-        }
+        disarm_first(context, |timer, _| ptr::eq(timer, self))
     }
 }
 
@@ -300,7 +275,7 @@ impl Task {
     #[inline(always)]
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
         let timer = Timer::new();
-        // SAFETY: this returns only after the timer has expired; and the stack of a task that is killed stays as it is.
+        // SAFETY: this returns only after the timer has expired, after the task was killed, which disarms it.
         let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
         let is_ahead = timer.arm_for_task(self, deadline);
         if is_ahead && timer.block(self) {
@@ -374,56 +349,100 @@ pub(crate) fn count_tick(masked: &Masked) -> bool {
 pub extern "C" fn expire() {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
     let interrupt = &mut unsafe { Interrupt::assume() };
-    loop {
-        match interrupt.mask(expire_first) {
-            Due::Nothing => return,
-            Due::Next => {}
-            Due::Semaphore(semaphore) => {
-                // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
-                unsafe { arch::isr_window() };
-                semaphore.post(interrupt);
-            }
-        }
+    // Where none is armed the first deadline comes all the same, once in 65,536 ticks.
+    while let Some(semaphore) = interrupt.mask(expire_first) {
         // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
         unsafe { arch::isr_window() };
+        if let Some(semaphore) = semaphore {
+            interrupt.mask(|masked| semaphore.signal_by_call(masked));
+            // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
+            unsafe { arch::isr_window() };
+        }
+        if interrupt.mask(is_complete) {
+            return;
+        }
     }
+    interrupt.mask(compare_with_first);
 }
 
-/// What comes after a look at the first timer.
-enum Due {
-    /// It is not due.
-    Nothing,
-    /// The next one: this one's task has been woken.
-    Next,
-    /// This one's semaphore, and then the next timer.
-    Semaphore(&'static Semaphore),
-}
-
-/// Takes the first timer from the list if it is due, and wakes its task if it has one.
+/// Takes the first timer, which is due, from the list. Returns `None` if there is none, or the semaphore that is to be posted.
+/// A task that was to be woken has been.
 #[inline(always)]
-fn expire_first(masked: &Masked) -> Due {
+fn expire_first(masked: &Masked) -> Option<Option<&'static Semaphore>> {
     let slot = &KERNEL.timers.first;
-    let now = TICKS.get(masked);
-    let Some(first) = slot.get(masked) else {
-        NEXT_DEADLINE.set(masked, now);
-        return Due::Nothing;
-    };
-    let deadline = first.deadline.get(masked);
-    if is_ahead(deadline.wrapping_sub(now)) {
-        NEXT_DEADLINE.set(masked, deadline);
-        return Due::Nothing;
-    }
+    let first = slot.get(masked)?;
     slot.set(masked, first.link.get(masked));
     traversal::end(masked);
     let target = first.target.get(masked);
     first.target.set(masked, Target::NOTHING);
     if !target.is_task() {
-        return target.as_semaphore().map_or(Due::Next, Due::Semaphore);
+        return Some(target.as_semaphore());
     }
     let task = target.as_task();
-    if task.link.kind(masked) == Link::DELAYED.kind() {
-        task.set_flag(masked, Flag::TimedOut);
+    let link = task.link.get(masked);
+    if link.kind() == Link::DELAYED.kind() {
+        if !ready::preempt(masked, task) {
+            ready::append(masked, task);
+        }
+    } else {
+        time_out(masked, task, link);
+    }
+    Some(None)
+}
+
+/// Ends the wait of `task`, whose link is `link`, if it is blocked by proxy waiters.
+#[inline(never)]
+fn time_out(masked: &Masked, task: &'static ControlBlock, link: Link) {
+    if let Some(set) = link.wait_set(masked, task) {
+        set.time_out(masked);
         ready::wake(masked, task);
     }
-    Due::Next
+}
+
+/// Whether no other timer is due. The tick compares with the next one's deadline then.
+#[inline(always)]
+fn is_complete(masked: &Masked) -> bool {
+    let now = TICKS.get(masked);
+    let Some(first) = KERNEL.timers.first.get(masked) else {
+        NEXT_DEADLINE.set(masked, now);
+        return true;
+    };
+    let deadline = first.deadline.get(masked);
+    let is_ahead = is_ahead(deadline.wrapping_sub(now));
+    if is_ahead {
+        NEXT_DEADLINE.set(masked, deadline);
+    }
+    is_ahead
+}
+
+/// Disarms the timers that are to wake `task`, which was killed.
+pub(crate) fn disarm_all_of(context: &mut impl ThreadContext, task: &'static ControlBlock) {
+    let is_its = |timer: &Timer, masked: &Masked| timer.target.get(masked).0 == Target::task(task).0;
+    while disarm_first(context, is_its) {}
+}
+
+/// Disarms the first timer that `is_it` says. Returns whether there was one.
+fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer, &Masked) -> bool) -> bool {
+    let mut cursor = Cursor::new();
+    loop {
+        let step = context.mask(|masked| {
+            let slot = cursor.slot(masked);
+            if let Some(timer) = slot.get(masked) {
+                if !is_it(timer, masked) {
+                    cursor.advance(timer);
+                    return None;
+                }
+                slot.set(masked, timer.link.get(masked));
+                timer.target.set(masked, Target::NOTHING);
+                compare_with_first(masked);
+                traversal::end(masked);
+                return Some(true);
+            }
+            traversal::end(masked);
+            Some(false)
+        });
+        if let Some(was_armed) = step {
+            return was_armed;
+        }
+    }
 }

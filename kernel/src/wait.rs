@@ -3,7 +3,7 @@
 //! A queue is a list without a tail. To find a place in it takes as long as the list, in steps: see
 //! [`traversal`](crate::traversal).
 
-use crate::context::{Context, Task};
+use crate::context::{Context, Task, ThreadContext};
 use crate::control_block::{ControlBlock, Flag};
 use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
@@ -99,38 +99,31 @@ impl Semaphore {
         }
     }
 
-    /// [`signal`](Self::signal) for ISRs: without a call where the waiter outranks the head.
-    #[inline(always)]
-    pub(crate) fn signal_from_isr(&self, masked: &Masked) {
-        match self.word.first(masked) {
-            Some(first) => {
-                self.wake_here(masked, first);
-            }
-            None => {
-                self.word.add_signal(masked, u8::MAX);
-            }
-        }
+    /// The same by a call.
+    #[inline(never)]
+    pub(crate) fn signal_by_call(&self, masked: &Masked) -> bool {
+        self.signal(masked)
     }
 
     /// Wakes `first`, the first waiter. Returns whether another task is the head now.
-    #[inline(never)]
-    pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
-        self.wake_here(masked, first)
-    }
-
     #[inline(always)]
-    fn wake_here(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
+    pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
         self.word.set_first(masked, first.link.get(masked));
         ready::preempt(masked, first) || self.wake_behind(masked, first)
     }
 
-    /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy waiter. A proxy waiter
-    /// whose wait is over passes the signal on.
+    /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy waiter. One whose wait
+    /// is over passes the signal on.
     #[inline(never)]
     fn wake_behind(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
         let mut waiter = first;
-        while waiter.has_flag(masked, Flag::Proxy) {
-            if let Some(is_due) = WaitSet::of(masked, waiter).signal(masked, waiter) {
+        loop {
+            let woken = if waiter.has_flag(masked, Flag::Proxy) {
+                WaitSet::of(masked, waiter).signal(masked, waiter)
+            } else {
+                ready::append(masked, waiter).then_some(false)
+            };
+            if let Some(is_due) = woken {
                 return is_due;
             }
             let Some(next) = self.word.first(masked) else {
@@ -140,7 +133,6 @@ impl Semaphore {
             self.word.set_first(masked, next.link.get(masked));
             waiter = next;
         }
-        ready::wake(masked, waiter)
     }
 
     /// Takes a signal, unless `condition` holds; else puts `waiter` into the queue, the running task or a proxy waiter of
@@ -281,26 +273,17 @@ impl Semaphore {
         self.enter(task, own, Some(condition)) == WaitOutcome::Blocked && ready::dispatch(task)
     }
 
-    /// Takes `waiter` from the queue if it `may` be taken, and in the same critical section does `then`. Returns whether it was
-    /// in the queue, and was taken.
+    /// Takes `waiter` from the queue. Returns whether it was there.
     ///
     /// Linear in the number of waiting tasks, in steps.
-    pub(crate) fn expel(
-        &self,
-        context: &mut impl Context,
-        waiter: &'static ControlBlock,
-        may: impl Fn(&Masked) -> bool,
-        then: impl Fn(&Masked),
-    ) -> bool {
+    #[inline(never)]
+    pub(crate) fn expel(&self, task: &mut impl ThreadContext, waiter: &'static ControlBlock) -> bool {
         let mut cursor = Cursor::new();
         loop {
-            let step = context.mask(|masked| {
-                let step = if may(masked) { self.expel_step(masked, waiter, &mut cursor) } else { Some(false) };
+            let step = task.mask(|masked| {
+                let step = self.expel_step(masked, waiter, &mut cursor);
                 if step.is_some() {
                     traversal::end(masked);
-                }
-                if step == Some(true) {
-                    then(masked);
                 }
                 step
             });
@@ -341,47 +324,39 @@ impl Semaphore {
     }
 }
 
-/// Takes `task` from the queue that it waits in, if it does and `may` be taken, and then in the same critical section does
-/// `then`. Returns whether it was taken.
+/// Takes `task`, which was killed, from the queue that it waits in, if it does.
 ///
 /// Linear in the number of tasks that wait for the same, in steps.
-pub(crate) fn withdraw(
-    context: &mut impl Context,
-    task: &'static ControlBlock,
-    may: impl Fn(&Masked) -> bool,
-    then: impl Fn(&Masked),
-) -> bool {
+pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlBlock) {
     while let Some(semaphore) = awaited(context, task) {
-        if semaphore.expel(context, task, &may, &then) {
-            return true;
-        }
-        if !context.mask(&may) {
-            break;
-        }
+        semaphore.expel(context, task);
+        context.mask(|masked| task.link.set(masked, Link::PARKED));
     }
-    false
 }
 
-/// The semaphore that `task`, which is halted, waits for, if it does: what its queue ends with.
-fn awaited(context: &mut impl Context, task: &'static ControlBlock) -> Option<&'static Semaphore> {
+/// The semaphore that `task`, which was killed, waits for, if it does: what its queue ends with.
+fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Option<&'static Semaphore> {
     let mut cursor: Option<(&'static ControlBlock, Link)> = None;
     loop {
-        let (link, own) = context.mask(|masked| {
+        let found = context.mask(|masked| {
             // ISRs wake the first, so none behind `task` before that itself, which shows in its link.
             let own = task.link.get(masked);
-            match cursor {
-                Some((before, own_before)) if traversal::is_valid(masked) && own_before == own => {
-                    (before.link.get(masked), own)
-                }
+            let before = match cursor {
+                Some((before, own_before)) if traversal::is_valid(masked) && own_before == own => before,
                 _ => {
                     traversal::begin(masked);
-                    (own, own)
+                    task
                 }
-            }
+            };
+            let link = before.link.get(masked);
+            let Some(next) = link.task() else {
+                return Some(link.semaphore(masked, before));
+            };
+            cursor = Some((next, own));
+            None
         });
-        match link.task() {
-            Some(next) => cursor = Some((next, own)),
-            None => return link.semaphore(),
+        if let Some(semaphore) = found {
+            return semaphore;
         }
     }
 }
