@@ -151,7 +151,7 @@ impl TaskHandle {
     /// # Safety
     /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no value that is
     /// pinned there, and nothing that a device or an interrupt handler reads or writes. The kernel itself uses nothing there.
-    pub unsafe fn reuse(self, context: &mut impl ThreadContext) -> bool {
+    pub unsafe fn reuse(self, context: &mut impl Context) -> bool {
         context.mask(|masked| {
             let is_killed = self.control.has_flag(masked, Flag::Killed);
             if is_killed {

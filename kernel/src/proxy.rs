@@ -91,9 +91,9 @@ impl WaitSet {
     }
 
     /// `proxy` is given a signal, and has left its queue. Returns whether another task is the head now, or `None` if the
-    /// wait is over, as its time was up.
+    /// wait is over: its time was up, or the task was killed.
     pub(crate) fn signal(&self, masked: &Masked, proxy: &'static ControlBlock) -> Option<bool> {
-        if self.is_timed_out.get(masked) {
+        if self.is_timed_out.get(masked) || self.task.has_flag(masked, Flag::Killed) {
             proxy.link.set(masked, Link::NONE);
             return None;
         }

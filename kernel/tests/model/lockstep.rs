@@ -1,69 +1,42 @@
-//! Runs the kernel and the reference side by side: who runs and what each call returns must be the same at every step.
+//! Runs the kernel on the host and the reference side by side.
 
 use std::any::Any;
+use std::array;
 use std::cell::{Cell, RefCell, RefMut};
-use std::fmt;
 use std::panic::{self, AssertUnwindSafe};
+use std::ptr;
 use std::rc::Rc;
 
-use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, Never, Priority, Task, host};
+use kernel::{
+    Boot, Context, Interrupt, JobContext, JobTaken, Never, Priority, Semaphore, Stack, Task, TaskHandle, host,
+};
+use model::call::{Call, Outcome};
+use model::parcel::Parcel;
+use model::referee::{Complaint, Disagreement, Played, Referee, Script};
+use model::reference::{Reference, TaskId};
+use model::setup::Setup;
+use model::step::{Handler, Step, Strike};
+use model::world::{Belongings, TASKS, World, priority};
 
-use crate::call::{Call, Handler, Outcome, Setup, Step, Strike};
-use crate::jobs;
-use crate::reference::{Reference, TaskId};
-use crate::world::{Belongings, World};
-
-/// Says what happens.
-pub trait Script: 'static {
-    /// What happens next; `None` at the end.
-    fn next(&mut self, reference: &Reference) -> Option<Step>;
-
-    /// After the end, when the objects are empty and the tasks have left: whether they come back for more.
-    fn goes_on(&mut self) -> bool {
-        false
-    }
-}
-
-/// Who did what, in order; `None` while no task ran.
-type History = Vec<(Option<TaskId>, Step)>;
-
-/// The kernel did something else than the reference.
-pub struct Disagreement {
-    setup: Setup,
-    history: History,
-    what: String,
-}
-
-impl Disagreement {
-    /// What happened until then.
-    pub fn steps(&self) -> impl Iterator<Item = &Step> {
-        self.history.iter().map(|(_, step)| step)
-    }
-}
-
-impl fmt::Display for Disagreement {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "  {:?}", self.setup)?;
-        for (who, step) in &self.history {
-            match who {
-                Some(id) => writeln!(f, "  while task {id} runs: {step:?}")?,
-                None => writeln!(f, "  while none runs: {step:?}")?,
-            }
-        }
-        write!(f, "  {}", self.what)
-    }
-}
+use crate::jobs::{self, BODIES};
 
 /// Plays `script` on a kernel with the objects of `real` and on a reference with those of `supposed`, which should be the
-/// same. Gives the script back, and how many calls agreed.
-pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<u64, Box<Disagreement>>) {
-    let references = vec![Reference::new(supposed)];
-    let progress = Progress { references, script, is_over: false, history: Vec::new(), calls: 0 };
+/// same. Gives the script back, and what was played.
+pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<Played, Box<Disagreement>>) {
+    let arrangement = real.arrangement();
+    // The objects are the kernel's for ever, as statics are. So this is a few hundred bytes that stay.
+    Parcel::renew_pool();
+    let stacks: &'static [Stack<0>; TASKS] = Box::leak(Box::new([const { Stack::new() }; TASKS]));
+    let tasks: &'static [TaskHandle; TASKS] = Box::leak(Box::new(stacks.each_ref().map(Stack::task)));
+    let semaphores = Box::leak(Box::new(World::semaphores(&arrangement)));
     let lockstep = Rc::new(Lockstep {
-        world: World::new(real),
-        priorities: real.priorities.clone(),
+        world: Box::leak(Box::new(World::new(&arrangement, tasks, semaphores, BODIES))),
+        stacks,
+        returns: Box::leak(Box::new(array::from_fn(|_| Semaphore::new(0)))),
+        priorities: arrangement.priorities.map(priority),
+        observations: real.all_observations(),
         is_in_tick: Cell::new(false),
-        progress: RefCell::new(progress),
+        referee: RefCell::new(Referee::new(supposed, script)),
     });
     let start = |boot: &mut Boot| {
         for task in 0..real.started {
@@ -77,15 +50,8 @@ pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<
         move |job, context| working.job(job, context),
         || panic::catch_unwind(AssertUnwindSafe(run)),
     );
-    let Progress { script, history, calls, .. } =
-        Rc::into_inner(lockstep).expect("the tasks are dropped").progress.into_inner();
-    match played {
-        Ok(()) => (script, Ok(calls)),
-        Err(panic) => {
-            let setup = supposed.clone();
-            (script, Err(Box::new(Disagreement { setup, history, what: message(panic) })))
-        }
-    }
+    let referee = Rc::into_inner(lockstep).expect("the tasks are dropped").referee.into_inner();
+    referee.finish(played.map_err(message))
 }
 
 fn message(panic: Box<dyn Any + Send>) -> String {
@@ -95,12 +61,21 @@ fn message(panic: Box<dyn Any + Send>) -> String {
     }
 }
 
+/// What ends a run, as a panic.
+fn agreed<T>(result: Result<T, Complaint>) -> T {
+    result.unwrap_or_else(|complaint| panic::resume_unwind(Box::new(complaint)))
+}
+
 struct Lockstep<S> {
     world: &'static World,
-    priorities: Vec<Priority>,
+    stacks: &'static [Stack<0>; TASKS],
+    /// Where each task waits that has left.
+    returns: &'static [Semaphore; TASKS],
+    priorities: [Priority; TASKS],
+    observations: Vec<Call>,
     is_in_tick: Cell<bool>,
     /// Not borrowed while a task calls the kernel, which may run another.
-    progress: RefCell<Progress<S>>,
+    referee: RefCell<Referee<S>>,
 }
 
 /// How things may stand where an interrupt strikes.
@@ -111,33 +86,21 @@ fn ways_in_call(id: TaskId) -> Ways {
     Rc::new(move |reference| reference.struck_in_call(id))
 }
 
-struct Progress<S> {
-    /// One, unless an interrupt has struck inside of a call: until it shows which came first, all that may be.
-    references: Vec<Reference>,
-    script: S,
-    is_over: bool,
-    history: History,
-    calls: u64,
-}
-
 impl<S: Script> Lockstep<S> {
     /// Starts a task. Returns whether it was not started before.
     fn start(self: &Rc<Self>, context: &mut impl Context, id: TaskId) -> bool {
         let lockstep = Rc::clone(self);
         let run = move |task: &mut Task| lockstep.run(id, task);
-        self.world.tasks[id].start(context, self.priorities[id], run).is_ok()
+        self.stacks[id].start(context, self.priorities[id], run).is_ok()
     }
 
     /// A call before the kernel runs.
     fn boot(self: &Rc<Self>, boot: &mut Boot, call: Call) {
         let outcome = match call {
             Call::Start { task } => self.start(boot, task).into(),
-            _ => self.world.call_of_thread(boot, &mut Belongings::default(), call),
+            _ => self.world.call_of_boot(boot, call),
         };
-        self.progress().keep(|reference| match reference.call_of_boot(call) {
-            expected if expected == outcome => Ok(()),
-            expected => Err(format!("{call:?} returns {outcome:?} at the start, but should {expected:?}")),
-        });
+        agreed(self.referee().booted(call, outcome));
     }
 
     /// A task.
@@ -161,8 +124,8 @@ impl<S: Script> Lockstep<S> {
                 }
                 None => {
                     own = Belongings::default();
-                    self.progress().references.iter_mut().for_each(Reference::leave);
-                    self.world.returns[id].wait(task);
+                    self.referee().each(Reference::leave);
+                    self.returns[id].wait(task);
                 }
             }
         }
@@ -171,7 +134,7 @@ impl<S: Script> Lockstep<S> {
     /// A job, which begins as the call that waited for its signal returns.
     fn job(self: &Rc<Self>, job: usize, context: &mut JobContext) {
         host::cancel_arrival();
-        let id = self.world.running(context);
+        let id = self.running(context);
         self.returned(id, Outcome::Number(job as u16));
         let mut own = Belongings::default();
         loop {
@@ -179,13 +142,13 @@ impl<S: Script> Lockstep<S> {
             if call == Call::EndJob {
                 own.drop_messages();
                 if let Some(strike) = strike {
-                    host::arrive_later(strike.sections, self.strike(strike, ways_in_call(id)));
+                    host::arrive_later(strike.after, self.strike(strike, ways_in_call(id)));
                 }
                 return;
             }
             let outcome = self.called(id, strike, || match call {
                 Call::Start { task } => self.start(context, task).into(),
-                _ => self.world.call_of_thread(context, &mut own, call),
+                _ => self.world.call_of_job(context, &mut own, call),
             });
             self.returned(id, outcome);
         }
@@ -221,7 +184,7 @@ impl<S: Script> Lockstep<S> {
     /// Does what is struck, where things stand in one of the `ways`.
     fn struck<R>(self: &Rc<Self>, strike: Option<Strike>, ways: Ways, work: impl FnOnce() -> R) -> R {
         match strike {
-            Some(strike) => host::interrupted(strike.sections, self.strike(strike, ways), work),
+            Some(strike) => host::interrupted(strike.after, self.strike(strike, ways), work),
             None => work(),
         }
     }
@@ -230,10 +193,10 @@ impl<S: Script> Lockstep<S> {
     fn strike(self: &Rc<Self>, strike: Strike, ways: Ways) -> Box<dyn FnOnce(&mut Interrupt)> {
         let lockstep = Rc::clone(self);
         Box::new(move |interrupt| {
-            lockstep.progress().branch(&*ways);
+            agreed(lockstep.referee().branch(&*ways));
             lockstep.handle(interrupt, &strike.handler);
             if let Some(then) = strike.then {
-                host::arrive_later(then.sections, lockstep.strike(*then, ways));
+                host::arrive_later(then.after, lockstep.strike(*then, ways));
             }
         })
     }
@@ -246,13 +209,13 @@ impl<S: Script> Lockstep<S> {
             Some(Step::Silence(ticks)) => {
                 for _ in 0..ticks {
                     self.handle(interrupt, &Handler::Tick(None));
-                    if self.progress().references.iter().any(|reference| reference.running().is_some()) {
+                    if self.referee().may_run() {
                         break;
                     }
                 }
             }
             None => {
-                self.handle(interrupt, &Handler::Calls(self.world.all_observations()));
+                self.handle(interrupt, &Handler::Calls(self.observations.clone()));
                 return self.goes_on(interrupt);
             }
         }
@@ -261,41 +224,21 @@ impl<S: Script> Lockstep<S> {
 
     /// Lets the tasks come back, if the script has more for them.
     fn goes_on(&self, interrupt: &mut Interrupt) -> bool {
-        let mut progress = self.progress();
-        if !progress.script.goes_on() {
-            return false;
+        let comes_back = agreed(self.referee().comes_back());
+        if comes_back {
+            self.returns.iter().for_each(|task| task.post(interrupt));
         }
-        progress.keep(|reference| reference.is_deserted().then_some(()).ok_or("a task has not left".into()));
-        progress.references.iter_mut().for_each(Reference::come_back);
-        progress.is_over = false;
-        progress.history.clear();
-        self.world.returns.iter().for_each(|task| task.post(interrupt));
-        true
+        comes_back
     }
 
     /// The next step of the one who runs.
     fn next(&self, who: Option<TaskId>) -> Option<Step> {
-        let mut progress = self.progress();
-        progress.expect_running(who);
-        let step = progress.step(who);
-        if let Some(step) = &step {
-            progress.history.push((who, step.clone()));
-        }
-        if let Some(Step::Call(call, _)) = step {
-            progress.references.iter_mut().for_each(|reference| reference.call(call));
-        }
-        step
+        agreed(self.referee().next(who))
     }
 
     /// A task's call has returned.
     fn returned(&self, id: TaskId, outcome: Outcome) {
-        let mut progress = self.progress();
-        progress.calls += 1;
-        progress.expect_running(Some(id));
-        progress.keep(|reference| match reference.returned() {
-            Some(expected) if expected == outcome => Ok(()),
-            expected => Err(format!("task {id} is told {outcome:?}, but it should be {expected:?}")),
-        });
+        agreed(self.referee().returned(id, outcome));
     }
 
     /// The handler of an interrupt.
@@ -306,80 +249,30 @@ impl<S: Script> Lockstep<S> {
         };
         let call = |&call| match call {
             Call::Start { task } => self.start(interrupt, task).into(),
-            _ => self.world.call(interrupt, &mut Belongings::default(), call),
+            _ => self.world.call_of_interrupt(interrupt, call),
         };
         let outcomes: Vec<_> = calls.iter().map(call).collect();
-        let mut progress = self.progress();
-        progress.calls += outcomes.len() as u64;
-        progress.keep(|reference| match reference.interrupt(calls) {
-            expected if expected == outcomes => Ok(()),
-            expected => Err(format!("the handler is told {outcomes:?}, but it should be {expected:?}")),
-        });
+        agreed(self.referee().handled(calls, &outcomes));
     }
 
     /// The handler of a tick. One inside of another only counts: what is due then is left to the other.
     fn tick(self: &Rc<Self>, interrupt: &mut Interrupt, strike: Option<Strike>) {
         let is_inside = self.is_in_tick.replace(true);
-        self.progress().references.iter_mut().for_each(Reference::pass);
+        self.referee().each(Reference::pass);
         self.struck(strike, Rc::new(Reference::struck_at_tick), || host::tick(interrupt));
         if !is_inside {
-            self.progress().references.iter_mut().for_each(Reference::fire);
+            self.referee().each(Reference::fire);
         }
         self.is_in_tick.set(is_inside);
     }
 
-    fn progress(&self) -> RefMut<'_, Progress<S>> {
-        self.progress.borrow_mut()
-    }
-}
-
-impl<S: Script> Progress<S> {
-    /// What the script says, and after its end, what is left to do.
-    fn step(&mut self, who: Option<TaskId>) -> Option<Step> {
-        let reference = &self.references[0];
-        let step = if self.is_over { None } else { self.script.next(reference) };
-        self.is_over = step.is_none();
-        step.or_else(|| match who {
-            Some(_) => reference.way_out().map(|call| Step::Call(call, None)),
-            None => reference.leftover(),
-        })
+    fn running(&self, context: &mut impl Context) -> TaskId {
+        let address = context.mask(kernel::running);
+        let is_running = |stack: &Stack<0>| ptr::from_ref(stack).addr() == address;
+        self.stacks.iter().position(is_running).expect("a task runs")
     }
 
-    fn expect_running(&mut self, who: Option<TaskId>) {
-        self.references.iter_mut().for_each(Reference::settle);
-        self.keep(|reference| match reference.running() {
-            expected if expected == who => Ok(()),
-            expected => Err(format!("{} runs, but {} should", name(who), name(expected))),
-        });
+    fn referee(&self) -> RefMut<'_, Referee<S>> {
+        self.referee.borrow_mut()
     }
-
-    /// An interrupt is about to strike, where things may stand in any of the `ways`.
-    fn branch(&mut self, ways: &dyn Fn(&Reference) -> Vec<Reference>) {
-        self.references = self.references.iter().flat_map(ways).collect();
-        if self.references.is_empty() {
-            panic::resume_unwind(Box::new("another task should be struck".to_string()));
-        }
-    }
-
-    /// Keeps the references that agree with the kernel. If none does, it ends the run, without a word yet.
-    fn keep(&mut self, mut agrees: impl FnMut(&mut Reference) -> Result<(), String>) {
-        let mut complaint = String::new();
-        self.references.retain_mut(|reference| agrees(reference).map_err(|why| complaint = why).is_ok());
-        if self.references.is_empty() {
-            panic::resume_unwind(Box::new(complaint));
-        }
-        if self.references.len() > 1 {
-            let mut distinct = Vec::new();
-            for reference in self.references.drain(..) {
-                if !distinct.contains(&reference) {
-                    distinct.push(reference);
-                }
-            }
-            self.references = distinct;
-        }
-    }
-}
-
-fn name(who: Option<TaskId>) -> String {
-    who.map_or("none".into(), |id| format!("task {id}"))
 }

@@ -8,27 +8,21 @@
 //! | `MODEL_DEPTH` | how many steps each sequence has, 5 if not set |
 //! | `MODEL_STRUCK_DEPTH` | the same where an interrupt strikes inside of a call, 3 if not set |
 
-#![expect(clippy::unit_arg, reason = "a call that returns nothing has an outcome, too")]
-
-mod call;
-mod exhaustive;
 mod jobs;
 mod lockstep;
-mod random;
-mod reference;
-mod shorten;
-mod systems;
-mod world;
 
 use std::env;
 
 use kernel::Priority::{self, P2, P3, P4};
+use model::exhaustive::Exhaustive;
+use model::random::{Random, sections};
+use model::referee::Disagreement;
+use model::setup::Setup;
+use model::shorten::shorten;
+use model::systems::{self, System};
+use model::world::TASKS;
 
-use call::Setup;
-use exhaustive::Exhaustive;
-use lockstep::{Disagreement, play};
-use random::Random;
-use systems::System;
+use lockstep::play;
 
 /// Steps of a script drawn by lot.
 const STEPS: usize = 300;
@@ -44,12 +38,14 @@ fn setting(name: &str, otherwise: u64) -> u64 {
 /// Draws a setup and a script by lot and plays it, on a kernel altered by `alter`. Returns how many calls agreed.
 fn play_seed(seed: u64, alter: impl Fn(&mut Setup)) -> Result<u64, Box<Disagreement>> {
     let mut rng = fastrand::Rng::with_seed(seed);
-    let supposed = Setup::random(&mut rng);
+    let supposed = Setup::random(&mut rng, TASKS);
     let mut real = supposed.clone();
     alter(&mut real);
-    let script = Random::new(rng, supposed.clone(), STEPS);
+    let script = Random::new(rng, supposed.clone(), STEPS, sections);
     let (_, played) = play(&real, &supposed, script);
-    played.map_err(|disagreement| shorten::shorten(&real, &supposed, disagreement))
+    played
+        .map(|played| played.calls)
+        .map_err(|disagreement| shorten(disagreement, |replay| play(&real, &supposed, replay).1))
 }
 
 #[test]
@@ -86,7 +82,7 @@ fn play_all(
         let mut calls = 0;
         loop {
             let (played, result) = play(&system.setup, &system.setup, script);
-            calls += result.unwrap_or_else(|disagreement| panic!("{disagreement}"));
+            calls += result.unwrap_or_else(|disagreement| panic!("{disagreement}")).calls;
             script = played;
             if !script.wants_another_run() {
                 break;

@@ -2,7 +2,8 @@
 
 use kernel::Priority;
 
-use crate::call::{Call, Setup};
+use crate::call::Call;
+use crate::setup::Setup;
 
 /// A system and what can happen in it.
 pub struct System {

@@ -75,6 +75,18 @@ impl Reference {
         self.tasks[id].activity = Activity::Returning(Outcome::Byte(message));
     }
 
+    /// Drops one of the messages that the task has. Returns whether it had any.
+    pub(super) fn drop_message(&mut self, id: TaskId) -> bool {
+        let task = &mut self.tasks[id];
+        let has_any = task.made.take().is_some()
+            || task.received > 0 && {
+                task.received -= 1;
+                true
+            };
+        self.pool.used -= usize::from(has_any);
+        has_any
+    }
+
     pub(super) fn drop_messages(&mut self, id: TaskId) -> Outcome {
         let task = &mut self.tasks[id];
         self.pool.used -= usize::from(task.made.take().is_some()) + mem::take(&mut task.received);

@@ -1,78 +1,103 @@
 //! The kernel's own objects, and the calls made on them.
 
-use std::cell::Cell;
-use std::ptr;
+use core::array;
 
 use kernel::{
-    Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Job, JobTaken, Message, Mutex, Never, Period, Pipe,
-    Pool, Pooled, Queue, Semaphore, Slot, Stack, Task, ThreadContext, Timer, now,
+    Boot, Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Interrupt, Job, JobContext, JobTaken, Message,
+    Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, ThreadContext, Timer,
+    now,
 };
+use serde::{Deserialize, Serialize};
 
-use crate::call::{BUFFERS, Call, FIFO_BYTES, JOBS, Outcome, PIPE_BYTES, Setup};
-use crate::jobs::BODIES;
+use crate::call::{BUFFERS, Call, FIFO_BYTES, JOBS, Outcome, PIPE_BYTES};
+use crate::parcel::Parcel;
 
-pub struct Parcel(u8);
+/// Tasks of a world, at most; an MCU with little RAM has fewer.
+pub const TASKS: usize = 6;
+pub const SEMAPHORES: usize = 3;
+pub const MUTEXES: usize = 2;
+pub const QUEUES: usize = 2;
+pub const TIMERS: usize = 3;
+pub const JOBS_IN_ALL: usize = 4;
 
-std::thread_local! {
-    /// Each world has a pool of its own.
-    static POOL: Cell<Option<&'static Pool<Parcel>>> = const { Cell::new(None) };
-}
-
-impl Pooled for Parcel {
-    fn pool() -> &'static Pool<Self> {
-        POOL.get().expect("a world was made")
-    }
+/// The objects with their beginnings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Arrangement {
+    /// Of each task.
+    pub priorities: [u8; TASKS],
+    /// So many tasks are started before the kernel runs.
+    pub started: u8,
+    /// The signals in store.
+    pub semaphores: [u8; SEMAPHORES],
+    /// Of each mutex, a priority.
+    pub ceilings: [u8; MUTEXES],
+    /// Of each queue.
+    pub rooms: [u8; QUEUES],
+    /// The semaphore of each job.
+    pub jobs: [u8; JOBS_IN_ALL],
 }
 
 pub struct World {
-    pub tasks: Vec<Stack<0>>,
-    pub mutexes: Vec<Mutex<u8>>,
-    /// Where each task waits that has left.
-    pub returns: Vec<Semaphore>,
-    semaphores: &'static [Semaphore],
-    jobs: Vec<Job>,
+    pub mutexes: [Mutex<u8>; MUTEXES],
+    tasks: &'static [TaskHandle],
+    semaphores: &'static [Semaphore; SEMAPHORES],
+    jobs: [Job; JOBS_IN_ALL],
     flags: EventFlags,
-    queues: Vec<Queue<Parcel>>,
+    queues: [Queue<Parcel>; QUEUES],
     fifo: Fifo<FIFO_BYTES>,
     pipe: Pipe<PIPE_BYTES>,
-    timers: Vec<Timer>,
+    timers: [Timer; TIMERS],
 }
 
 /// What a task keeps from call to call.
 #[derive(Default)]
 pub struct Belongings {
     made: Option<Message<Parcel>>,
-    received: Vec<Message<Parcel>>,
+    received: [Option<Message<Parcel>>; BUFFERS],
     period: Option<Period>,
 }
 
+/// The priority of this number, 0 to 7.
+pub fn priority(number: u8) -> Priority {
+    use Priority::*;
+    match number {
+        0 => P0,
+        1 => P1,
+        2 => P2,
+        3 => P3,
+        4 => P4,
+        5 => P5,
+        6 => P6,
+        _ => P7,
+    }
+}
+
 impl World {
-    /// The objects are the kernel's for ever, as statics are. So this is a few hundred bytes that stay.
-    pub fn new(setup: &Setup) -> &'static Self {
-        let buffers: &[Slot<Parcel>] = Box::leak(Box::new([const { Slot::new() }; BUFFERS]));
-        POOL.set(Some(Box::leak(Box::new(Pool::new(buffers)))));
-        let semaphores: &[Semaphore] =
-            setup.semaphores.iter().map(|&signals| Semaphore::new(signals)).collect::<Vec<_>>().leak();
-        let jobs = setup.jobs.iter().zip(BODIES);
-        Box::leak(Box::new(World {
-            tasks: setup.priorities.iter().map(|_| Stack::new()).collect(),
-            mutexes: setup.ceilings.iter().map(|&ceiling| Mutex::new(ceiling, 0)).collect(),
-            returns: setup.priorities.iter().map(|_| Semaphore::new(0)).collect(),
-            semaphores,
-            jobs: jobs.map(|(&semaphore, body)| Job::new(&semaphores[semaphore], body)).collect(),
-            flags: EventFlags::new(),
-            queues: setup.rooms.iter().map(|&room| Queue::new(room)).collect(),
-            fifo: Fifo::new(),
-            pipe: Pipe::new(),
-            timers: (0..setup.timers).map(|_| Timer::new()).collect(),
-        }))
+    /// The semaphores of a world, which its jobs refer to.
+    pub fn semaphores(arrangement: &Arrangement) -> [Semaphore; SEMAPHORES] {
+        arrangement.semaphores.map(Semaphore::new)
     }
 
-    /// The running task.
-    pub fn running(&self, context: &mut impl Context) -> usize {
-        let address = context.mask(kernel::running);
-        let is_running = |stack: &Stack<0>| ptr::from_ref(stack).addr() == address;
-        self.tasks.iter().position(is_running).expect("a task runs")
+    /// The other objects. Job `n` does `bodies[n]`.
+    pub fn new(
+        arrangement: &Arrangement,
+        tasks: &'static [TaskHandle],
+        semaphores: &'static [Semaphore; SEMAPHORES],
+        bodies: [fn(&mut JobContext); JOBS_IN_ALL],
+    ) -> Self {
+        World {
+            mutexes: arrangement.ceilings.map(|ceiling| Mutex::new(priority(ceiling), 0)),
+            tasks,
+            semaphores,
+            jobs: array::from_fn(|job| {
+                Job::new(&semaphores[usize::from(arrangement.jobs[job])], bodies[job])
+            }),
+            flags: EventFlags::new(),
+            queues: arrangement.rooms.map(Queue::new),
+            fifo: Fifo::new(),
+            pipe: Pipe::new(),
+            timers: array::from_fn(|_| Timer::new()),
+        }
     }
 
     /// Only returns if one of the jobs is taken.
@@ -82,6 +107,7 @@ impl World {
 
     /// A task's call. `Lock` and `Unlock` are not among them: they are the two ends of a guard's life;
     /// nor are `RunJobs`, `EndJob` and `Exit`, which may not return.
+    #[inline(never)]
     pub fn call_of_task(&'static self, task: &mut Task, own: &mut Belongings, call: Call) -> Outcome {
         match call {
             Call::Wait { semaphore } => self.semaphores[semaphore].wait(task).into(),
@@ -122,8 +148,26 @@ impl World {
         }
     }
 
-    /// A call of a task, of a job, or before there are any.
-    pub fn call_of_thread(
+    /// A call of a job.
+    #[inline(never)]
+    pub fn call_of_job(&'static self, job: &mut JobContext, own: &mut Belongings, call: Call) -> Outcome {
+        self.call_of_thread(job, own, call)
+    }
+
+    /// A call before there are tasks, which drops at once what it receives.
+    #[inline(never)]
+    pub fn call_of_boot(&'static self, boot: &mut Boot, call: Call) -> Outcome {
+        self.call_of_thread(boot, &mut Belongings::default(), call)
+    }
+
+    /// A call of a handler, which drops at once what it receives.
+    #[inline(never)]
+    pub fn call_of_interrupt(&'static self, interrupt: &mut Interrupt, call: Call) -> Outcome {
+        self.call_of_any(interrupt, &mut Belongings::default(), call)
+    }
+
+    /// What a task, a job and who starts the tasks do alike.
+    fn call_of_thread(
         &'static self,
         context: &mut impl ThreadContext,
         own: &mut Belongings,
@@ -152,23 +196,21 @@ impl World {
                 self.timers[timer].start(context, ticks, &self.semaphores[semaphore]).into()
             }
             Call::CancelTimer { timer } => self.timers[timer].cancel(context).into(),
-            Call::Suspend { task } => self.tasks[task].task().suspend(context).into(),
-            Call::SetPriority { task, priority } => {
-                self.tasks[task].task().set_priority(context, priority).into()
-            }
-            Call::State { task } => Outcome::State(self.tasks[task].task().state(context)),
-            Call::Kill { task } => self.tasks[task].task().kill(context).into(),
-            _ => self.call(context, own, call),
+            Call::Suspend { task } => self.tasks[task].suspend(context).into(),
+            Call::SetPriority { task, priority } => self.tasks[task].set_priority(context, priority).into(),
+            Call::State { task } => Outcome::State(self.tasks[task].state(context)),
+            Call::Kill { task } => self.tasks[task].kill(context).into(),
+            _ => self.call_of_any(context, own, call),
         }
     }
 
     /// Anybody's call.
-    pub fn call(&'static self, context: &mut impl Context, own: &mut Belongings, call: Call) -> Outcome {
+    fn call_of_any(&'static self, context: &mut impl Context, own: &mut Belongings, call: Call) -> Outcome {
         match call {
             Call::Post { semaphore } => self.semaphores[semaphore].post(context).into(),
             Call::TryWait { semaphore } => self.semaphores[semaphore].try_wait(context).into(),
-            Call::Resume { task } => self.tasks[task].task().resume(context).into(),
-            Call::Priority { task } => Outcome::Priority(self.tasks[task].task().priority(context)),
+            Call::Resume { task } => self.tasks[task].resume(context).into(),
+            Call::Priority { task } => Outcome::Priority(self.tasks[task].priority(context)),
             Call::SetFlags(flags) => self.flags.set(context, flags).into(),
             Call::TakeFlags(flags) => self.flags.take(context, flags).into(),
             Call::Send { queue, value } => match Message::new(context, Parcel(value)) {
@@ -198,40 +240,23 @@ impl World {
             Call::PipeOverruns => self.pipe.overruns(context).into(),
             Call::TimerIsRunning { timer } => self.timers[timer].is_running(context).into(),
             Call::Now => now(context).into(),
-            _ => unreachable!("not everybody can make {call:?}"),
+            _ => unreachable!("not everybody can make this call"),
         }
-    }
-
-    /// A call for everything that an interrupt can find out.
-    pub fn all_observations(&self) -> Vec<Call> {
-        let semaphores = (0..self.semaphores.len()).map(|semaphore| Call::TryWait { semaphore });
-        let queues =
-            (0..self.queues.len()).flat_map(|queue| [Call::TryReceive { queue }, Call::Refused { queue }]);
-        let tasks = (0..self.tasks.len()).map(|task| Call::Priority { task });
-        let timers = (0..self.timers.len()).map(|timer| Call::TimerIsRunning { timer });
-        let others = [
-            Call::TakeFlags(0xff),
-            Call::FifoTake,
-            Call::FifoOverruns,
-            Call::PipeTryTake,
-            Call::PipeOverruns,
-            Call::PoolMostUsed,
-            Call::PoolExhausted,
-            Call::Now,
-        ];
-        semaphores.chain(queues).chain(tasks).chain(timers).chain(others).collect()
     }
 }
 
 impl Belongings {
     pub fn drop_messages(&mut self) {
         self.made = None;
-        self.received.clear();
+        self.received.iter_mut().for_each(|received| drop(received.take()));
     }
 
     fn keep(&mut self, message: Option<Message<Parcel>>) -> Outcome {
         let value = message.as_ref().map(|message| message.0);
-        self.received.extend(message);
+        // There is a place for each buffer of the pool.
+        if let Some(place) = self.received.iter_mut().find(|place| place.is_none()) {
+            *place = message;
+        }
         value.into()
     }
 }

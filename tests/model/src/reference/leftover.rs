@@ -1,7 +1,8 @@
 //! What shows the state in the end: steps that empty every object and end every wait.
 
 use super::{Activity, Queue, Reference, Waiter};
-use crate::call::{BUFFERS, Call, Handler, Object, Step};
+use crate::call::{BUFFERS, Call, Object};
+use crate::step::{Handler, Step};
 
 impl Reference {
     /// The next such step, while no task runs.

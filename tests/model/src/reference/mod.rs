@@ -12,7 +12,8 @@ use std::collections::VecDeque;
 
 use kernel::{Priority, Ticks};
 
-use crate::call::{Call, Object, Outcome, Setup};
+use crate::call::{Call, Object, Outcome};
+use crate::setup::Setup;
 use bytes::{Fifo, Motion, Pipe};
 use several::{Group, Stage};
 

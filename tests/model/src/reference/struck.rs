@@ -39,6 +39,16 @@ impl Reference {
         ways
     }
 
+    /// All ways in which things may stand while the kernel itself runs, on its way to the next task.
+    pub fn struck_in_kernel(&self) -> Vec<Reference> {
+        let mut way = self.clone();
+        let mut ways = vec![way.clone()];
+        while way.settle_first() {
+            ways.push(way.clone());
+        }
+        ways
+    }
+
     /// All ways in which things may stand inside of a tick: what is due happens one after the other. A timer is not running
     /// any more before its signal is posted.
     pub fn struck_at_tick(&self) -> Vec<Reference> {
@@ -85,6 +95,8 @@ impl Reference {
                 way.tasks[id].activity = Activity::Receiving { queue };
                 vec![way]
             }
+            // Messages are dropped one by one.
+            Call::DropMessages => iter::from_fn(|| way.drop_message(id).then(|| way.clone())).collect(),
             Call::SetPriority { task, priority } if way.begin_to_set_priority(id, task, priority) => {
                 vec![way]
             }

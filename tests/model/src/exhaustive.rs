@@ -2,9 +2,10 @@
 
 use std::iter;
 
-use crate::call::{Call, Handler, Step, Strike};
-use crate::lockstep::Script;
+use crate::call::Call;
+use crate::referee::Script;
 use crate::reference::Reference;
+use crate::step::{Handler, Step, Strike};
 use crate::systems::System;
 
 /// All scripts of so many steps. They are told apart by which of the possible steps they take each time, and they come in
@@ -114,6 +115,6 @@ fn handlers(system: &System) -> impl Iterator<Item = Handler> {
 /// `call` with no strike, or one of every kind.
 fn struck(system: &System, call: Call) -> impl Iterator<Item = Step> {
     let strikes = (1..=sections(call))
-        .flat_map(|sections| handlers(system).map(move |handler| Strike { sections, handler, then: None }));
+        .flat_map(|after| handlers(system).map(move |handler| Strike { after, handler, then: None }));
     iter::once(None).chain(strikes.map(Some)).map(move |strike| Step::Call(call, strike))
 }

@@ -1,26 +1,9 @@
 //! What tasks and interrupts do, as values: the kernel and the reference both act on them.
 
 use kernel::{Elapsed, Priority, Refused, TaskState, Ticks};
+use serde::{Deserialize, Serialize};
 
-/// The objects of a run.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// A task for each.
-    pub priorities: Vec<Priority>,
-    /// So many of them are started before the kernel runs.
-    pub started: usize,
-    /// A semaphore for each, with so many signals in store.
-    pub semaphores: Vec<u8>,
-    /// A mutex for each, with this ceiling.
-    pub ceilings: Vec<Priority>,
-    /// A queue for each, with so much room.
-    pub rooms: Vec<u8>,
-    pub timers: usize,
-    /// A job for each, for the signals of this semaphore.
-    pub jobs: Vec<usize>,
-    /// What is called once these tasks are started, before the kernel runs.
-    pub boot: Vec<Call>,
-}
+use crate::wire::{WirePriority, WireRefused, WireTaskState};
 
 /// Semaphores that a task waits for at once.
 pub const SEVERAL: usize = 3;
@@ -38,7 +21,8 @@ pub const FIFO_BYTES: usize = 3;
 pub const PIPE_BYTES: usize = 2;
 
 /// A kernel call; the objects by their index in the setup.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Call {
     /// Starts a task. Returns whether it was not started before.
     Start {
@@ -53,6 +37,7 @@ pub enum Call {
     },
     SetPriority {
         task: usize,
+        #[serde(with = "WirePriority")]
         priority: Priority,
     },
     State {
@@ -217,7 +202,8 @@ impl Call {
 }
 
 /// What a call returns.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Outcome {
     Nothing,
     Truth(bool),
@@ -226,9 +212,9 @@ pub enum Outcome {
     Elapsed,
     Full,
     Exhausted,
-    Refused(Refused),
-    State(TaskState),
-    Priority(Priority),
+    Refused(#[serde(with = "WireRefused")] Refused),
+    State(#[serde(with = "WireTaskState")] TaskState),
+    Priority(#[serde(with = "WirePriority")] Priority),
     JobTaken,
 }
 
@@ -272,32 +258,4 @@ impl From<Result<(), Refused>> for Outcome {
     fn from(result: Result<(), Refused>) -> Self {
         result.map_or_else(Outcome::Refused, Outcome::from)
     }
-}
-
-/// What an interrupt does.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Handler {
-    Calls(Vec<Call>),
-    /// A tick of the clock, and what strikes inside of it.
-    Tick(Option<Box<Strike>>),
-}
-
-/// An interrupt that comes inside of a task's call or of a tick, at the end of a masked section.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Strike {
-    /// So many sections from the beginning, or from the strike before.
-    pub sections: usize,
-    pub handler: Handler,
-    pub then: Option<Box<Strike>>,
-}
-
-/// What happens next, between two calls of the running task or while none runs.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Step {
-    /// The running task calls.
-    Call(Call, Option<Strike>),
-    /// An interrupt comes.
-    Interrupt(Handler),
-    /// While no task runs: so many ticks, or until one does.
-    Silence(u16),
 }

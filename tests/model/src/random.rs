@@ -5,37 +5,58 @@ use std::{array, iter};
 use fastrand::Rng;
 use kernel::{LONGEST, Priority, Ticks};
 
-use crate::call::{Call, Handler, Setup, Step, Strike};
-use crate::jobs::BODIES;
-use crate::lockstep::Script;
+use crate::call::Call;
+use crate::referee::Script;
 use crate::reference::Reference;
+use crate::setup::Setup;
+use crate::step::{Handler, Step, Strike};
+use crate::world::{JOBS_IN_ALL, MUTEXES, QUEUES, SEMAPHORES, TIMERS};
 
 use Priority::{P0, P1, P2, P3, P4, P5, P6, P7};
 
 const PRIORITIES: [Priority; 8] = [P0, P1, P2, P3, P4, P5, P6, P7];
 
 impl Setup {
-    /// Up to six tasks, many of them equals, and few objects, so that tasks meet there.
-    pub fn random(rng: &mut Rng) -> Self {
+    /// Up to so many tasks, many of them equals, and few objects, so that tasks meet there.
+    pub fn random(rng: &mut Rng, tasks: usize) -> Self {
         let highest = rng.usize(0..PRIORITIES.len());
         let lowest = rng.usize(highest..PRIORITIES.len());
-        let priorities = several(rng, 1, 6, |rng| PRIORITIES[rng.usize(highest..=lowest)]);
-        let semaphores = several(rng, 1, 3, |rng| *one_of(rng, &[0, 0, 1, 254]));
+        let priorities = several(rng, 1, tasks, |rng| PRIORITIES[rng.usize(highest..=lowest)]);
+        let semaphores = several(rng, 1, SEMAPHORES, |rng| match rng.u8(..32) {
+            0 => 254,
+            few => few % 2,
+        });
         let setup = Setup {
             started: rng.usize(1..=priorities.len()),
-            jobs: several(rng, 2, BODIES.len(), |rng| rng.usize(..semaphores.len())),
+            jobs: several(rng, 2, JOBS_IN_ALL, |rng| rng.usize(..semaphores.len())),
             priorities,
             semaphores,
             // Some lower than tasks that lock it.
-            ceilings: several(rng, 1, 2, |rng| PRIORITIES[rng.usize(highest.saturating_sub(1)..=lowest)]),
-            rooms: several(rng, 1, 2, |rng| rng.u8(0..4)),
-            timers: rng.usize(1..=3),
+            ceilings: several(rng, 1, MUTEXES, |rng| {
+                PRIORITIES[rng.usize(highest.saturating_sub(1)..=lowest)]
+            }),
+            rooms: several(rng, 1, QUEUES, |rng| rng.u8(0..4)),
+            timers: rng.usize(1..=TIMERS),
             boot: Vec::new(),
         };
         let most = *one_of(rng, &[0, 4]);
-        let mut calls = Random::new(rng.fork(), setup.clone(), 0);
+        let mut calls = Random::new(rng.fork(), setup.clone(), 0, sections);
         Setup { boot: several(rng, 0, most, |_| calls.call_of_thread()), ..setup }
     }
+}
+
+/// Draws how far into a call an interrupt comes, in the unit of [`Strike::after`].
+pub type Reach = fn(&mut Rng) -> usize;
+
+/// Masked sections of most calls.
+pub fn sections(rng: &mut Rng) -> usize {
+    rng.usize(1..10)
+}
+
+/// Cycles of most calls; the nearer the more often.
+pub fn cycles(rng: &mut Rng) -> usize {
+    let most = 1000 >> rng.u8(..4);
+    rng.usize(..most)
 }
 
 /// A number of steps drawn by lot. Each script does without some calls, so that others meet more often.
@@ -47,12 +68,13 @@ pub struct Random {
     of_any: u32,
     setup: Setup,
     left: usize,
+    reach: Reach,
 }
 
 impl Random {
-    pub fn new(mut rng: Rng, setup: Setup, steps: usize) -> Self {
+    pub fn new(mut rng: Rng, setup: Setup, steps: usize, reach: Reach) -> Self {
         let [of_task, of_thread, of_any] = array::from_fn(|_| rng.u32(..));
-        Random { rng, of_task, of_thread, of_any, setup, left: steps }
+        Random { rng, of_task, of_thread, of_any, setup, left: steps, reach }
     }
 
     /// What the running task does next.
@@ -166,7 +188,7 @@ impl Random {
 
     /// Mostly so few that deadlines meet.
     fn ticks(&mut self) -> Ticks {
-        match self.rng.u16(..200) {
+        match self.rng.u16(..2000) {
             0 => LONGEST,
             1 => LONGEST + 1,
             2 => self.rng.u16(..),
@@ -174,7 +196,8 @@ impl Random {
         }
     }
 
-    fn handler(&mut self) -> Handler {
+    /// What an interrupt does.
+    pub fn handler(&mut self) -> Handler {
         if self.rng.u8(..4) == 0 {
             return self.tick();
         }
@@ -187,7 +210,7 @@ impl Random {
         if self.rng.bool() {
             return Handler::Tick(None);
         }
-        let strike = self.strike(6);
+        let strike = self.strike();
         Handler::Tick(Some(Box::new(strike)))
     }
 
@@ -197,16 +220,16 @@ impl Random {
         if matches!(call, Call::Send { .. }) || self.rng.bool() {
             return None;
         }
-        Some(self.strike(10))
+        Some(self.strike())
     }
 
     /// Every third is followed by another.
-    fn strike(&mut self, sections: usize) -> Strike {
+    fn strike(&mut self) -> Strike {
         let then = self.rng.u8(..3) == 0;
         Strike {
-            sections: self.rng.usize(1..sections),
+            after: (self.reach)(&mut self.rng),
             handler: self.handler(),
-            then: then.then(|| Box::new(self.strike(6))),
+            then: then.then(|| Box::new(self.strike())),
         }
     }
 }

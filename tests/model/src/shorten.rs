@@ -2,12 +2,18 @@
 
 use std::{iter, vec};
 
-use crate::call::{Handler, Setup, Step, Strike};
-use crate::lockstep::{Disagreement, Script, play};
+use crate::referee::{Disagreement, Played, Script};
 use crate::reference::Reference;
+use crate::step::{Handler, Step, Strike};
 
-/// The steps of another script, as far as they are possible where they come.
-struct Replay(vec::IntoIter<Step>);
+/// The steps of a script, as far as they are possible where they come.
+pub struct Replay(vec::IntoIter<Step>);
+
+impl Replay {
+    pub fn new(steps: Vec<Step>) -> Self {
+        Replay(steps.into_iter())
+    }
+}
 
 impl Script for Replay {
     fn next(&mut self, reference: &Reference) -> Option<Step> {
@@ -19,9 +25,13 @@ impl Script for Replay {
     }
 }
 
-/// Leaves out steps and parts of steps, as long as something disagrees without them.
-pub fn shorten(real: &Setup, supposed: &Setup, disagreement: Box<Disagreement>) -> Box<Disagreement> {
-    let mut shortest = Shortest { real, supposed, disagreement };
+/// Leaves out steps and parts of steps, as long as something disagrees without them: `play` plays what
+/// remains.
+pub fn shorten(
+    disagreement: Box<Disagreement>,
+    play: impl FnMut(Replay) -> Result<Played, Box<Disagreement>>,
+) -> Box<Disagreement> {
+    let mut shortest = Shortest { play, disagreement };
     loop {
         let size = size(shortest.disagreement.steps());
         shortest.leave_out_steps();
@@ -33,20 +43,19 @@ pub fn shorten(real: &Setup, supposed: &Setup, disagreement: Box<Disagreement>) 
 }
 
 /// The shortest script so far.
-struct Shortest<'a> {
-    real: &'a Setup,
-    supposed: &'a Setup,
+struct Shortest<P> {
+    play: P,
     disagreement: Box<Disagreement>,
 }
 
-impl Shortest<'_> {
+impl<P: FnMut(Replay) -> Result<Played, Box<Disagreement>>> Shortest<P> {
     fn steps(&self) -> Vec<Step> {
         self.disagreement.steps().cloned().collect()
     }
 
     /// Whether `steps` disagree too, and so are the shortest now.
     fn becomes(&mut self, steps: Vec<Step>) -> bool {
-        match play(self.real, self.supposed, Replay(steps.into_iter())).1 {
+        match (self.play)(Replay::new(steps)) {
             Err(other) if size(other.steps()) < size(self.disagreement.steps()) => {
                 self.disagreement = other;
                 true

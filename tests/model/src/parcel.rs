@@ -1,0 +1,34 @@
+//! What messages carry.
+
+pub struct Parcel(pub u8);
+
+#[cfg(target_arch = "avr")]
+kernel::pool!(Parcel, crate::call::BUFFERS);
+
+#[cfg(not(target_arch = "avr"))]
+mod host {
+    use std::cell::Cell;
+
+    use kernel::{Pool, Pooled, Slot};
+
+    use super::Parcel;
+    use crate::call::BUFFERS;
+
+    std::thread_local! {
+        static POOL: Cell<Option<&'static Pool<Parcel>>> = const { Cell::new(None) };
+    }
+
+    impl Parcel {
+        /// Gives this thread's next run a pool of its own.
+        pub fn renew_pool() {
+            let buffers: &[Slot<Parcel>] = Box::leak(Box::new([const { Slot::new() }; BUFFERS]));
+            POOL.set(Some(Box::leak(Box::new(Pool::new(buffers)))));
+        }
+    }
+
+    impl Pooled for Parcel {
+        fn pool() -> &'static Pool<Self> {
+            POOL.get().expect("the pool was renewed")
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! The objects of a run, and what is called before the kernel runs.
+
+use std::array;
+
+use kernel::Priority;
+
+use crate::call::Call;
+use crate::world::{Arrangement, MUTEXES, QUEUES, SEMAPHORES};
+
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// A task for each.
+    pub priorities: Vec<Priority>,
+    /// So many of them are started before the kernel runs.
+    pub started: usize,
+    /// A semaphore for each, with so many signals in store.
+    pub semaphores: Vec<u8>,
+    /// A mutex for each, with this ceiling.
+    pub ceilings: Vec<Priority>,
+    /// A queue for each, with so much room.
+    pub rooms: Vec<u8>,
+    pub timers: usize,
+    /// A job for each, for the signals of this semaphore.
+    pub jobs: Vec<usize>,
+    /// What is called once these tasks are started, before the kernel runs.
+    pub boot: Vec<Call>,
+}
+
+impl Setup {
+    /// The objects, those that the setup has no use for among them.
+    pub fn arrangement(&self) -> Arrangement {
+        let ceilings: [u8; MUTEXES] = padded(self.ceilings.iter().map(|&ceiling| ceiling as u8));
+        Arrangement {
+            priorities: padded(self.priorities.iter().map(|&priority| priority as u8)),
+            started: self.started as u8,
+            semaphores: padded::<SEMAPHORES>(self.semaphores.iter().copied()),
+            ceilings,
+            rooms: padded::<QUEUES>(self.rooms.iter().copied()),
+            jobs: padded(self.jobs.iter().map(|&semaphore| semaphore as u8)),
+        }
+    }
+
+    /// A call for everything that an interrupt can find out.
+    pub fn all_observations(&self) -> Vec<Call> {
+        let semaphores = (0..self.semaphores.len()).map(|semaphore| Call::TryWait { semaphore });
+        let queues =
+            (0..self.rooms.len()).flat_map(|queue| [Call::TryReceive { queue }, Call::Refused { queue }]);
+        let tasks = (0..self.priorities.len()).map(|task| Call::Priority { task });
+        let timers = (0..self.timers).map(|timer| Call::TimerIsRunning { timer });
+        let others = [
+            Call::TakeFlags(0xff),
+            Call::FifoTake,
+            Call::FifoOverruns,
+            Call::PipeTryTake,
+            Call::PipeOverruns,
+            Call::PoolMostUsed,
+            Call::PoolExhausted,
+            Call::Now,
+        ];
+        semaphores.chain(queues).chain(tasks).chain(timers).chain(others).collect()
+    }
+}
+
+/// The first of `values`, and zeros behind them.
+fn padded<const LENGTH: usize>(mut values: impl Iterator<Item = u8>) -> [u8; LENGTH] {
+    array::from_fn(|_| values.next().unwrap_or(0))
+}
