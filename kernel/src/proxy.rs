@@ -182,33 +182,23 @@ fn wait_for<const N: usize>(
     task: &mut Task,
     semaphores: [&Semaphore; N],
     condition: Option<&WakeCondition>,
-    mut ticks: Option<Ticks>,
+    ticks: Option<Ticks>,
 ) -> Result<usize, Elapsed> {
-    loop {
-        let set = WaitSet::new(task);
-        // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is killed in there
-        // takes its proxy waiters with it.
-        let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(semaphore) }));
-        // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other list.
-        let (set, proxies): (&'static WaitSet, &'static [ProxyWaiter]) =
-            unsafe { (&*ptr::from_ref(&set), &*ptr::from_ref(proxies.as_slice())) };
-        let part = ticks.map(|ticks| ticks.min(LONGEST));
-        let deadline = part.map(|part| now(task).wrapping_add(part));
-        let came = set.wait(task, proxies, condition, deadline);
-        ticks = ticks.map(|ticks| ticks - part.unwrap_or(ticks));
-        match came {
-            Some(index) => return Ok(index),
-            None if ticks == Some(0) => return Err(Elapsed),
-            None => {}
-        }
-    }
+    let set = WaitSet::new(task);
+    // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is killed in there
+    // takes its proxy waiters with it.
+    let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(semaphore) }));
+    // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other list.
+    let (set, proxies): (&'static WaitSet, &'static [ProxyWaiter]) =
+        unsafe { (&*ptr::from_ref(&set), &*ptr::from_ref(proxies.as_slice())) };
+    let deadline = ticks.map(|ticks| now(task).wrapping_add(ticks.min(LONGEST)));
+    set.wait(task, proxies, condition, deadline).ok_or(Elapsed)
 }
 
 impl Semaphore {
     /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not block.
     ///
-    /// 23 bytes of stack, and a timer's 6. A time above [`LONGEST`] is waited for in two parts, and the task goes behind its
-    /// equals in between.
+    /// A time above [`LONGEST`] counts as that. 23 bytes of stack, and a timer's 6.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.
@@ -242,7 +232,7 @@ impl Task {
         self.wait_any_for(semaphores, None).unwrap_or(0)
     }
 
-    /// The same for `ticks` ticks at most. With 0 ticks it does not block.
+    /// The same for `ticks` ticks at most: see [`Semaphore::wait_timeout`].
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.

@@ -56,7 +56,8 @@ impl<T: Pooled> Queue<T> {
         }
     }
 
-    /// Appends `message`, and wakes the first task that waits for one.
+    /// Appends `message`, and wakes the first task that waits for one. A task whose wait has timed out and that has not run
+    /// since counts as one that waits: there may be a message more than `room` then.
     ///
     /// # Errors
     /// [`Full`] with the message when there is no room; the queue counts it.

@@ -131,6 +131,9 @@ impl Semaphore {
                 return false;
             };
             self.word.set_first(masked, next.link.get(masked));
+            if ready::preempt(masked, next) {
+                return true;
+            }
             waiter = next;
         }
     }

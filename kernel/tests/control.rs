@@ -223,10 +223,14 @@ fn a_killed_task_leaves_every_list_and_its_stack_is_free() {
             BOSS.start(boot, Priority::P5, |task| {
                 let victim = VICTIM.task();
                 assert_eq!(victim.kill(task), Ok(()));
-                assert_eq!(victim.state(task), TaskState::NotStarted);
+                assert_eq!(victim.state(task), TaskState::Killed);
                 assert_eq!(victim.kill(task), Err(Refused::NotStarted));
                 SHARED.post(task);
                 task.delay(10);
+                let body = |_: &mut kernel::Task| {};
+                assert_eq!(VICTIM.start(task, Priority::P3, body), Err(StartError::Started));
+                // SAFETY: nothing on the stack was pinned, or lent.
+                assert!(unsafe { victim.reuse(task) });
                 VICTIM
                     .start(task, Priority::P3, |task| {
                         LOG.note("anew");
@@ -270,7 +274,7 @@ fn a_delayed_and_a_ready_task_are_killed() {
 }
 
 #[test]
-fn a_task_that_exits_can_be_started_again() {
+fn a_task_whose_body_returns_can_be_started_again() {
     static LOG: Log = Log::new();
     static SHORT: Stack<0> = Stack::new();
     static BOSS: Stack<0> = Stack::new();
@@ -281,11 +285,11 @@ fn a_task_that_exits_can_be_started_again() {
                 for name in ["once", "twice"] {
                     let body = move |task: &mut kernel::Task| {
                         LOG.note(name);
-                        task.exit()
+                        task.yield_now();
                     };
                     assert_eq!(SHORT.start(task, Priority::P3, body), Ok(()));
                 }
-                let low = |task: &mut kernel::Task| task.exit();
+                let low = |_: &mut kernel::Task| {};
                 assert_eq!(SHORT.start(task, Priority::P6, low), Ok(()));
                 assert_eq!(SHORT.start(task, Priority::P6, low), Err(StartError::Started));
                 forever(task)

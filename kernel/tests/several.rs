@@ -74,7 +74,7 @@ fn a_wait_for_several_stands_in_line_by_priority() {
 }
 
 #[test]
-fn a_timer_ends_a_wait_for_several_and_who_waits_so_is_not_killed() {
+fn a_timer_ends_a_wait_for_several_and_a_task_on_its_way_out_of_it_is_not_killed() {
     static LOG: Log = Log::new();
     static WAITER: Stack<0> = Stack::new();
     static BOSS: Stack<0> = Stack::new();
@@ -94,9 +94,9 @@ fn a_timer_ends_a_wait_for_several_and_who_waits_so_is_not_killed() {
                 .unwrap();
             BOSS.start(boot, Priority::P5, |task| {
                 let waiter = WAITER.task();
-                assert_eq!(waiter.kill(task), Err(Refused::Busy));
                 assert_eq!(waiter.suspend(task), Ok(()));
                 task.delay(5);
+                assert_eq!(waiter.kill(task), Err(Refused::Busy), "its proxy waiters are in their queues still");
                 waiter.resume(task);
                 assert_eq!(waiter.kill(task), Ok(()));
                 forever(task)

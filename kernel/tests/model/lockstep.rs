@@ -36,6 +36,8 @@ pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<
         priorities: arrangement.priorities.map(priority),
         observations: real.all_observations(),
         is_in_tick: Cell::new(false),
+        dying: [const { Cell::new(false) }; TASKS],
+        started: [const { Cell::new(false) }; TASKS],
         referee: RefCell::new(Referee::new(supposed, script)),
     });
     let start = |boot: &mut Boot| {
@@ -74,8 +76,24 @@ struct Lockstep<S> {
     priorities: [Priority; TASKS],
     observations: Vec<Call>,
     is_in_tick: Cell<bool>,
+    /// The tasks that calls are killing which are not over.
+    dying: [Cell<bool>; TASKS],
+    /// The tasks that run, or did until a call that is not over.
+    started: [Cell<bool>; TASKS],
     /// Not borrowed while a task calls the kernel, which may run another.
     referee: RefCell<Referee<S>>,
+}
+
+/// The body of a task, which never leaves the thread that runs all of them.
+struct OneThread<F>(F);
+
+// SAFETY: the kernel of the host runs all tasks on the thread that starts them.
+unsafe impl<F> Send for OneThread<F> {}
+
+impl<F: FnOnce(&mut Task) -> R, R> OneThread<F> {
+    fn call(self, task: &mut Task) -> R {
+        (self.0)(task)
+    }
 }
 
 /// How things may stand where an interrupt strikes.
@@ -90,8 +108,29 @@ impl<S: Script> Lockstep<S> {
     /// Starts a task. Returns whether it was not started before.
     fn start(self: &Rc<Self>, context: &mut impl Context, id: TaskId) -> bool {
         let lockstep = Rc::clone(self);
-        let run = move |task: &mut Task| lockstep.run(id, task);
-        self.stacks[id].start(context, self.priorities[id], run).is_ok()
+        let run = OneThread(move |task: &mut Task| lockstep.run(id, task));
+        // The call that kills a task is not over as long as the task is dying.
+        if !self.dying[id].get() {
+            // SAFETY: that call is over; and a coroutine keeps its stack, which no other gets.
+            unsafe { self.stacks[id].task().reuse(context) };
+        }
+        let is_started =
+            self.stacks[id].start(context, self.priorities[id], move |task| run.call(task)).is_ok();
+        if is_started {
+            self.started[id].set(true);
+        }
+        is_started
+    }
+
+    /// Makes a call that kills a task.
+    fn killing(&self, id: TaskId, call: impl FnOnce() -> Outcome) -> Outcome {
+        let was_dying = self.dying[id].replace(self.started[id].get());
+        let outcome = call();
+        self.dying[id].set(was_dying);
+        if outcome == Outcome::Nothing {
+            self.started[id].set(false);
+        }
+        outcome
     }
 
     /// A call before the kernel runs.
@@ -109,7 +148,7 @@ impl<S: Script> Lockstep<S> {
         loop {
             match self.next_call(id) {
                 Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
-                Some((Call::Exit, strike)) => return self.called(id, strike, || task.exit()),
+                Some((Call::Exit, strike)) => return self.exit(id, strike, task),
                 Some((Call::RunJobs { jobs }, strike)) => {
                     own.drop_messages();
                     let Err(JobTaken) = self.called(id, strike, || self.world.run_jobs(task, jobs));
@@ -118,6 +157,15 @@ impl<S: Script> Lockstep<S> {
                 Some((call, strike)) => {
                     let outcome = self.called(id, strike, || match call {
                         Call::Start { task: id } => self.start(task, id).into(),
+                        Call::Kill { task: other } if other == id => {
+                            self.started[id].set(false);
+                            let outcome = self.world.call_of_task(task, &mut own, call);
+                            self.started[id].set(true);
+                            outcome
+                        }
+                        Call::Kill { task: other } => {
+                            self.killing(other, || self.world.call_of_task(task, &mut own, call))
+                        }
                         _ => self.world.call_of_task(task, &mut own, call),
                     });
                     self.returned(id, outcome);
@@ -129,6 +177,11 @@ impl<S: Script> Lockstep<S> {
                 }
             }
         }
+    }
+
+    fn exit(self: &Rc<Self>, id: TaskId, strike: Option<Strike>, task: &mut Task) -> Never {
+        self.started[id].set(false);
+        self.called(id, strike, || task.exit())
     }
 
     /// A job, which begins as the call that waited for its signal returns.
@@ -148,6 +201,7 @@ impl<S: Script> Lockstep<S> {
             }
             let outcome = self.called(id, strike, || match call {
                 Call::Start { task } => self.start(context, task).into(),
+                Call::Kill { task } => self.killing(task, || self.world.call_of_job(context, &mut own, call)),
                 _ => self.world.call_of_job(context, &mut own, call),
             });
             self.returned(id, outcome);

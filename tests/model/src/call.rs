@@ -184,6 +184,17 @@ impl Call {
         }
     }
 
+    /// The ticks of a wait with a timeout.
+    pub fn timeout(self) -> Option<Ticks> {
+        match self {
+            Call::WaitTimeout { ticks, .. }
+            | Call::ReceiveTimeout { ticks, .. }
+            | Call::PipePutTimeout { ticks, .. }
+            | Call::PipeTakeTimeout { ticks } => Some(ticks),
+            _ => None,
+        }
+    }
+
     /// Whether only a task can make it, and no job.
     pub fn needs_task(self) -> bool {
         self.awaits().is_some()

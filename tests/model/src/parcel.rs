@@ -26,7 +26,8 @@ mod host {
         }
     }
 
-    impl Pooled for Parcel {
+    // SAFETY: a thread has one pool at a time, and the buffers of each are its own.
+    unsafe impl Pooled for Parcel {
         fn pool() -> &'static Pool<Self> {
             POOL.get().expect("the pool was renewed")
         }

@@ -99,7 +99,7 @@ impl Random {
             9 => Call::ReceiveTimeout { queue, ticks: self.ticks() },
             10 => Call::DropMessages,
             11 => Call::Yield,
-            12 => Call::Delay(self.ticks()),
+            12 => Call::Delay(self.ticks().min(LONGEST)), // longer ones come in two parts
             13 => Call::DelayUntil(reference.ticks().wrapping_add(self.ticks())),
             14 => Call::StartPeriod(self.rng.u16(..5)),
             15 => Call::WaitForPeriod,

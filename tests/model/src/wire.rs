@@ -95,4 +95,5 @@ pub(crate) enum WireTaskState {
     Ready,
     Waiting,
     Suspended,
+    Killed,
 }

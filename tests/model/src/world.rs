@@ -4,7 +4,7 @@ use core::array;
 
 use kernel::{
     Boot, Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Interrupt, Job, JobContext, JobTaken, Message,
-    Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, ThreadContext, Timer,
+    Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, TaskState, ThreadContext, Timer,
     now,
 };
 use serde::{Deserialize, Serialize};
@@ -198,7 +198,11 @@ impl World {
             Call::CancelTimer { timer } => self.timers[timer].cancel(context).into(),
             Call::Suspend { task } => self.tasks[task].suspend(context).into(),
             Call::SetPriority { task, priority } => self.tasks[task].set_priority(context, priority).into(),
-            Call::State { task } => Outcome::State(self.tasks[task].state(context)),
+            Call::State { task } => Outcome::State(match self.tasks[task].state(context) {
+                // Whoever starts it frees its stack before.
+                TaskState::Killed => TaskState::NotStarted,
+                state => state,
+            }),
             Call::Kill { task } => self.tasks[task].kill(context).into(),
             _ => self.call_of_any(context, own, call),
         }

@@ -81,24 +81,29 @@ impl Reference {
             Call::Kill { task } if task == id && self.tasks[id].group.is_some() => {
                 Some(Outcome::Refused(Refused::Busy))
             }
-            Call::Kill { task } if task == id => return self.end_task(id),
+            Call::Kill { task } if task == id => return self.end_task(id, Activity::New),
             Call::Kill { task } => match self.begin_to_kill(id, task) {
                 Ok(()) => return,
                 Err(refused) => Some(Outcome::Refused(refused)),
             },
-            Call::Exit => return self.end_task(id),
+            Call::Exit => return self.end_task(id, Activity::New),
+            Call::Delay(0) => Some(Outcome::Nothing),
             Call::Delay(_) => None,
             Call::DelayUntil(deadline) => {
                 let is_over = !is_ahead(deadline.wrapping_sub(clock as Ticks));
                 is_over.then_some(Outcome::Truth(false))
             }
             Call::StartPeriod(length) => {
+                let length = length.clamp(1, LONGEST);
                 self.tasks[id].period = Some(Period { deadline: self.ticks(), length, missed: 0 });
                 Some(Outcome::Nothing)
             }
             Call::WaitForPeriod => self.missed_deadline(id, clock),
             _ => Some(self.call_of_thread(Some(id), clock, call)),
         };
+        if outcome.is_none() && call.timeout().is_some_and(|ticks| ticks > 0) {
+            return self.enlist(id, call);
+        }
         let is_at_end = self.end(id, call).is_some_and(|end| end <= self.now);
         let in_the_end = is_at_end.then(|| self.outcome_in_the_end(id, call));
         match outcome.or(in_the_end) {
@@ -110,6 +115,28 @@ impl Reference {
                 self.set_end(id, call);
                 self.block(id, call);
             }
+        }
+    }
+
+    /// The running task stands in line, in a call with a timeout, and goes on.
+    fn enlist(&mut self, id: TaskId, call: Call) {
+        let object = call.awaits().expect("a call with a timeout waits for something");
+        self.tasks[id].is_proxied = true;
+        self.tasks[id].line_priority = self.tasks[id].priority;
+        self.stand_in_line(Waiter::Task(id), object);
+        self.tasks[id].activity = Activity::Enlisted(call);
+    }
+
+    /// The running task, which stands in line, blocks, unless its time is up.
+    pub(super) fn block_enlisted(&mut self, id: TaskId, call: Call) {
+        if self.end(id, call).is_some_and(|end| end <= self.now) {
+            self.leave_line(id);
+            self.cancel_end(id);
+            self.tasks[id].activity = Activity::Returning(self.outcome_in_the_end(id, call));
+        } else {
+            self.set_end(id, call);
+            self.ready.retain(|&other| other != id);
+            self.tasks[id].activity = Activity::Blocked(call);
         }
     }
 
@@ -151,7 +178,7 @@ impl Reference {
             Call::StartTimer { timer, ticks, semaphore } => {
                 self.disarm(timer);
                 self.alarms.push(Alarm {
-                    deadline: deadline(clock, ticks),
+                    deadline: deadline(clock, ticks.min(LONGEST)),
                     event: Event::Post { timer: Some(timer), semaphore },
                 });
                 self.fire();
@@ -188,10 +215,14 @@ impl Reference {
 
     /// Gives a signal for `object` to the first who waits for it, or stores it.
     pub(super) fn signal(&mut self, object: Object) {
+        self.pass_over(object);
         match self.first_in_line(object) {
+            Some(Waiter::Void(_)) => unreachable!("it is passed over"),
             Some(Waiter::Member(id, member)) => self.arrive(id, member),
             Some(Waiter::Task(id)) => {
-                let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
+                let (Activity::Blocked(call) | Activity::Enlisted(call)) = self.tasks[id].activity else {
+                    unreachable!("it stands in line")
+                };
                 self.wake(id, with_signal(call));
             }
             None => {
@@ -298,8 +329,8 @@ impl Reference {
             Call::WaitTimeout { ticks, .. }
             | Call::ReceiveTimeout { ticks, .. }
             | Call::PipePutTimeout { ticks, .. }
-            | Call::PipeTakeTimeout { ticks }
-            | Call::Delay(ticks) => ticks,
+            | Call::PipeTakeTimeout { ticks } => ticks.min(LONGEST),
+            Call::Delay(ticks) => ticks,
             Call::DelayUntil(deadline) => deadline.wrapping_sub(clock as Ticks),
             Call::WaitForPeriod => self.tasks[id].period?.deadline.wrapping_sub(clock as Ticks),
             _ => return None,
@@ -332,9 +363,9 @@ fn with_signal(call: Call) -> Activity {
     }
 }
 
-/// The tick so many ticks after `start`: at least 1 and at most `LONGEST`.
+/// The tick so many ticks after `start`.
 pub(super) fn deadline(start: u64, ticks: Ticks) -> u64 {
-    start + u64::from(ticks.clamp(1, LONGEST))
+    start + u64::from(ticks)
 }
 
 /// Whether a deadline so many ticks from now lies in the future.

@@ -5,6 +5,7 @@ use std::mem;
 use kernel::{Priority, Refused, TaskState};
 
 use super::{Activity, Reference, TaskId, Waiter};
+use crate::call::Call;
 
 impl Reference {
     /// Returns whether the task was new, or had ended.
@@ -29,7 +30,7 @@ impl Reference {
 
     /// Returns whether the task was suspended. What it waited for may have come meanwhile.
     pub(super) fn resume(&mut self, id: TaskId) -> bool {
-        let was_suspended = !self.tasks[id].is_held && mem::take(&mut self.tasks[id].is_suspended);
+        let was_suspended = mem::take(&mut self.tasks[id].is_suspended);
         if was_suspended && !matches!(self.tasks[id].activity, Activity::Blocked(_) | Activity::Gone) {
             self.make_ready(id);
         }
@@ -51,26 +52,9 @@ impl Reference {
         Ok(())
     }
 
-    /// `id`, which runs, is to give another task, which is not suspended, another priority: until then that does not run.
-    /// Returns whether it may.
-    pub(super) fn begin_to_set_priority(&mut self, id: TaskId, task: TaskId, priority: Priority) -> bool {
-        let may = !self.tasks[task].is_suspended && task != id && self.suspend(Some(id), task).is_ok();
-        if may {
-            self.tasks[task].is_held = true;
-            self.tasks[id].activity = Activity::SettingPriority { task, priority };
-        }
-        may
-    }
-
-    pub(super) fn release(&mut self, id: TaskId, priority: Priority) {
-        self.tasks[id].priority = priority;
-        self.tasks[id].is_held = false;
-        self.resume(id);
-    }
-
     pub(super) fn state(&self, id: TaskId) -> TaskState {
         match self.tasks[id].activity {
-            Activity::New => TaskState::NotStarted,
+            Activity::New | Activity::Dying => TaskState::NotStarted,
             _ if self.tasks[id].is_suspended => TaskState::Suspended,
             _ if self.ready.contains(&id) => TaskState::Ready,
             _ => TaskState::Waiting,
@@ -80,16 +64,16 @@ impl Reference {
     /// Ends another task, likewise. The messages that this has are lost.
     pub(super) fn kill(&mut self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         self.may_kill(id, task)?;
-        self.end_task(task);
+        self.end_task(task, Activity::New);
         Ok(())
     }
 
-    /// `id`, which runs, is to end another task: nobody resumes that any more.
+    /// `id`, which runs, ends another task, which can be started when the call is over.
     pub(super) fn begin_to_kill(&mut self, id: TaskId, task: TaskId) -> Result<(), Refused> {
         self.may_kill(Some(id), task)?;
-        self.suspend(Some(id), task)?;
-        self.tasks[task].is_held = true;
-        self.tasks[id].activity = Activity::Killing { task };
+        self.end_task(task, Activity::Dying);
+        self.tasks[id].is_unkillable = true;
+        self.tasks[id].activity = Activity::Ending { task };
         Ok(())
     }
 
@@ -97,14 +81,18 @@ impl Reference {
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Task(id));
     }
 
-    pub(super) fn end_task(&mut self, id: TaskId) {
+    pub(super) fn end_task(&mut self, id: TaskId, activity: Activity) {
         self.ready.retain(|&other| other != id);
         self.leave_line(id);
+        let is_its = |waiter| matches!(waiter, Waiter::Member(other, _) | Waiter::Void(other) if other == id);
+        self.lines.retain(|&(_, waiter)| !is_its(waiter));
         self.cancel_end(id);
         let task = &mut self.tasks[id];
-        task.activity = Activity::New;
+        task.activity = activity;
+        task.group = None;
         task.is_suspended = false;
-        task.is_held = false;
+        task.is_unkillable = false;
+        task.is_proxied = false;
         task.locks = false;
         task.clock = None;
         task.made = None;
@@ -116,14 +104,20 @@ impl Reference {
     fn may_change(&self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         let other = &self.tasks[task];
         match other.activity {
-            Activity::New => Err(Refused::NotStarted),
-            _ if (other.locks || other.is_held) && id != Some(task) => Err(Refused::Busy),
+            Activity::New | Activity::Dying => Err(Refused::NotStarted),
+            _ if other.locks && id != Some(task) => Err(Refused::Busy),
             _ => Ok(()),
         }
     }
 
+    /// Whether `task` may be killed: in a wait by proxy waiters only where it is blocked.
     fn may_kill(&self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         self.may_change(id, task)?;
-        if self.tasks[task].group.is_some() { Err(Refused::Busy) } else { Ok(()) }
+        let other = &self.tasks[task];
+        let is_by_proxy = other.is_proxied || other.group.is_some();
+        let is_blocked = matches!(other.activity, Activity::Blocked(call)
+            if call.timeout().is_some() || matches!(call, Call::WaitForSeveral { .. }));
+        let may = !other.is_unkillable && (!is_by_proxy || is_blocked);
+        if may { Ok(()) } else { Err(Refused::Busy) }
     }
 }

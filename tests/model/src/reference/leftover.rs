@@ -26,7 +26,7 @@ impl Reference {
     }
 
     fn task_to_resume(&self) -> Option<Call> {
-        let task = self.tasks.iter().position(|task| task.is_suspended && !task.is_held)?;
+        let task = self.tasks.iter().position(|task| task.is_suspended)?;
         Some(Call::Resume { task })
     }
 
@@ -56,7 +56,7 @@ impl Reference {
     fn post_for_task(&self, semaphore: usize) -> Option<Call> {
         let is_for_job = match self.first_in_line(Object::Semaphore(semaphore))? {
             Waiter::Member(id, member) => self.is_job(id, member),
-            Waiter::Task(_) => false,
+            Waiter::Task(_) | Waiter::Void(_) => false,
         };
         (!is_for_job).then_some(Call::Post { semaphore })
     }

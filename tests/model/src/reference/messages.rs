@@ -23,7 +23,8 @@ impl Reference {
 
     pub(super) fn is_full(&self, index: usize) -> bool {
         let queue = &self.queues[index];
-        queue.messages.len() - queue.promised >= queue.room && self.first_receiver(index).is_none()
+        let is_awaited = self.lines.iter().any(|&(object, _)| object == Object::Queue(index));
+        queue.messages.len() - queue.promised >= queue.room && !is_awaited
     }
 
     pub(super) fn count_refused(&mut self, queue: usize) {
@@ -39,6 +40,7 @@ impl Reference {
 
     /// Wakes the first who waits for a message; if none does, one that was promised is free.
     pub(super) fn announce(&mut self, queue: usize) {
+        self.pass_over(Object::Queue(queue));
         match self.first_receiver(queue) {
             Some(id) => self.wake(id, Activity::Receiving { queue }),
             None => self.queues[queue].promised -= 1,

@@ -42,12 +42,12 @@ enum Activity {
     Moving(Motion),
     /// In a call that leaves a ceiling when the task runs.
     Leaving,
-    /// In a call that takes another task from its line when this one runs, and then ends it.
-    Killing { task: TaskId },
-    /// In a call that ends another task when this one runs.
+    /// In a call that has killed another task: that can be started when this call is over.
     Ending { task: TaskId },
-    /// In a call that gives another task this priority when this one runs.
-    SettingPriority { task: TaskId, priority: Priority },
+    /// In this call with a timeout: it stands in line, and is about to block.
+    Enlisted(Call),
+    /// It was killed by a call that is not over.
+    Dying,
     /// It has not been started, or has ended.
     New,
     /// It has left: it neither runs nor waits for anything here.
@@ -61,8 +61,12 @@ struct Task {
     first_priority: Priority,
     activity: Activity,
     is_suspended: bool,
-    /// It is being killed, or its priority changed.
-    is_held: bool,
+    /// It starts or kills a task, or tries to: it is not killed.
+    is_unkillable: bool,
+    /// It is in a wait with a timeout, or on its way into or out of one: it is killed only where it is blocked.
+    is_proxied: bool,
+    /// With this priority it stands in line there.
+    line_priority: Priority,
     /// It has a mutex, or has found one taken and waits for it.
     locks: bool,
     /// What the clock was when the call that it is in read it, if it has.
@@ -84,6 +88,8 @@ struct Task {
 #[derive(Clone, Copy, PartialEq)]
 enum Waiter {
     Task(TaskId),
+    /// A task whose wait has timed out, until it runs or a signal passes it over.
+    Void(TaskId),
     /// A member of this task's group.
     Member(TaskId, usize),
 }
@@ -173,7 +179,9 @@ impl Reference {
             priority: if id < setup.started { priority } else { Priority::P0 },
             first_priority: priority,
             is_suspended: false,
-            is_held: false,
+            is_unkillable: false,
+            is_proxied: false,
+            line_priority: priority,
             locks: false,
             activity: if id < setup.started { Activity::Own } else { Activity::New },
             clock: None,
@@ -314,6 +322,11 @@ impl Reference {
             Event::EndWait(id) => {
                 // If it does not wait yet, it looks at the clock itself before it does.
                 if let Activity::Blocked(call) = self.tasks[id].activity {
+                    for (_, waiter) in &mut self.lines {
+                        if *waiter == Waiter::Task(id) {
+                            *waiter = Waiter::Void(id);
+                        }
+                    }
                     self.wake(id, Activity::Returning(self.outcome_in_the_end(id, call)));
                 }
             }
@@ -330,7 +343,18 @@ impl Reference {
     /// The task that runs does what its call has to do. Returns whether there was anything.
     fn settle_first(&mut self) -> bool {
         let Some(id) = self.running() else { return false };
-        match self.tasks[id].activity {
+        let task = &mut self.tasks[id];
+        let is_in_wait = matches!(task.activity, Activity::Enlisted(_) | Activity::Acting(_));
+        if task.is_proxied && !is_in_wait {
+            task.is_proxied = false;
+            self.lines.retain(|&(_, waiter)| waiter != Waiter::Void(id));
+            return true;
+        }
+        if task.is_unkillable && !matches!(task.activity, Activity::Acting(_)) {
+            task.is_unkillable = false;
+            return true;
+        }
+        match task.activity {
             Activity::Acting(call) => self.perform(id, call),
             Activity::Receiving { queue } => self.take_promised(id, queue),
             Activity::Announcing { queue } => {
@@ -341,16 +365,9 @@ impl Reference {
                 self.count_refused(queue);
                 self.tasks[id].activity = Activity::Returning(Outcome::Full);
             }
-            Activity::SettingPriority { task, priority } => {
-                self.release(task, priority);
-                self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
-            }
-            Activity::Killing { task } => {
-                self.leave_line(task);
-                self.tasks[id].activity = Activity::Ending { task };
-            }
+            Activity::Enlisted(call) => self.block_enlisted(id, call),
             Activity::Ending { task } => {
-                self.end_task(task);
+                self.tasks[task].activity = Activity::New;
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
             }
             Activity::Several(call, stage) => self.go_on_with_several(id, call, stage),
@@ -364,12 +381,15 @@ impl Reference {
         true
     }
 
-    /// Makes a blocked task ready.
+    /// Makes a blocked task ready; one that is about to block is so already.
     fn wake(&mut self, id: TaskId, activity: Activity) {
         self.leave_line(id);
         self.cancel_end(id);
+        let is_blocked = !matches!(self.tasks[id].activity, Activity::Enlisted(_));
         self.tasks[id].activity = activity;
-        self.make_ready(id);
+        if is_blocked {
+            self.make_ready(id);
+        }
     }
 
     /// Appends a task to those that are ready, if it may run.
@@ -400,21 +420,34 @@ impl Reference {
 
     fn priority_in_line(&self, waiter: Waiter) -> Priority {
         match waiter {
-            Waiter::Task(id) => self.tasks[id].priority,
+            Waiter::Task(id) if !self.tasks[id].is_proxied => self.tasks[id].priority,
+            Waiter::Task(id) | Waiter::Void(id) => self.tasks[id].line_priority,
             Waiter::Member(id, member) => self.priority_of_member(id, member),
         }
     }
 
     /// The first that waits for `object`.
     fn first_in_line(&self, object: Object) -> Option<Waiter> {
-        self.lines.iter().find(|&&(other, _)| other == object).map(|&(_, waiter)| waiter)
+        let is_first =
+            |&&(other, waiter): &&(Object, Waiter)| other == object && !matches!(waiter, Waiter::Void(_));
+        self.lines.iter().find(is_first).map(|&(_, waiter)| waiter)
+    }
+
+    /// A signal for `object` passes over those who do not wait any more, and come before the first who does.
+    fn pass_over(&mut self, object: Object) {
+        let mut has_passed = false;
+        self.lines.retain(|&(other, waiter)| {
+            let is_void = matches!(waiter, Waiter::Void(_));
+            has_passed |= other == object && !is_void;
+            other != object || !is_void || has_passed
+        });
     }
 
     /// The first task that waits for `object`, one for which only tasks do.
     fn first_task_in_line(&self, object: Object) -> Option<TaskId> {
         match self.first_in_line(object)? {
             Waiter::Task(id) => Some(id),
-            Waiter::Member(..) => unreachable!("groups wait for semaphores"),
+            Waiter::Member(..) | Waiter::Void(_) => unreachable!("groups wait for semaphores"),
         }
     }
 

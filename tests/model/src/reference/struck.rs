@@ -7,12 +7,14 @@ use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
-    /// All ways in which things may stand inside of the call that task `id` is in, which runs; none if it should not.
+    /// All ways in which things may stand inside of the call that task `id` is in, which runs; none if it should not. A task
+    /// that has blocked runs until the kernel has found the next one.
     pub fn struck_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
         while before.running() != Some(id) {
             if !before.settle_first() {
-                return Vec::new();
+                let is_in_call = before.tasks[id].activity != Activity::Own;
+                return if is_in_call { vec![before] } else { Vec::new() };
             }
         }
         let mut ways = vec![before.clone()];
@@ -21,12 +23,23 @@ impl Reference {
             // It counts time from here.
             let mut begun = before.clone();
             begun.tasks[id].clock.get_or_insert(before.now);
-            // It has set the time at which it ends, but does not wait yet.
+            // It has set the time at which it ends, but does not wait yet; or it has not, and is in a wait with a timeout.
             let mut timed = begun.clone();
-            timed.set_end(id, call);
+            match call.timeout() {
+                Some(ticks) => timed.tasks[id].is_proxied = ticks > 0,
+                None => timed.set_end(id, call),
+            }
             acted.perform(id, call);
             ways.extend(begun.halfway(id, call));
             ways.extend([begun, timed, acted.clone()]);
+            // It is not killed as long as it starts or kills a task, or tries to.
+            if matches!(call, Call::Start { .. } | Call::Kill { .. }) {
+                let guarded = ways.clone().into_iter().map(|mut way| {
+                    way.tasks[id].is_unkillable = true;
+                    way
+                });
+                ways.extend(guarded.collect::<Vec<_>>());
+            }
         }
         // A call of several acts goes on, also after it has blocked and others have run.
         let mut runs = acted.running() == Some(id);
@@ -97,9 +110,6 @@ impl Reference {
             }
             // Messages are dropped one by one.
             Call::DropMessages => iter::from_fn(|| way.drop_message(id).then(|| way.clone())).collect(),
-            Call::SetPriority { task, priority } if way.begin_to_set_priority(id, task, priority) => {
-                vec![way]
-            }
             // That a mutex is taken is found before the task waits for it.
             Call::Lock { mutex } if way.mutexes[mutex].is_taken => {
                 way.tasks[id].locks = true;
