@@ -63,7 +63,7 @@ pub use step::{STEPPED, stepped};
 pub use task::run;
 pub use task::{Boot, Never, Priority, Stack, StartError, running};
 pub use timeout::Elapsed;
-pub use timer::{LONGEST, Period, Ticks, Timer, now};
+pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, now};
 #[doc(hidden)]
 pub use timer::{NEXT, TICKS_LEFT};
 

@@ -27,6 +27,9 @@ pub const LONGEST: Ticks = 0x7fff;
 #[doc(hidden)]
 pub static TICKS_LEFT: MaskedCell<Ticks> = MaskedCell::new(LONGEST);
 
+/// The present tick, counted by the tick's interrupt.
+pub static TICKS: MaskedCell<Ticks> = MaskedCell::new(0);
+
 /// Where `Timers::next` lies in the kernel's state: less the ticks left it is the present tick, for vectors that need it.
 #[doc(hidden)]
 pub const NEXT: usize = offset_of!(Kernel, timers.next);
@@ -334,6 +337,7 @@ pub(crate) fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Tim
 #[cfg(not(target_arch = "avr"))]
 pub(crate) fn tick(interrupt: &mut crate::Interrupt) {
     let left = interrupt.mask(|masked| {
+        TICKS.set(masked, TICKS.get(masked).wrapping_add(1));
         let left = TICKS_LEFT.get(masked).wrapping_sub(1);
         TICKS_LEFT.set(masked, left);
         left

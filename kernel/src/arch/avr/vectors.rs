@@ -53,6 +53,11 @@ macro_rules! tick_interrupt {
                 "push r30",               // 2
                 "push r0",                // 2
                 "in r0, 0x3f",            // 1: SREG
+                "lds r30, {ticks}",       // 2
+                "lds r31, {ticks}+1",     // 2
+                "adiw r30, 1",            // 2
+                "sts {ticks}, r30",       // 2
+                "sts {ticks}+1, r31",     // 2
                 "lds r30, {left}",        // 2: Z = ticks until the first timer is due
                 "lds r31, {left}+1",      // 2
                 "sbiw r30, 1",            // 2
@@ -68,6 +73,7 @@ macro_rules! tick_interrupt {
                 "ldi r30, lo8(gs({expire}))", // 1: Z = the handler, in words
                 "ldi r31, hi8(gs({expire}))", // 1
                 "rjmp {enter}",           // 2
+                ticks = sym $crate::TICKS,
                 left = sym $crate::TICKS_LEFT,
                 expire = sym $crate::arch::kernel_expire,
                 enter = sym $crate::arch::kernel_enter_with_status,
