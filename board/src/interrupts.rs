@@ -28,36 +28,7 @@ macro_rules! interrupts {
         #[derive(Clone, Copy)]
         struct $name;
         $($crate::vectors!($device for $name);)+
-    };
-}
-
-/// Assembly with which a vector begins that saves what it uses: 7 cycles. Z is free from here on, and r0 holds SREG to the end. Of
-/// this `kernel_enter_with_status` goes on, too.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! enter_vector {
-    () => {
-        concat!(
-            "push r31\n",    // 2
-            "push r30\n",    // 2
-            "push r0\n",     // 2
-            "in r0, 0x3f\n", // 1: SREG
-        )
-    };
-}
-
-/// Assembly with which it ends: 11 cycles.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! leave_vector {
-    () => {
-        concat!(
-            "out 0x3f, r0\n", // 1
-            "pop r0\n",       // 2
-            "pop r30\n",      // 2
-            "pop r31\n",      // 2
-            "reti\n",         // 4
-        )
+        $crate::deferred_interrupt!(for $($device)+);
     };
 }
 
@@ -82,16 +53,20 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::cpu_clock::CpuClock> for $name {}
     };
     (Usart0 for $name:ident) => {
-        $crate::receive_interrupt!(__vector_18, $crate::usart::Usart0, $crate::usart::PORT0, 0x2b, 0x2c);
-        $crate::transmit_interrupt!(__vector_19, $crate::usart::Usart0, $crate::usart::PORT0, 0x2c);
-        $crate::vectors!(usart $crate::usart::Usart0, __vector_20 for $name);
+        $crate::vectors!(usart $crate::usart::Usart0, USART0, __vector_18, __vector_19, __vector_20 for $name);
     };
     (Usart1 for $name:ident) => {
-        $crate::receive_interrupt!(__vector_30, $crate::usart::Usart1, $crate::usart::PORT1, 0x9b, 0x9c);
-        $crate::transmit_interrupt!(__vector_31, $crate::usart::Usart1, $crate::usart::PORT1, 0x9c);
-        $crate::vectors!(usart $crate::usart::Usart1, __vector_32 for $name);
+        $crate::vectors!(usart $crate::usart::Usart1, USART1, __vector_30, __vector_31, __vector_32 for $name);
     };
-    (usart $usart:ty, $transmit_complete:ident for $name:ident) => {
+    (usart $usart:ty, $source:ident, $receive:ident, $transmit:ident, $transmit_complete:ident for $name:ident) => {
+        $crate::fast_interrupt! {
+            fn $receive(masked) {
+                $crate::usart::receive_complete::<$usart>(masked, $crate::deferred::source::$source)
+            }
+        }
+        $crate::fast_interrupt! {
+            fn $transmit(masked) { $crate::usart::data_register_empty::<$usart>(masked) }
+        }
         $crate::kernel::interrupt! {
             fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
         }
@@ -99,16 +74,28 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$usart> for $name {}
     };
     (SoftUart for $name:ident) => {
-        $crate::soft_uart_interrupts!();
-        $crate::kernel::interrupt! {
-            fn __vector_26(interrupt) { $crate::soft_uart::wake(interrupt) }
+        $crate::fast_interrupt! {
+            /// INT5.
+            fn __vector_6(masked) { $crate::soft_uart::pulse_begins(masked) }
         }
-        // SAFETY: INT5, INT7, TIMER3_COMPA and TIMER3_COMPB, above.
+        $crate::fast_interrupt! {
+            /// INT7.
+            fn __vector_8(masked) { $crate::soft_uart::line_changes(masked) }
+        }
+        $crate::fast_interrupt! {
+            /// TIMER3_COMPB.
+            fn __vector_27(masked) { $crate::soft_uart::character_ends(masked) }
+        }
+        // SAFETY: INT5, INT7 and TIMER3_COMPB, above.
         unsafe impl $crate::interrupts::Serves<$crate::soft_uart::SoftUart> for $name {}
     };
     (Adc for $name:ident) => {
-        $crate::round_interrupt!(__vector_9);
-        $crate::conversion_interrupt!(__vector_21);
+        $crate::fast_interrupt! {
+            fn __vector_9(masked) { $crate::adc::begin_round(masked) }
+        }
+        $crate::fast_interrupt! {
+            fn __vector_21(masked) { $crate::adc::conversion_complete(masked) }
+        }
         // SAFETY: TIMER2_COMP and ADC, above.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
     };
@@ -125,7 +112,9 @@ macro_rules! vectors {
         unsafe impl $crate::interrupts::Serves<$crate::external::External> for $name {}
     };
     (Twi for $name:ident) => {
-        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed, $crate::twi::wake);
+        $crate::fast_interrupt! {
+            fn __vector_33(masked) { $crate::twi::status_changed(masked) }
+        }
         // SAFETY: TWI, above.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
     };

@@ -13,6 +13,7 @@ use crate::part::Part;
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
+use crate::repair::spm::{self, Spm};
 use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
@@ -47,6 +48,7 @@ pub struct Mcu {
     /// Where it is not simavr's own.
     adc: Option<Attached<Adc>>,
     /// Likewise.
+    spm: Option<Attached<Spm>>,
     timer3: Option<Attached<Timer3>>,
     // Held for simavr, which calls into it.
     _wrapped: WrappedWrites,
@@ -136,6 +138,7 @@ impl Mcu {
         watchdog::install(cpu);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
+        let spm = part.spm.as_ref().map(|registers| spm::attach(cpu, registers).ok_or_else(missing));
         let timer3 = part.timer3.map(|capture| timer3::attach(cpu, capture).ok_or_else(missing));
         let mut mcu = Self {
             part,
@@ -145,6 +148,7 @@ impl Mcu {
             twi: twi::attach(cpu, &part.twi).ok_or_else(missing)?,
             eeprom: eeprom::attach(cpu, &part.eeprom).ok_or_else(missing)?,
             adc: adc.transpose()?,
+            spm: spm.transpose()?,
             timer3: timer3.transpose()?,
             cpu,
             image,
@@ -428,6 +432,9 @@ impl Mcu {
         self.awake_cycles += response_cycles;
         interrupt::refresh(self.cpu, vector);
         self.eeprom.get().refresh(self.cpu);
+        if let Some(spm) = &self.spm {
+            spm.get().refresh(self.cpu);
+        }
         Some(Accepted { vector: vector.number(), response_cycles })
     }
 

@@ -21,6 +21,8 @@ pub struct Part {
     pub(crate) eeprom: EepromRegisters,
     /// `None`: simavr's own stays.
     pub(crate) adc: Option<AdcRegisters>,
+    /// `None`: simavr's own stays.
+    pub(crate) spm: Option<SpmRegisters>,
     /// The first of Timer3's vectors, that of its capture unit. `None`: simavr's own stays.
     pub(crate) timer3: Option<u8>,
 }
@@ -68,6 +70,13 @@ pub(crate) struct AdcRegisters {
     pub adcsra: u16,
     pub admux: u16,
     pub complete: u8,
+}
+
+/// Of self-programming, what its interrupt takes.
+#[derive(Debug)]
+pub(crate) struct SpmRegisters {
+    pub spmcsr: u16,
+    pub ready: u8,
 }
 
 /// There is no such part here.
@@ -120,6 +129,7 @@ impl Part {
             write_micros: 8448,
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
+        spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
         timer3: Some(25),
     };
 
@@ -132,6 +142,7 @@ impl Part {
         twi: later_twi(24),
         eeprom: later_eeprom(22, 1024),
         adc: None,
+        spm: None,
         timer3: None,
     };
 
@@ -144,6 +155,7 @@ impl Part {
         twi: later_twi(26),
         eeprom: later_eeprom(25, 4096),
         adc: None,
+        spm: None,
         timer3: None,
     };
 
@@ -161,6 +173,7 @@ impl Part {
         twi: later_twi(39),
         eeprom: later_eeprom(30, 4096),
         adc: None,
+        spm: None,
         timer3: None,
     };
 

@@ -3,8 +3,9 @@
 //! An edge says how long the line had the level before, and so how many bits of that level there were. Timing begins
 //! anew at each edge, so a sender may be off by a bit's half within the longest run of equal bits, which is 5 %.
 //!
-//! On the robot the [vector](super::vectors) does what [`EdgeDecoder::edge`] does, on the same state; this is what it is held against,
-//! and what decodes where edges were missed.
+//! The tests on the host and the vectors run the same code.
+
+use core::cell::Cell;
 
 /// What has come.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -33,33 +34,17 @@ impl Event {
 ///
 /// Whoever drives it calls [`ended`](Self::ended) at the time that [`ends_at`](Self::ends_at) tells, if no other character has
 /// begun by then.
-#[repr(C)]
-#[derive(Clone, Copy)]
 pub struct EdgeDecoder<const BIT: u16> {
     /// When the last edge came; or where that began a character, when its start bit ends.
-    last: u16,
+    last: Cell<u16>,
     /// When the character ends, and half a bit more.
-    ends_at: u16,
+    ends_at: Cell<u16>,
     /// What has come of the byte; ones above.
-    byte: u8,
+    byte: Cell<u8>,
     /// The bit of the byte that comes next; 0 when all have come.
-    next: u8,
+    next: Cell<u8>,
     /// Whether a character is on the line.
-    is_busy: bool,
-}
-
-/// Offsets for the [vector](super::vectors).
-#[doc(hidden)]
-pub mod offset {
-    use core::mem::offset_of;
-
-    type Decoder = super::EdgeDecoder<0>;
-
-    pub const LAST: usize = offset_of!(Decoder, last);
-    pub const ENDS_AT: usize = offset_of!(Decoder, ends_at);
-    pub const BYTE: usize = offset_of!(Decoder, byte);
-    pub const NEXT: usize = offset_of!(Decoder, next);
-    pub const IS_BUSY: usize = offset_of!(Decoder, is_busy);
+    is_busy: Cell<bool>,
 }
 
 impl<const BIT: u16> EdgeDecoder<BIT> {
@@ -69,77 +54,133 @@ impl<const BIT: u16> EdgeDecoder<BIT> {
 
     /// An idle line.
     pub const fn new() -> Self {
-        EdgeDecoder { last: 0, ends_at: 0, byte: 0, next: 0, is_busy: false }
+        EdgeDecoder {
+            last: Cell::new(0),
+            ends_at: Cell::new(0),
+            byte: Cell::new(0),
+            next: Cell::new(0),
+            is_busy: Cell::new(false),
+        }
     }
 
     /// At `time` the line changed to the level `is_high`.
-    pub fn edge(&mut self, time: u16, is_high: bool) -> Event {
-        // To the nearest bit.
-        let mut left = time.wrapping_sub(self.last).wrapping_add(BIT / 2);
-        self.last = time;
-        if !self.is_busy {
-            return if is_high { Event::NONE } else { self.begin(None) };
-        }
-        if is_high {
-            if left.cast_signed() < 0 {
-                self.is_busy = false; // too short for a start bit
-                return Event::NONE;
-            }
-            while left >= BIT {
-                if self.next == 0 {
-                    self.is_busy = false;
-                    return Event { ended: Some(Character::Malformed), begins: false };
-                }
-                self.byte ^= self.next;
-                self.next <<= 1;
-                left -= BIT;
-            }
+    #[inline(always)]
+    pub fn edge(&self, time: u16, is_high: bool) -> Event {
+        if is_high { self.rise(time) } else { self.fall(time) }
+    }
+
+    /// At `time` the line went high: what was before were low bits.
+    #[inline(always)]
+    fn rise(&self, time: u16) -> Event {
+        let last = self.last.replace(time);
+        if !self.is_busy() {
             return Event::NONE;
         }
-        if time.wrapping_sub(self.ends_at.wrapping_sub(BIT)).cast_signed() >= 0 {
-            return self.begin(Some(Character::Byte(self.byte)));
+        let Some(mut left) = Self::steps(time, last) else {
+            self.is_busy.set(false);
+            // Too short for a start bit, or too long for any byte.
+            let is_long = time.wrapping_sub(last).cast_signed() >= 0;
+            return Event { ended: is_long.then_some(Character::Malformed), begins: false };
+        };
+        let (mut byte, mut next) = (self.byte.get(), self.next.get());
+        while left >= Self::STEPS {
+            left -= Self::STEPS;
+            if next == 0 {
+                self.is_busy.set(false);
+                return Event { ended: Some(Character::Malformed), begins: false };
+            }
+            byte ^= next;
+            next <<= 1;
         }
-        while left >= BIT {
-            self.next <<= 1;
-            left -= BIT;
-        }
+        self.byte.set(byte);
+        self.next.set(next);
         Event::NONE
     }
 
-    /// A character begins where the line went low, `ended` before it.
-    fn begin(&mut self, ended: Option<Character>) -> Event {
-        self.ends_at = self.last.wrapping_add(Self::END);
-        self.last = self.last.wrapping_add(BIT);
-        self.byte = 0xff;
-        self.next = 1;
-        self.is_busy = true;
+    /// At `time` the line went low: what was before were high bits, the last of them perhaps a stop bit.
+    #[inline(always)]
+    fn fall(&self, time: u16) -> Event {
+        if self.is_busy() {
+            let mut next = self.next.get();
+            if let Some(mut left) = Self::steps(time, self.last.get()) {
+                let has_ended = loop {
+                    if left < Self::STEPS {
+                        break false;
+                    }
+                    if next == 0 {
+                        break true;
+                    }
+                    left -= Self::STEPS;
+                    next <<= 1;
+                };
+                if !has_ended {
+                    self.last.set(time);
+                    self.next.set(next);
+                    return Event::NONE;
+                }
+            }
+            return self.begin(time, Some(Character::Byte(self.byte.get())));
+        }
+        self.begin(time, None)
+    }
+
+    /// A bit in steps of 16 ticks: as many as a byte's bits take fit one byte, so that one subtraction counts a bit.
+    const STEPS: u8 = {
+        assert!(BIT >= 160 && BIT <= 430, "9 bits and a half must fit 256 steps, and a step be small beside a bit");
+        ((BIT + 8) / 16) as u8
+    };
+
+    /// How long ago `last` was, and half a bit more, in steps; `None` if that is before, or ten bits ago.
+    #[inline(always)]
+    fn steps(time: u16, last: u16) -> Option<u8> {
+        let ticks = time.wrapping_sub(last).wrapping_add(BIT / 2);
+        if ticks >= 1 << 12 { None } else { Some((ticks >> 4) as u8) }
+    }
+
+    /// A character begins at `time`, `ended` before it.
+    #[inline(always)]
+    fn begin(&self, time: u16, ended: Option<Character>) -> Event {
+        self.last.set(time.wrapping_add(BIT));
+        self.ends_at.set(time.wrapping_add(Self::END));
+        self.byte.set(0xff);
+        self.next.set(1);
+        self.is_busy.set(true);
         Event { ended, begins: true }
     }
 
-    /// As [`edge`](Self::edge), where nobody knows when, but less than two bits after the edge before: it was a bit
+    /// When the line changed to the level `is_high`, where nobody knows, but less than two bits after the edge before: a bit
     /// after.
-    pub fn untimed_edge(&mut self, is_high: bool) -> Event {
-        let ends_start_bit = is_high && self.last == self.ends_at.wrapping_sub(Self::END - BIT);
-        self.edge(if ends_start_bit { self.last } else { self.last.wrapping_add(BIT) }, is_high)
+    #[inline(always)]
+    pub fn untimed(&self, is_high: bool) -> u16 {
+        let last = self.last.get();
+        let ends_start_bit = is_high && last == self.ends_at.get().wrapping_sub(Self::END - BIT);
+        if ends_start_bit { last } else { last.wrapping_add(BIT) }
     }
 
     /// When to call [`ended`](Self::ended) for the character that has begun.
+    #[inline(always)]
     pub fn ends_at(&self) -> u16 {
-        self.ends_at
+        self.ends_at.get()
     }
 
     /// The character that has ended; `is_high` is the level since the last edge.
-    pub fn ended(&mut self, is_high: bool) -> Option<Character> {
-        if !self.is_busy {
+    #[inline(always)]
+    pub fn ended(&self, is_high: bool) -> Option<Character> {
+        if !self.is_busy.replace(false) {
             return None;
         }
-        self.is_busy = false;
-        Some(if is_high { Character::Byte(self.byte) } else { Character::Malformed })
+        Some(if is_high { Character::Byte(self.byte.get()) } else { Character::Malformed })
     }
 
     /// Whether a character is on the line.
+    #[inline(always)]
     pub fn is_busy(&self) -> bool {
-        self.is_busy
+        self.is_busy.get()
+    }
+
+    /// Forgets what is on the line.
+    pub fn reset(&self) {
+        self.is_busy.set(false);
     }
 }
 

@@ -9,11 +9,10 @@
 //!   next one before the pulse ends, at least two bits later.
 //!
 //! The timer's own interrupts would come behind the tick, USART0 and the converter. Both pins therefore are external
-//! interrupts as well, INT5 and INT7, which come before all of these, and whose [vectors](vectors) save the registers that they use:
-//! no kernel call, no other stack. They wait for at most one other handler.
+//! interrupts as well, INT5 and INT7, which come before all of these. They wait for at most one other handler.
 //!
-//! What may take longer is left to interrupts of the timer, ordinary ones of the kernel: unit A wakes the task for a byte, unit
-//! B matches where no other character follows one, or at the end of a transmission.
+//! The timer's unit B matches where no other character follows one, or at the end of a transmission. None of the three vectors
+//! [enters the kernel](crate::deferred).
 //!
 //! Timer and pins do one thing at a time: the line is half duplex, and hears nothing while it sends. A dock of infrared
 //! would hear itself.
@@ -23,14 +22,10 @@ pub mod encoder;
 #[cfg(target_arch = "avr")]
 mod line;
 #[cfg(target_arch = "avr")]
-#[doc(hidden)]
-pub mod registers;
-#[cfg(target_arch = "avr")]
-#[doc(hidden)]
-pub mod vectors;
+mod registers;
 
 #[cfg(target_arch = "avr")]
 pub use line::SoftUart;
 #[cfg(target_arch = "avr")]
 #[doc(hidden)]
-pub use line::{BIT, DECODER, ENCODER, END, PORT, ended, wake};
+pub use line::{PORT, character_ends, line_changes, pulse_begins};

@@ -7,32 +7,33 @@ use avr_device::atmega128a::{EXINT, PORTE, TC3};
 /// TCCR3B: the timer's clock is the MCU's.
 const CLOCK: u8 = 1 << 0; // CS30
 /// TCCR3B, the bit: capture at a rising edge.
-pub const RISING: u8 = 6; // ICES3
+const RISING: u8 = 6; // ICES3
 /// TCCR3B while the line is listened to, for the edge that comes next.
-pub const EXPECT_FALLING: u8 = CLOCK;
-pub const EXPECT_RISING: u8 = CLOCK | 1 << RISING;
+const EXPECT_FALLING: u8 = CLOCK;
+const EXPECT_RISING: u8 = CLOCK | 1 << RISING;
 /// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them before.
 const PULSES_A: u8 = 0b11; // WGM31, WGM30
 const PULSES_B: u8 = 0b11 << 3; // WGM33, WGM32
 /// TCCR3A: pin OC3C is set at a match, and cleared at 0 while counting up to OCR3A.
 const SETS: u8 = 0b11 << 2; // COM3C1, COM3C0
 
-/// ETIMSK and ETIFR: a match of unit A, or B.
-pub const MATCH_A: u8 = 1 << 4;
-pub const MATCH_B: u8 = 1 << 3;
+/// ETIMSK and ETIFR: a match of unit B.
+const MATCH_B: u8 = 1 << 3;
 /// ETIFR, the bit: an edge was captured.
-pub const CAPTURED: u8 = 5; // ICF3
+const CAPTURED: u8 = 5; // ICF3
 
 /// EIMSK and EIFR: INT5, the falling edges sent.
 const SENT: u8 = 1 << 5;
 /// EIMSK and EIFR: INT7, the edges received.
 const RECEIVED: u8 = 1 << 7;
 
+#[inline(always)]
 fn timer() -> TC3 {
     // SAFETY: one serial line in software exists, and its parts call with interrupts masked.
     unsafe { TC3::steal() }
 }
 
+#[inline(always)]
 fn external() -> EXINT {
     // SAFETY: as for `timer`.
     unsafe { EXINT::steal() }
@@ -52,6 +53,7 @@ pub fn start() {
 }
 
 /// Lets the timer count through all 16 bits, and watches for edges from now on. The line to send by stays high.
+#[inline(always)]
 pub fn listen() {
     // SAFETY: the timer touches no memory, whatever its registers hold. Units A and B leave their pins to the port.
     timer().tccr3a().write(|w| unsafe { w.bits(SETS) });
@@ -142,22 +144,6 @@ fn forget_match_b() {
 fn watch_match_b() {
     // SAFETY: as for `listen`.
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_B) });
-}
-
-/// Has unit A match at once, and interrupt.
-#[inline(always)]
-pub fn raise_match_a() {
-    let soon = timer().tcnt3().read().bits().wrapping_add(64); // this line takes fewer
-    timer().ocr3a().write(|w| w.set(soon));
-    // SAFETY: as for `listen`.
-    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_A) });
-}
-
-/// Keeps unit A from interrupting.
-#[inline(always)]
-pub fn ignore_match_a() {
-    // SAFETY: as for `listen`.
-    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() & !MATCH_A) });
 }
 
 /// Keeps unit B from interrupting.

@@ -190,6 +190,10 @@ impl Engine {
     }
 
     fn store(&mut self) -> Answer {
+        // Addressed while the last packet was still there, which was taken before the first byte came: so that is acknowledged.
+        if self.incoming == Incoming::Free {
+            self.incoming = Incoming::Filling { length: 0 };
+        }
         match self.incoming {
             Incoming::Filling { length } if usize::from(length) < CAPACITY => {
                 self.incoming = Incoming::Filling { length: length + 1 };
@@ -245,17 +249,6 @@ impl Engine {
                 self.incoming = Incoming::Filling { length: received };
             }
             _ => {}
-        }
-    }
-
-    /// Takes notice of the end of packets that had an answer without the engine: of the one that goes out, and how, and of the
-    /// one that comes.
-    pub fn settle(&mut self, sent: Option<Transfer>, is_received: bool) {
-        if let Some(outcome) = sent {
-            self.end(outcome);
-        }
-        if is_received {
-            self.complete();
         }
     }
 

@@ -9,7 +9,7 @@ const BIT: u16 = 417;
 
 fuzz_target!(|input: &[u8]| {
     let [byte, noise @ ..] = input else { return };
-    let mut decoder = EdgeDecoder::<BIT>::new();
+    let decoder = EdgeDecoder::<BIT>::new();
     let mut time = 0u16;
     for edge in noise.chunks_exact(2) {
         let [low, high] = edge else { continue };
@@ -17,14 +17,14 @@ fuzz_target!(|input: &[u8]| {
         match high >> 6 {
             0 => _ = decoder.edge(time, false),
             1 => _ = decoder.edge(time, true),
-            2 => _ = decoder.untimed_edge(low & 1 != 0),
+            2 => _ = decoder.edge(decoder.untimed(low & 1 != 0), low & 1 != 0),
             _ => _ = decoder.ended(low & 1 != 0),
         }
     }
     // The line is high, and what is left was looked at.
     decoder.edge(time, true);
     decoder.ended(true);
-    let mut encoder = PulseEncoder::<BIT>::new();
+    let encoder = PulseEncoder::<BIT>::new();
     encoder.begin(*byte);
     while let Some(Pulse { low, length, .. }) = encoder.next(|| None) {
         decoder.edge(time, false);

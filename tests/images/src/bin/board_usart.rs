@@ -5,7 +5,7 @@
 //! embedded-io; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use board::debug::mark;
 use board::serial::{Receiver, Transmitter};
