@@ -113,8 +113,12 @@ impl WaitSet {
         loop {
             let mut has_expired = false;
             let blocks = ready::block_unless(task, Link::to_wait_set(self), |masked| {
-                has_expired = timer.is_some_and(|timer| !timer.is_armed(masked));
-                has_expired || self.signaled.kind(masked) != 0
+                let has_signal = self.signaled.kind(masked) != 0;
+                has_expired = !has_signal && timer.is_some_and(|timer| !timer.is_armed(masked));
+                if has_expired {
+                    self.time_out(masked);
+                }
+                has_signal || has_expired
             });
             if blocks {
                 arch::switch_from_call(task);

@@ -23,11 +23,15 @@ impl Reference {
             // It counts time from here.
             let mut begun = before.clone();
             begun.tasks[id].clock.get_or_insert(before.now);
-            // It has set the time at which it ends, but does not wait yet; or it has not, and is in a wait with a timeout.
+            // It has set the time at which it ends, but does not wait yet; or it is to wait by proxy, with a clock or without.
             let mut timed = begun.clone();
-            match call.timeout() {
-                Some(ticks) => timed.tasks[id].is_proxied = ticks > 0,
-                None => timed.set_end(id, call),
+            if call.timeout().is_some_and(|ticks| ticks > 0) {
+                timed.tasks[id].is_proxied = true;
+                let mut proxied = before.clone();
+                proxied.tasks[id].is_proxied = true;
+                ways.push(proxied);
+            } else {
+                timed.set_end(id, call);
             }
             acted.perform(id, call);
             ways.extend(begun.halfway(id, call));
