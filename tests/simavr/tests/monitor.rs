@@ -90,7 +90,7 @@ fn tasks_are_listed_suspended_stepped_resumed_and_killed() {
     let killed_at = word(&mcu);
     mcu.run_until(mcu.cycle() + MILLISECOND);
     assert_eq!(word(&mcu), killed_at);
-    assert!(ask(&mut mcu, "l").contains("01 COUNTER not started\r\n"));
+    assert!(ask(&mut mcu, "l").contains("01 COUNTER killed p"));
 }
 
 #[test]

@@ -71,7 +71,14 @@ impl Reference {
     /// `id`, which runs, ends another task, which can be started when the call is over.
     pub(super) fn begin_to_kill(&mut self, id: TaskId, task: TaskId) -> Result<(), Refused> {
         self.may_kill(Some(id), task)?;
+        let place = self.lines.iter().position(|&(_, waiter)| waiter == Waiter::Task(task));
+        let waited = place.map(|place| (place, self.lines[place].0));
         self.end_task(task, Activity::Dying);
+        // A signal passes it over until it has left its line.
+        if let Some((place, object)) = waited {
+            self.tasks[task].line_priority = self.tasks[task].priority;
+            self.lines.insert(place.min(self.lines.len()), (object, Waiter::Void(task)));
+        }
         self.tasks[id].is_unkillable = true;
         self.tasks[id].activity = Activity::Ending { task };
         Ok(())

@@ -367,6 +367,7 @@ impl Reference {
             }
             Activity::Enlisted(call) => self.block_enlisted(id, call),
             Activity::Ending { task } => {
+                self.lines.retain(|&(_, waiter)| waiter != Waiter::Void(task));
                 self.tasks[task].activity = Activity::New;
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
             }

@@ -2,48 +2,48 @@
 //!
 //! Read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, all in bytes and without padding on the AVR.
 
-use simavr_harness::{Image, Mcu, Part, Place};
+use simavr_harness::{Image, Mcu, Place};
 
 use crate::target::Target;
 
 /// How the mangled names of statics end.
 const KERNEL: &str = "6kernel6KERNEL";
 const IDLE: &str = "6kernel4IDLE";
-const SCHEDULER: &str = "6kernel9SCHEDULER";
-const TICKS_LEFT: &str = "6kernel5timer10TICKS_LEFT";
+const TICKS: &str = "6kernel5timer5TICKS";
+const NEXT_DEADLINE: &str = "6kernel5timer13NEXT_DEADLINE";
 /// What stands before the names of the stacks.
 const STACKS: &str = "5sweep5stack";
 
 /// Offsets in `Kernel`.
 const RUNNING: u16 = 2;
-const ARRIVED: u16 = 4;
+const HEAD_LEVEL: u16 = 4;
 const LAST: u16 = 5;
-const NEXT_DEADLINE: u16 = 21;
-const FIRST_TIMER: u16 = 23;
+const FIRST_TIMER: u16 = 21;
+
+/// The level of the idle task: there are so many queues of ready tasks.
+const LEVELS: u8 = 8;
 
 /// Offsets in `ControlBlock`, and its size.
-const ABOVE: u16 = 0;
+const LEVEL: u16 = 0;
 const STACK_POINTER: u16 = 1;
 const LINK: u16 = 3;
 const PRIORITY: u16 = 5;
 const CONTROL_BLOCK: u16 = 6;
 
-/// What the byte of the priority has besides that in its low bits, where others stand in for a task, and where a control
-/// block stands in for a task: what would be its stack pointer is the address of its `Group`.
-const PRIORITY_BITS: u8 = 7;
-const REPRESENTED: u8 = 0x40;
-const STANDS_IN: u8 = 0x20;
+/// What the byte of the priority has besides that in its low bits: of a task that waits by proxy waiters, and of a proxy
+/// waiter, whose stack pointer is the address of its wait set.
+const PROXIED: u8 = 0x08;
+const PROXY: u8 = 0x20;
 
-/// `above` of a task that is suspended, as of one that stands in for another.
-const SUSPENDED: u8 = 0xff;
+/// Beside the level of a task that is suspended or was killed, and of a proxy waiter.
+const HALTED: u8 = 0x80;
 
-/// Links of tasks that are in no list: one that has not started or has ended, and the ends of lists of one.
+/// The link of a task that has not started or has ended; and what all ends have set.
 const NONE: u16 = 0;
 const END: u16 = 0x8000;
-const GROUPED: u16 = END | 0x7e00;
 
-/// Offset in `Group`.
-const GROUP_TASK: u16 = 2;
+/// Offset in `WaitSet`.
+const SET_TASK: u16 = 2;
 
 /// More tasks than wait for anything in any image.
 const MOST_WAITING: usize = 20;
@@ -60,11 +60,6 @@ const STARTS: u16 = 1;
 
 /// What a saved stack pointer has set besides when it is a preempted task's.
 const PREEMPTED_MARK: u16 = 0x8000;
-
-/// Bytes at the top of the kernel's stack where it has interrupts enabled, as the kernel's `IDLE_STACK`: without return
-/// addresses, and how many of those.
-const IDLE_STACK: u16 = 52;
-const IDLE_RETURN_ADDRESSES: u16 = 6;
 
 /// More timers than any image has.
 const MOST_TIMERS: usize = 100;
@@ -95,8 +90,8 @@ pub struct Kernel {
     pub target: &'static Target,
     kernel: u16,
     pub idle: u16,
-    scheduler: u16,
-    ticks_left: u16,
+    ticks: u16,
+    next_deadline: u16,
     /// The kernel's own, and then each task's.
     pub stacks: Vec<Stack>,
 }
@@ -138,8 +133,8 @@ impl Kernel {
             target,
             kernel: find(KERNEL),
             idle,
-            scheduler: find(SCHEDULER),
-            ticks_left: find(TICKS_LEFT),
+            ticks: find(TICKS),
+            next_deadline: find(NEXT_DEADLINE),
             stacks,
         }
     }
@@ -153,11 +148,9 @@ impl Kernel {
         VOLUNTARY + self.target.part.return_address
     }
 
-    /// Whether SP lies where the kernel itself, or the idle task, has interrupts enabled.
-    pub fn is_idle_stack(&self, stack_pointer: u16) -> bool {
-        let Part { ram_end, return_address, .. } = *self.target.part;
-        let size = IDLE_STACK + IDLE_RETURN_ADDRESSES * return_address;
-        (ram_end - size..=ram_end).contains(&stack_pointer)
+    /// Whether SP lies on the kernel's stack.
+    pub fn is_kernel_stack(&self, stack_pointer: u16) -> bool {
+        self.stacks[0].holds(stack_pointer)
     }
 
     pub fn head(&self, mcu: &Mcu) -> u16 {
@@ -168,9 +161,9 @@ impl Kernel {
         word(mcu, self.kernel + RUNNING)
     }
 
-    /// Ticks up to the next that does more than to count.
+    /// Ticks up to the next that does more than to count: 0 stands for 65,536.
     pub fn ticks_left(&self, mcu: &Mcu) -> u16 {
-        word(mcu, self.ticks_left)
+        word(mcu, self.next_deadline).wrapping_sub(word(mcu, self.ticks))
     }
 
     /// The stack of the task with this control block.
@@ -210,65 +203,49 @@ impl Kernel {
     /// # Errors
     /// What does not hold.
     pub fn check_lists(&self, mcu: &Mcu) -> Result<(), String> {
-        let mut ready = self.preempted(mcu)?;
-        let first_above = byte(mcu, self.head(mcu) + ABOVE);
-        let arrived = byte(mcu, self.kernel + ARRIVED);
-        if arrived & first_above != 0 {
-            return Err(format!("{} is the head, but higher ones have arrived", self.name(self.head(mcu))));
+        let mut ready = vec![self.idle];
+        for level in 0..LEVELS {
+            self.check_ring(mcu, level, &mut ready)?;
         }
-        for priority in 0..8 {
-            self.check_ring(mcu, priority, arrived & 1 << priority != 0, &mut ready)?;
-        }
+        self.check_head(mcu)?;
         self.check_waiting(mcu, &ready)?;
         self.check_contexts(mcu)?;
         self.check_timers(mcu)
     }
 
-    /// The list from the head to the idle task: in falling priority. The scheduler may stand before it.
-    fn preempted(&self, mcu: &Mcu) -> Result<Vec<u16>, String> {
+    /// The head is the first of the highest queue; or the running task, which is about to find the head.
+    fn check_head(&self, mcu: &Mcu) -> Result<(), String> {
         let head = self.head(mcu);
-        let mut task = if head == self.scheduler { word(mcu, head + LINK) } else { head };
-        let mut list = vec![task];
-        while task != self.idle {
-            if self.stack_of(task).is_none() {
-                return Err(format!("{task:#x} is in the list of preempted tasks"));
-            }
-            if byte(mcu, task + ABOVE) == SUSPENDED {
-                return Err(format!("{} is suspended, but in the list of preempted tasks", self.name(task)));
-            }
-            let next = word(mcu, task + LINK);
-            let [above, next_above] = [task, next].map(|task| byte(mcu, task + ABOVE));
-            if next_above <= above {
-                return Err(format!("{} is preempted by {}", self.name(next), self.name(task)));
-            }
-            list.push(next);
-            task = next;
+        let level = byte(mcu, self.kernel + HEAD_LEVEL);
+        let last = |level: u8| word(mcu, self.kernel + LAST + 2 * u16::from(level));
+        let highest = (0..LEVELS).find(|&level| last(level) != 0).unwrap_or(LEVELS);
+        let first = if highest == LEVELS { self.idle } else { word(mcu, last(highest) + LINK) };
+        if highest < level {
+            return Err(format!("P{highest} is ready, but the head's level is {level}"));
         }
-        Ok(list)
+        if head != first && head != self.running(mcu) {
+            return Err(format!("{} is the head, but {} is first", self.name(head), self.name(first)));
+        }
+        Ok(())
     }
 
-    /// The ring of the tasks that have arrived at a priority, none of which is in `seen`.
-    fn check_ring(&self, mcu: &Mcu, priority: u8, is_there: bool, seen: &mut Vec<u16>) -> Result<(), String> {
-        let last = word(mcu, self.kernel + LAST + 2 * u16::from(priority));
-        if is_there != (last != 0) {
-            return Err(format!("the bit of those that arrived at P{priority} is {is_there}"));
-        }
-        if !is_there {
+    /// The ring of the tasks that are ready at a level, none of which is in `seen`.
+    fn check_ring(&self, mcu: &Mcu, level: u8, seen: &mut Vec<u16>) -> Result<(), String> {
+        let last = word(mcu, self.kernel + LAST + 2 * u16::from(level));
+        if last == NONE {
             return Ok(());
         }
         let mut task = last;
         loop {
             task = word(mcu, task + LINK);
             if self.stack_of(task).is_none() || task == self.idle {
-                return Err(format!("{task:#x} has arrived at P{priority}"));
+                return Err(format!("{task:#x} is in the queue of P{level}"));
             }
             if seen.contains(&task) {
-                return Err(format!("{} has arrived at P{priority}, but is ready", self.name(task)));
+                return Err(format!("{} is in the queue of P{level}, and is ready", self.name(task)));
             }
-            let is_of_priority = byte(mcu, task + PRIORITY) & PRIORITY_BITS == priority
-                && byte(mcu, task + ABOVE) == (1 << priority) - 1;
-            if !is_of_priority {
-                return Err(format!("{} has arrived at P{priority}", self.name(task)));
+            if byte(mcu, task + LEVEL) != level {
+                return Err(format!("{} is in the queue of P{level}", self.name(task)));
             }
             seen.push(task);
             if task == last {
@@ -298,24 +275,20 @@ impl Kernel {
                 }
                 task = link;
             }
-            let is_represented = byte(mcu, stack.control + PRIORITY) & REPRESENTED != 0;
-            if word(mcu, stack.control + LINK) == GROUPED && !is_represented {
-                return Err(format!("{name} waits for nobody"));
-            }
         }
         Ok(())
     }
 
-    /// Whether that is a control block of a task or of what stands in for one.
+    /// Whether that is a control block of a task or of a proxy waiter.
     fn may_wait(&self, mcu: &Mcu, control: u16) -> bool {
         if self.stack_of(control).is_some() {
             return control != self.idle && self.is_started(mcu, control);
         }
-        let task = word(mcu, word(mcu, control + STACK_POINTER).wrapping_add(GROUP_TASK));
-        byte(mcu, control + PRIORITY) & STANDS_IN != 0
-            && byte(mcu, control + ABOVE) == SUSPENDED
+        let task = word(mcu, word(mcu, control + STACK_POINTER).wrapping_add(SET_TASK));
+        byte(mcu, control + PRIORITY) & PROXY != 0
+            && byte(mcu, control + LEVEL) & HALTED != 0
             && self.stack_of(task).is_some()
-            && byte(mcu, task + PRIORITY) & REPRESENTED != 0
+            && byte(mcu, task + PRIORITY) & PROXIED != 0
     }
 
     /// Each task that does not run has a whole context on its own stack.
@@ -334,13 +307,13 @@ impl Kernel {
         Ok(())
     }
 
-    /// The list of armed timers: all ahead, in the order of their deadlines, and the countdown leads to the first.
+    /// The list of armed timers: all ahead, in the order of their deadlines, and the tick compares with the first.
     fn check_timers(&self, mcu: &Mcu) -> Result<(), String> {
-        let next = word(mcu, self.kernel + NEXT_DEADLINE);
-        if self.ticks_left(mcu) as i16 <= 0 {
-            return Ok(()); // some are being posted
+        let now = word(mcu, self.ticks);
+        let next = word(mcu, self.next_deadline);
+        if word(mcu, self.kernel + FIRST_TIMER) != NONE && self.ticks_left(mcu).wrapping_sub(1) >= 0x7fff {
+            return Ok(()); // timers are expiring
         }
-        let now = next.wrapping_sub(self.ticks_left(mcu));
         let mut timer = word(mcu, self.kernel + FIRST_TIMER);
         let mut before = 1;
         for number in 0.. {
@@ -356,7 +329,7 @@ impl Kernel {
                 return Err(format!("timer {number} in the list is due in {} ticks", ahead as i16));
             }
             if number == 0 && deadline != next {
-                return Err(format!("the first timer is due at {deadline}, the countdown ends at {next}"));
+                return Err(format!("the first timer is due at {deadline}, the tick compares with {next}"));
             }
             before = ahead;
             timer = word(mcu, timer);

@@ -92,7 +92,7 @@ impl<'k> Watch<'k> {
 
     /// Whether the running task has blocked, or made a higher one ready, and has not switched yet.
     pub fn is_before_switch(&self, mcu: &Mcu) -> bool {
-        mcu.interrupts_enabled() && self.is_switch_due(mcu) && !self.kernel.is_idle_stack(mcu.stack_pointer())
+        mcu.interrupts_enabled() && self.is_switch_due(mcu) && !self.kernel.is_kernel_stack(mcu.stack_pointer())
     }
 
     /// At the end each context that has not gone on still lies where the interrupt left it: the task was struck on its way
@@ -189,7 +189,7 @@ impl<'k> Watch<'k> {
         let only_counts = vector == self.kernel.target.tick.vector && self.kernel.ticks_left(mcu) != 1;
         self.interrupted.push(Interrupted {
             task,
-            is_kernel: self.kernel.is_idle_stack(stack_pointer),
+            is_kernel: self.kernel.is_kernel_stack(stack_pointer),
             pc: pc * 2,
             stack_pointer,
             registers: std::array::from_fn(|register| byte(register as u16)),
@@ -225,7 +225,7 @@ impl<'k> Watch<'k> {
         }
         if mcu.interrupts_enabled()
             && stack.control != self.kernel.running(mcu)
-            && !self.kernel.is_idle_stack(stack_pointer)
+            && !self.kernel.is_kernel_stack(stack_pointer)
         {
             return Err(format!("the running task uses the stack of {}", stack.name));
         }
