@@ -12,11 +12,10 @@
 //! comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks that wait for them delay it.
 //! While there is nothing to measure there are no rounds.
 
-use core::mem::offset_of;
-
 use avr_device::atmega128a::{ADC, TC2};
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore};
 
+use crate::deferred::{self, source};
 use crate::gpio::Port;
 use crate::interrupts::Serves;
 use crate::joints;
@@ -32,8 +31,7 @@ pub struct Input(u8);
 
 impl Input {
     const LAST_OF_JOINTS: u8 = 3;
-    #[doc(hidden)]
-    pub const FIRST_DOCK: u8 = 4;
+    const FIRST_DOCK: u8 = 4;
     const MULTIPLEXED: u8 = 8;
 
     /// The input at pin ADC0 to ADC6.
@@ -60,16 +58,14 @@ impl Input {
 }
 
 /// ADMUX: full scale is AVCC.
-#[doc(hidden)]
-pub const REFERENCE: u8 = 1 << 6; // REFS0
+const REFERENCE: u8 = 1 << 6; // REFS0
 
 /// ADMUX: the pin of the multiplexer's output.
 const MULTIPLEXER: u8 = 7;
 
 /// ADCSRA: begin a conversion. The converter and its interrupt are on; its clock of 125 kHz lies within the 50 to 200 kHz
 /// that 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
-#[doc(hidden)]
-pub const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
+const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
 
 /// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
@@ -86,8 +82,7 @@ const TOP: u8 = {
 };
 
 /// The rounds.
-#[doc(hidden)]
-pub struct Rounds {
+struct Rounds {
     /// What is being converted.
     input: MaskedCell<u8>,
     /// The docks that are watched, and those that were asked for: a bit for each place.
@@ -109,8 +104,7 @@ pub struct Rounds {
     trip: MaskedCell<Option<&'static Semaphore>>,
 }
 
-#[doc(hidden)]
-pub static ROUNDS: Rounds = Rounds {
+static ROUNDS: Rounds = Rounds {
     input: MaskedCell::new(0),
     watched: MaskedCell::new(0),
     wanted_docks: MaskedCell::new(0),
@@ -125,21 +119,13 @@ pub static ROUNDS: Rounds = Rounds {
 };
 
 impl Rounds {
-    #[doc(hidden)]
-    pub const INPUT: usize = offset_of!(Rounds, input);
-    #[doc(hidden)]
-    pub const READINGS: usize = offset_of!(Rounds, readings);
-    #[doc(hidden)]
-    pub const PERIOD: usize = offset_of!(Rounds, period);
-    #[doc(hidden)]
-    pub const WITHOUT_CURRENTS: usize = offset_of!(Rounds, without_currents);
-
     /// Whether the joints are measured in this round only.
     fn looks_once(masked: &Masked) -> bool {
         ROUNDS.joints.get(masked).is_some() && ROUNDS.period.get(masked).is_none()
     }
 }
 
+#[inline(always)]
 fn timer() -> TC2 {
     // SAFETY: other timers share TIMSK, which is changed with interrupts masked only.
     unsafe { TC2::steal() }
@@ -154,6 +140,7 @@ fn go_on(_: &Masked) {
     }
 }
 
+#[inline(always)]
 fn registers() -> ADC {
     // SAFETY: the registers are used with interrupts masked only.
     unsafe { ADC::steal() }
@@ -276,12 +263,13 @@ pub(crate) fn reading(masked: &Masked, Input(input): Input) -> u16 {
     ROUNDS.readings.get(usize::from(input)).map_or(0, |reading| reading.get(masked))
 }
 
+#[inline(always)]
 fn convert(masked: &Masked, input: u8) {
     ROUNDS.input.set(masked, input);
     let pin = if input >= Input::MULTIPLEXED { MULTIPLEXER } else { input };
     // SAFETY: the converter touches no memory, whatever its registers hold.
     registers().admux().write(|w| unsafe { w.bits(REFERENCE | pin) });
-    // SAFETY: likewise.
+    // SAFETY: the converter touches no memory, whatever its registers hold.
     registers().adcsra().write(|w| unsafe { w.bits(START) });
 }
 
@@ -312,7 +300,15 @@ fn convert_joints(masked: &Masked) -> bool {
     true
 }
 
-/// The interrupt "Timer/Counter2 Compare Match": a round begins, the vector has seen to the joints.
+/// The interrupt "Timer/Counter2 Compare Match": a round begins, with the joints before anything else.
+#[doc(hidden)]
+#[inline(always)]
+pub fn begin_round(masked: &Masked) {
+    joints::begin_period(masked);
+    deferred::raise(masked, source::ROUND);
+}
+
+/// What else there is to do as a round begins.
 #[doc(hidden)]
 #[inline(always)]
 pub fn round(interrupt: &mut Interrupt) {
@@ -338,147 +334,54 @@ pub fn round(interrupt: &mut Interrupt) {
     }
 }
 
-/// The interrupt "ADC Conversion Complete", but for the joints' inputs where others follow.
+/// The interrupt "ADC Conversion Complete", which is no kernel's: the joints' inputs follow each other.
 #[doc(hidden)]
 #[inline(always)]
-pub fn conversion_complete(interrupt: &mut Interrupt) {
+pub fn conversion_complete(masked: &Masked) {
+    let input = ROUNDS.input.get(masked);
+    if input >= Input::FIRST_DOCK {
+        return deferred::raise(masked, source::CONVERSION);
+    }
+    keep_reading(masked, input);
+    if let Some(next) = input.checked_sub(1) {
+        convert(masked, if ROUNDS.without_currents.get(masked) { next & !1 } else { next });
+    } else if Rounds::looks_once(masked) {
+        ROUNDS.joints.set(masked, None);
+    }
+}
+
+#[inline(always)]
+fn keep_reading(masked: &Masked, input: u8) -> u16 {
+    let reading = registers().adc().read().bits();
+    if let Some(last) = ROUNDS.readings.get(usize::from(input)) {
+        last.set(masked, reading);
+    }
+    reading
+}
+
+/// A conversion of a dock's current or of an input of the multiplexer is complete.
+#[doc(hidden)]
+#[inline(always)]
+pub fn other_conversion_complete(interrupt: &mut Interrupt) {
     let trip = interrupt.mask(|masked| {
-        let reading = registers().adc().read().bits();
         let input = ROUNDS.input.get(masked);
-        if let Some(last) = ROUNDS.readings.get(usize::from(input)) {
-            last.set(masked, reading);
+        let reading = keep_reading(masked, input);
+        if input >= Input::MULTIPLEXED {
+            ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) & !(1 << (input & 7)));
+            convert_rest(masked);
+            return None;
         }
-        match input {
-            0..Input::FIRST_DOCK => {
-                if Rounds::looks_once(masked) {
-                    ROUNDS.joints.set(masked, None);
-                }
-                None
-            }
-            Input::FIRST_DOCK..Input::MULTIPLEXED => {
-                convert_joints(masked);
-                let place = input & 3;
-                ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) & !(1 << place));
-                if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {
-                    return None;
-                }
-                PowerPort::set_output(superbot::power_switch(place), false);
-                ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << place);
-                ROUNDS.trip.get(masked)
-            }
-            _ => {
-                ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) & !(1 << (input & 7)));
-                convert_rest(masked);
-                None
-            }
+        convert_joints(masked);
+        let place = input & 3;
+        ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) & !(1 << place));
+        if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {
+            return None;
         }
+        PowerPort::set_output(superbot::power_switch(place), false);
+        ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << place);
+        ROUNDS.trip.get(masked)
     });
     if let Some(trip) = trip {
         trip.post(interrupt);
     }
-}
-
-/// Defines the vector of "ADC Conversion Complete". Where the joints' inputs follow each other it begins the next conversion
-/// itself: 62 cycles, with the interrupt's own 7.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! conversion_interrupt {
-    ($vector:ident) => {
-        #[unsafe(no_mangle)]
-        unsafe extern "C" fn $vector() -> ! {
-            extern "C" fn complete() {
-                // SAFETY: only the vector calls this, with interrupts masked.
-                $crate::adc::conversion_complete(&mut unsafe { $crate::kernel::Interrupt::assume() });
-            }
-            // SAFETY: the hardware comes here. The rounds are touched with interrupts masked only; what is changed besides is
-            // saved, and `kernel_enter_with_status` restores all that the handler may change.
-            unsafe { core::arch::asm!(
-                $crate::enter_vector!(),     // 7
-                "push r24",                    // 2
-                "lds r24, {rounds}+{input}",   // 2
-                "subi r24, 1",                 // 1: the input that comes next
-                "cpi r24, {first_dock} - 1",   // 1: a joint's?
-                "brsh 2f",                     // 1, or 2
-                "mov r30, r24",                // 1: Z = where the reading goes
-                "lsl r30",                     // 1
-                "ldi r31, 0",                  // 1
-                "subi r30, lo8(-({rounds}+{readings}+2))", // 1
-                "sbci r31, hi8(-({rounds}+{readings}+2))", // 1
-                "push r25",                    // 2
-                "in r25, 0x04",                // 1: ADCL
-                "st Z, r25",                   // 2
-                "in r25, 0x05",                // 1: ADCH
-                "std Z+1, r25",                // 2
-                "lds r25, {rounds}+{without_currents}", // 2
-                "sbrc r25, 0",                 // 1, or 2
-                "andi r24, 0xfe",              // 1: the odd ones are currents
-                "sts {rounds}+{input}, r24",   // 2
-                "ori r24, {reference}",        // 1
-                "out 0x07, r24",               // 1: ADMUX
-                "ldi r24, {start}",            // 1
-                "out 0x06, r24",               // 1: ADCSRA
-                "pop r25",                     // 2
-                "pop r24",                     // 2
-                $crate::leave_vector!(),     // 11
-                // A dock's, or the last one of the joints: then nothing is left to do while these are controlled.
-                "2:",
-                "lds r30, {rounds}+{period}+1", // 2: 0 if they are not
-                "tst r30",                     // 1
-                "breq 3f",                     // 1, or 2
-                "cpi r24, 0xff",               // 1
-                "brne 3f",                     // 1, or 2
-                "in r24, 0x04",                // 1: ADCL
-                "sts {rounds}+{readings}, r24", // 2
-                "in r24, 0x05",                // 1: ADCH
-                "sts {rounds}+{readings}+1, r24", // 2
-                "pop r24",                     // 2
-                $crate::leave_vector!(),     // 11
-                "3:",
-                "pop r24",                     // 2
-                "ldi r30, lo8(gs({complete}))", // 1
-                "ldi r31, hi8(gs({complete}))", // 1
-                "jmp {enter}",                 // 3
-                rounds = sym $crate::adc::ROUNDS,
-                input = const $crate::adc::Rounds::INPUT,
-                readings = const $crate::adc::Rounds::READINGS,
-                period = const $crate::adc::Rounds::PERIOD,
-                without_currents = const $crate::adc::Rounds::WITHOUT_CURRENTS,
-                first_dock = const $crate::adc::Input::FIRST_DOCK,
-                reference = const $crate::adc::REFERENCE,
-                start = const $crate::adc::START,
-                complete = sym complete,
-                enter = sym $crate::kernel::arch::kernel_enter_with_status,
-                options(noreturn),
-            ) }
-        }
-    };
-}
-
-/// Defines the vector of "Timer/Counter2 Compare Match": the joints' period begins before anything else.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! round_interrupt {
-    ($vector:ident) => {
-        #[unsafe(no_mangle)]
-        unsafe extern "C" fn $vector() -> ! {
-            extern "C" fn round() {
-                // SAFETY: only the vector calls this, with interrupts masked.
-                $crate::adc::round(&mut unsafe { $crate::kernel::Interrupt::assume() });
-            }
-            // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler may change.
-            unsafe { core::arch::asm!(
-                $crate::enter_vector!(),     // 7
-                "push r24",                 // 2
-                "call {begin_period}",      // 40
-                "pop r24",                  // 2
-                "ldi r30, lo8(gs({round}))", // 1
-                "ldi r31, hi8(gs({round}))", // 1
-                "jmp {enter}",              // 3
-                begin_period = sym $crate::joints::begin_period,
-                round = sym round,
-                enter = sym $crate::kernel::arch::kernel_enter_with_status,
-                options(noreturn),
-            ) }
-        }
-    };
 }

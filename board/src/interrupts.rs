@@ -28,114 +28,166 @@ macro_rules! interrupts {
         #[derive(Clone, Copy)]
         struct $name;
         $($crate::vectors!($device for $name);)+
+        $crate::deferred_interrupt!(for $($device)+);
     };
 }
 
-/// Assembly with which a vector begins that saves what it uses: 7 cycles. Z is free from here on, and r0 holds SREG to the end. Of
-/// this `kernel_enter_with_status` goes on, too.
+/// Defines the software interrupt, in a program with devices that raise it.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! enter_vector {
-    () => {
-        concat!(
-            "push r31\n",    // 2
-            "push r30\n",    // 2
-            "push r0\n",     // 2
-            "in r0, 0x3f\n", // 1: SREG
-        )
+macro_rules! deferred_interrupt {
+    (for $($device:ident)+) => { $crate::deferred_interrupt!(if $($device)+; for $($device)+); };
+    (if; for $($device:ident)+) => {};
+    (if Usart0 $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if Usart1 $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if SoftUart $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if Twi $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if Adc $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if $other:ident $($rest:ident)*; for $($device:ident)+) => {
+        $crate::deferred_interrupt!(if $($rest)*; for $($device)+);
+    };
+    (serves $($device:ident)+) => {
+        $crate::kernel::interrupt! {
+            /// "Store Program Memory Ready".
+            fn __vector_34(interrupt) {
+                let source = $crate::deferred::next(interrupt);
+                $($crate::serve!($device, source, interrupt);)+
+            }
+        }
     };
 }
 
-/// Assembly with which it ends: 11 cycles.
+/// What a device does where the software interrupt serves `$source`.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! leave_vector {
-    () => {
-        concat!(
-            "out 0x3f, r0\n", // 1
-            "pop r0\n",       // 2
-            "pop r30\n",      // 2
-            "pop r31\n",      // 2
-            "reti\n",         // 4
-        )
+macro_rules! serve {
+    (Usart0, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::USART0 != 0 {
+            $crate::usart::PORT0.wake($interrupt);
+        }
     };
+    (Usart1, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::USART1 != 0 {
+            $crate::usart::PORT1.wake($interrupt);
+        }
+    };
+    (SoftUart, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::SOFT_UART != 0 {
+            $crate::soft_uart::PORT.wake($interrupt);
+        }
+        if $source & $crate::deferred::source::SOFT_UART_SENT != 0 {
+            $crate::soft_uart::PORT.finish($interrupt);
+        }
+    };
+    (Twi, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::TWI != 0 {
+            $crate::twi::serve($interrupt);
+        }
+    };
+    (Adc, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::ROUND != 0 {
+            $crate::adc::round($interrupt);
+        }
+        if $source & $crate::deferred::source::CONVERSION != 0 {
+            $crate::adc::other_conversion_complete($interrupt);
+        }
+    };
+    ($other:ident, $source:ident, $interrupt:ident) => {};
 }
 
-/// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0); those by which
-/// MCUs differ stand in [`mcu`](crate::mcu).
+/// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0);
+/// those by which MCUs differ stand in [`mcu`](crate::mcu).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! vectors {
     (Tick for $name:ident) => {
         $crate::tick_interrupt!();
-        // SAFETY: above.
+        // SAFETY: the line before defines the tick's vector.
         unsafe impl $crate::interrupts::Serves<$crate::tick::Tick> for $name {}
     };
     (Trap for $name:ident) => {
         $crate::trap_interrupt!();
-        // SAFETY: above.
+        // SAFETY: the line before defines the vector of single steps.
         unsafe impl $crate::interrupts::Serves<$crate::trap::Trap> for $name {}
     };
     (CpuClock for $name:ident) => {
         $crate::kernel::clock_interrupts!(0x88, __vector_26, __vector_29);
-        // SAFETY: TIMER3_COMPA and TIMER3_OVF, above; TCNT3 lies at 0x88.
+        // SAFETY: the line before defines TIMER3_COMPA and TIMER3_OVF; TCNT3 lies at 0x88.
         unsafe impl $crate::interrupts::Serves<$crate::cpu_clock::CpuClock> for $name {}
     };
     (Usart0 for $name:ident) => {
-        $crate::receive_interrupt!(__vector_18, $crate::usart::Usart0, $crate::usart::PORT0, 0x2b, 0x2c);
-        $crate::transmit_interrupt!(__vector_19, $crate::usart::Usart0, $crate::usart::PORT0, 0x2c);
-        $crate::vectors!(usart $crate::usart::Usart0, __vector_20 for $name);
+        $crate::vectors!(usart $crate::usart::Usart0, USART0, __vector_18, __vector_19, __vector_20 for $name);
     };
     (Usart1 for $name:ident) => {
-        $crate::receive_interrupt!(__vector_30, $crate::usart::Usart1, $crate::usart::PORT1, 0x9b, 0x9c);
-        $crate::transmit_interrupt!(__vector_31, $crate::usart::Usart1, $crate::usart::PORT1, 0x9c);
-        $crate::vectors!(usart $crate::usart::Usart1, __vector_32 for $name);
+        $crate::vectors!(usart $crate::usart::Usart1, USART1, __vector_30, __vector_31, __vector_32 for $name);
     };
-    (usart $usart:ty, $transmit_complete:ident for $name:ident) => {
+    (usart $usart:ty, $source:ident, $receive:ident, $transmit:ident, $transmit_complete:ident for $name:ident) => {
+        $crate::fast_interrupt! {
+            fn $receive(masked) {
+                $crate::usart::receive_complete::<$usart>(masked, $crate::deferred::source::$source)
+            }
+        }
+        $crate::fast_interrupt! {
+            fn $transmit(masked) { $crate::usart::data_register_empty::<$usart>(masked) }
+        }
         $crate::kernel::interrupt! {
             fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
         }
-        // SAFETY: RX, UDRE and TX, above.
+        // SAFETY: the lines before define its three vectors: RX, UDRE and TX.
         unsafe impl $crate::interrupts::Serves<$usart> for $name {}
     };
     (SoftUart for $name:ident) => {
-        $crate::soft_uart_interrupts!();
-        $crate::kernel::interrupt! {
-            fn __vector_26(interrupt) { $crate::soft_uart::wake(interrupt) }
+        $crate::fast_interrupt! {
+            /// INT5.
+            fn __vector_6(masked) { $crate::soft_uart::pulse_begins(masked) }
         }
-        // SAFETY: INT5, INT7, TIMER3_COMPA and TIMER3_COMPB, above.
+        $crate::fast_interrupt! {
+            /// INT7.
+            fn __vector_8(masked) { $crate::soft_uart::line_changes(masked) }
+        }
+        $crate::fast_interrupt! {
+            /// TIMER3_COMPB.
+            fn __vector_27(masked) { $crate::soft_uart::character_ends(masked) }
+        }
+        // SAFETY: the lines before define its three vectors: INT5, INT7 and TIMER3_COMPB.
         unsafe impl $crate::interrupts::Serves<$crate::soft_uart::SoftUart> for $name {}
     };
     (Adc for $name:ident) => {
-        $crate::round_interrupt!(__vector_9);
-        $crate::conversion_interrupt!(__vector_21);
-        // SAFETY: TIMER2_COMP and ADC, above.
+        $crate::fast_interrupt! {
+            fn __vector_9(masked) { $crate::adc::begin_round(masked) }
+        }
+        $crate::fast_interrupt! {
+            fn __vector_21(masked) { $crate::adc::conversion_complete(masked) }
+        }
+        // SAFETY: the lines before define its two vectors: TIMER2_COMP and ADC.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
     };
     (Eeprom for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_22(interrupt) { $crate::eeprom::ready(interrupt) }
         }
-        // SAFETY: EE READY, above.
+        // SAFETY: the lines before define its vector, EE READY.
         unsafe impl $crate::interrupts::Serves<$crate::eeprom::Eeprom> for $name {}
     };
     (External for $name:ident) => {
         $crate::external_interrupt!(interrupt => $crate::external::edge(interrupt));
-        // SAFETY: above.
+        // SAFETY: the line before defines the vector of the external interrupt.
         unsafe impl $crate::interrupts::Serves<$crate::external::External> for $name {}
     };
     (Twi for $name:ident) => {
-        $crate::twi_interrupt!(__vector_33, $crate::twi::status_changed, $crate::twi::wake);
-        // SAFETY: TWI, above.
+        $crate::fast_interrupt! {
+            fn __vector_33(masked) { $crate::twi::status_changed(masked) }
+        }
+        // SAFETY: the lines before define its vector, TWI.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
     };
     (I2c for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_33(interrupt) { $crate::twi::status_changed_with_i2c(interrupt) }
         }
-        // SAFETY: TWI, above. It serves the packets as well.
+        // SAFETY: the lines before define the vector TWI, whose handler answers for packets as well.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
-        // SAFETY: likewise.
+        // SAFETY: the same vector, TWI, serves transactions with other devices.
         unsafe impl $crate::interrupts::Serves<$crate::twi::I2c> for $name {}
     };
 }

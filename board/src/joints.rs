@@ -1,12 +1,10 @@
 //! The joints' motors behind [`JointMotors`]: a bridge with a pin for its speed and one for its direction.
 //!
-//! A drive takes effect as the next period begins, in that period's interrupt. So it does so in time, however late the task
-//! was that computed it. The vectors that come before that interrupt look whether it is due, and begin the period in its stead: of
-//! what may keep it waiting, they never add to the rest.
+//! A drive takes effect as the next period begins, in that period's interrupt. So it does so in time, however
+//! late the task was that computed it. The vectors that come before that interrupt look whether it is due,
+//! and begin the period in its stead: of what may keep it waiting, they never add to the rest.
 
-use core::arch::asm;
-use core::mem::offset_of;
-
+use avr_device::atmega128a::{PORTB, PORTC, TC1, TC2};
 use embedded_hal::digital::OutputPin;
 use kernel::{Context, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::JointMotors;
@@ -24,7 +22,6 @@ use crate::superbot::{
 const _: () = assert!(pwm::TOP == FULL_DRIVE as u16, "PWM_HZ and FULL_DRIVE do not fit each other");
 
 /// What a period begins with.
-#[repr(C)]
 struct Period {
     state: MaskedCell<u8>,
     /// The directions, bits of PORTC: of the joint in this half, and of the roll joint.
@@ -118,7 +115,7 @@ impl JointMotors for Joints {
 pub(crate) fn control(masked: &Masked, is_on: bool) {
     PERIOD.state.set(masked, IS_AWAITED);
     if !is_on {
-        begin_period();
+        begin_period(masked);
         PortB::set_output(1 << 4, false); // the probe
     }
     PERIOD.state.set(masked, if is_on { IS_AWAITED } else { IS_OFF });
@@ -132,46 +129,30 @@ pub(crate) fn await_next(masked: &Masked) {
     }
 }
 
-/// Begins the period, if it has not begun: raises the probe, and puts the drives into effect. Interrupts are masked. It changes
-/// r24, r30 and SREG, for the vectors that call it. 40 cycles with the call.
-///
-/// In a function without locals the compiler adds nothing to the assembly but a `ret`.
-#[doc(hidden)]
-#[inline(never)]
-pub extern "C" fn begin_period() {
-    // SAFETY: PORTC changes with interrupts masked only, the compare units' registers here only; PB4 is the probe.
-    unsafe {
-        asm!(
-            "lds r30, {period}+{state}",      // 2
-            "cpi r30, {is_awaited}",          // 1
-            "brne 2f",                        // 1, or 2
-            "ldi r30, {has_begun}",           // 1
-            "sts {period}+{state}, r30",      // 2
-            "sbi 0x18, 4",                    // 2: PORTB, the probe
-            "in r30, 0x15",                   // 1: PORTC
-            "andi r30, 0xff - {pins}",        // 1
-            "lds r24, {period}+{directions}", // 2
-            "or r30, r24",                    // 1
-            "out 0x15, r30",                  // 1
-            "lds r24, {period}+{speeds}+1",   // 2
-            "out 0x2b, r24",                  // 1: OCR1AH
-            "lds r24, {period}+{speeds}",     // 2
-            "out 0x2a, r24",                  // 1: OCR1AL
-            "lds r24, {period}+{speeds}+3",   // 2
-            "out 0x29, r24",                  // 1: OCR1BH
-            "lds r24, {period}+{speeds}+2",   // 2
-            "out 0x28, r24",                  // 1: OCR1BL
-            "2:",
-            period = sym PERIOD,
-            state = const offset_of!(Period, state),
-            directions = const offset_of!(Period, directions),
-            speeds = const offset_of!(Period, speeds),
-            is_awaited = const IS_AWAITED,
-            has_begun = const HAS_BEGUN,
-            pins = const DIRECTIONS,
-            out("r24") _,
-            out("r30") _,
-            options(nostack),
-        );
+/// Begins the period where its interrupt waits for the vector that calls this.
+#[inline(always)]
+pub(crate) fn begin_if_due(masked: &Masked) {
+    // SAFETY: reading TIFR changes nothing.
+    if unsafe { TC2::steal() }.tifr().read().ocf2().bit_is_set() {
+        begin_period(masked);
     }
+}
+
+/// Begins the period, if it has not begun: raises the probe, and puts the drives into effect.
+#[inline(always)]
+pub(crate) fn begin_period(masked: &Masked) {
+    if PERIOD.state.get(masked) != IS_AWAITED {
+        return;
+    }
+    PERIOD.state.set(masked, HAS_BEGUN);
+    // SAFETY: PORTB and PORTC change with interrupts masked only, the compare units' registers here only.
+    let (probe, directions, speeds) = unsafe { (PORTB::steal(), PORTC::steal(), TC1::steal()) };
+    probe.portb().modify(|_, w| w.pb4().set_bit());
+    let [joint, roll] = &PERIOD.speeds;
+    // SAFETY: a port touches no memory, whatever its register holds.
+    directions
+        .portc()
+        .modify(|r, w| unsafe { w.bits(r.bits() & !DIRECTIONS | PERIOD.directions.get(masked)) });
+    speeds.ocr1a().write(|w| w.set(joint.get(masked)));
+    speeds.ocr1b().write(|w| w.set(roll.get(masked)));
 }

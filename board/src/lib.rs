@@ -8,7 +8,7 @@
 //! in a program that starts it, and it can be started only with its vectors in place:
 //!
 //! ```text
-//! #![feature(asm_experimental_arch)] // what the vectors are made of
+//! #![feature(abi_avr_interrupt, asm_experimental_arch)] // what the vectors are made of
 //!
 //! board::interrupts!(Interrupts: Tick, Usart0);
 //!
@@ -54,11 +54,15 @@ mod board;
 #[cfg(all(target_arch = "avr", feature = "atmega128", feature = "cpu-time"))]
 pub mod cpu_clock;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod deferred;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod delay;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod eeprom;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod gpio;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+mod guarded;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod joints;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

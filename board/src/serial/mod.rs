@@ -1,23 +1,20 @@
 //! Serial lines: what the tasks of a USART, or of the UART in software, share with its interrupts.
 //!
-//! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end or
-//! when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
-//! the wire.
+//! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end
+//! or when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps
+//! until the last stop bit is on the wire.
 //!
-//! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its own
-//! reflection.
+//! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its
+//! own reflection.
 
-#[doc(hidden)]
-pub mod inbox;
+mod inbox;
 mod io;
-#[doc(hidden)]
-pub mod outbox;
+mod outbox;
 
-use core::mem::offset_of;
-
-use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task, now};
+use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, TICKS, Task, now};
 use tasks::device::{Receive, Transmit};
 
+use crate::guarded::Guarded;
 use inbox::Inbox;
 use outbox::Outbox;
 
@@ -27,53 +24,38 @@ pub trait Line {
     #[doc(hidden)]
     fn port() -> &'static Port;
 
-    /// Begins to send what the port has to send, at least one byte. Returns whether it has: a line that knows of a
-    /// character before that has ended does not begin while one comes in.
+    /// Begins to send what the port has to send, at least one byte. Returns whether it has: a line that knows
+    /// of a character before that has ended does not begin while one comes in.
     #[doc(hidden)]
     fn begin(task: &mut Task) -> bool;
 }
 
-/// What the tasks and the interrupts of a line share. The inbox comes first, where the vectors look for it.
+/// What the tasks and the interrupts of a line share.
 #[doc(hidden)]
-#[repr(C)]
 pub struct Port {
     inbox: Inbox,
     is_readable: Semaphore,
     /// What is posted instead of `is_readable`.
     listener: MaskedCell<Option<&'static Semaphore>>,
-    outbox: MaskedCell<Outbox>,
+    outbox: Guarded<Outbox>,
     is_sent: Semaphore,
 }
 
 impl Port {
-    const OUTBOX: usize = offset_of!(Port, outbox);
-
     pub(crate) const fn new() -> Self {
         Port {
             inbox: Inbox::new(),
             is_readable: Semaphore::new(0),
             listener: MaskedCell::new(None),
-            outbox: MaskedCell::new(Outbox::EMPTY),
+            outbox: Guarded::new(Outbox::new()),
             is_sent: Semaphore::new(0),
         }
     }
 
-    /// A byte has come.
+    /// A byte has come. Returns whether the task is to be [woken](Self::wake).
     #[inline(always)]
-    pub(crate) fn put(&self, interrupt: &mut Interrupt, byte: u8) {
-        let time = now(interrupt);
-        let wakes = interrupt.mask(|masked| {
-            let inbox = &self.inbox;
-            let is_cut_off = inbox.is_cut_off(masked, time);
-            if is_cut_off {
-                // Its end was lost. The frame that begins now shall not be taken for the rest of it.
-                inbox.store(masked, time, 0);
-            }
-            inbox.store(masked, time, byte) || is_cut_off
-        });
-        if wakes {
-            self.wake(interrupt);
-        }
+    pub(crate) fn put(&self, masked: &Masked, byte: u8) -> bool {
+        self.inbox.store(masked, TICKS.get(masked), byte)
     }
 
     /// The inbox has something for the task.
@@ -84,22 +66,19 @@ impl Port {
 
     /// A byte is lost.
     #[inline(always)]
-    pub(crate) fn lose(&self, interrupt: &mut Interrupt) {
-        interrupt.mask(|masked| self.inbox.lose(masked));
+    pub(crate) fn lose(&self, masked: &Masked) {
+        self.inbox.lose(masked);
     }
 
     /// The next byte to send, and whether it is the last.
     #[inline(always)]
     pub(crate) fn next(&self, masked: &Masked) -> Option<(u8, bool)> {
-        let mut outbox = self.outbox.get(masked);
-        let next = outbox.take();
-        self.outbox.set(masked, outbox);
-        next
+        self.outbox.get(masked).take()
     }
 
     /// The last stop bit is on the wire.
     #[inline(always)]
-    pub(crate) fn finish(&self, interrupt: &mut Interrupt) {
+    pub fn finish(&self, interrupt: &mut Interrupt) {
         self.is_sent.post(interrupt);
     }
 }
@@ -139,11 +118,10 @@ impl Transmit for Transmitter {
         if bytes.is_empty() {
             return;
         }
-        // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
-        // borrows them, does not return before.
-        let outbox = unsafe { Outbox::of(bytes) };
         loop {
-            task.mask(|masked| self.port.outbox.set(masked, outbox));
+            // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call,
+            // which borrows them, does not return before.
+            task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
             if (self.begin)(task) {
                 break;
             }
@@ -160,23 +138,26 @@ impl Receive for Receiver {
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
-        let mut length = self.length;
-        while let Some(byte) = task.mask(|masked| self.port.inbox.take(masked)) {
-            if let Some(slot) = buffer.get_mut(usize::from(length)) {
-                *slot = byte;
-            }
-            length = length.saturating_add(1);
-            if byte == 0 {
-                self.length = 0;
-                if usize::from(length) <= buffer.len() {
-                    return Some(length.into());
+        loop {
+            let (mut length, mut is_whole) = (self.length, false);
+            self.port.inbox.drain(task, |byte| {
+                if let Some(slot) = buffer.get_mut(usize::from(length)) {
+                    *slot = byte;
                 }
-                task.mask(|masked| self.port.inbox.lose(masked));
-                length = 0;
+                length = length.saturating_add(1);
+                is_whole = byte == 0;
+                is_whole
+            });
+            if !is_whole {
+                self.length = length;
+                return None;
             }
+            self.length = 0;
+            if usize::from(length) <= buffer.len() {
+                return Some(length.into());
+            }
+            task.mask(|masked| self.port.inbox.lose(masked));
         }
-        self.length = length;
-        None
     }
 
     fn overruns(&self, task: &mut Task) -> u16 {
@@ -205,11 +186,13 @@ impl Receiver {
         task.mask(|masked| port.inbox.wake_at_first(masked, true));
         let length = loop {
             let mut length = 0;
-            for slot in buffer.iter_mut() {
-                let Some(byte) = task.mask(|masked| port.inbox.take(masked)) else { break };
-                *slot = byte;
-                length += 1;
-            }
+            port.inbox.drain(task, |byte| {
+                if let Some(slot) = buffer.get_mut(length) {
+                    *slot = byte;
+                    length += 1;
+                }
+                length >= buffer.len()
+            });
             if length > 0 {
                 break length;
             }

@@ -1,44 +1,45 @@
 //! What is to be sent on a line, byte by byte, from the slice that a task lends.
 
+use core::cell::Cell;
+use core::ptr;
+
 /// The bytes that are left.
-#[doc(hidden)]
-#[repr(C)]
-#[derive(Clone, Copy)]
 pub struct Outbox {
-    next: *const u8,
-    left: u16,
+    next: Cell<*const u8>,
+    end: Cell<*const u8>,
 }
 
-/// Offsets for the vectors.
-#[doc(hidden)]
-pub mod offset {
-    use core::mem::offset_of;
-
-    use super::Outbox;
-    use crate::serial::Port;
-
-    pub const NEXT: usize = Port::OUTBOX + offset_of!(Outbox, next);
-    pub const LEFT: usize = Port::OUTBOX + offset_of!(Outbox, left);
-}
+// SAFETY: the pointers are followed where `fill` promises that the bytes are there, whoever does so.
+unsafe impl Send for Outbox {}
 
 impl Outbox {
-    pub const EMPTY: Outbox = Outbox { next: core::ptr::null(), left: 0 };
+    /// Nothing to send.
+    pub const fn new() -> Outbox {
+        Outbox { next: Cell::new(ptr::null()), end: Cell::new(ptr::null()) }
+    }
 
-    /// All of `bytes`.
+    /// All of `bytes` are to be sent, and nothing else.
     ///
     /// # Safety
     /// They must stay as they are until all are taken.
-    pub unsafe fn of(bytes: &[u8]) -> Outbox {
-        Outbox { next: bytes.as_ptr(), left: bytes.len() as u16 }
+    #[inline(always)]
+    pub unsafe fn fill(&self, bytes: &[u8]) {
+        let bytes = bytes.as_ptr_range();
+        self.next.set(bytes.start);
+        self.end.set(bytes.end);
     }
 
     /// Takes the next byte, and whether it is the last.
     #[inline(always)]
-    pub fn take(&mut self) -> Option<(u8, bool)> {
-        self.left = self.left.checked_sub(1)?;
-        // SAFETY: by the promise of `of` so many bytes are left from there.
-        let byte = unsafe { *self.next };
-        self.next = self.next.wrapping_add(1);
-        Some((byte, self.left == 0))
+    pub fn take(&self) -> Option<(u8, bool)> {
+        let (next, end) = (self.next.get(), self.end.get());
+        if next == end {
+            return None;
+        }
+        // SAFETY: by the promise of `fill` there are bytes from here to `end`.
+        let byte = unsafe { *next };
+        let next = next.wrapping_add(1);
+        self.next.set(next);
+        Some((byte, next == end))
     }
 }

@@ -1,10 +1,11 @@
 //! From bytes to the pulses of a serial line: 8 data bits, no parity, 1 stop bit.
 //!
-//! A character begins low, with its start bit, and ends high, with its stop bit. So it is a row of pulses, each low for
-//! some bits and then high for some.
+//! A character begins low, with its start bit, and ends high, with its stop bit. So it is a row of pulses,
+//! each low for some bits and then high for some.
 //!
-//! On the robot the [vector](super::vectors) does what [`PulseEncoder::next`] does, on the same state; this is what it is held
-//! against, and what makes the first pulse.
+//! The tests on the host and the vectors run the same code.
+
+use core::cell::Cell;
 
 /// A pulse, in ticks.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -18,56 +19,71 @@ pub struct Pulse {
     pub is_last: bool,
 }
 
-/// A line on which a bit lasts `BIT` ticks.
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-pub struct PulseEncoder<const BIT: u16> {
-    /// The bits that no pulse was made of yet, the next one at the bottom, the stop bit on top; 0 when all is sent. The first
-    /// bit of a pulse, always a low one, is not among them.
-    bits: u16,
-}
+/// No bits are left. Not 0: for that the compiler keeps a register, which a vector would have to save.
+const ALL_SENT: u8 = 0xff;
 
-/// The stop bit behind a byte.
-#[doc(hidden)]
-pub const STOP: u16 = 1 << 8;
+/// A line on which a bit lasts `BIT` ticks.
+pub struct PulseEncoder<const BIT: u16> {
+    /// The bits that no pulse was made of yet, the next one at the bottom, ones above: the stop bit is one.
+    /// The first bit of a pulse, always a low one, is not among them.
+    bits: Cell<u8>,
+    /// How many they are, the stop bit among them; [`ALL_SENT`].
+    left: Cell<u8>,
+}
 
 impl<const BIT: u16> PulseEncoder<BIT> {
     /// Nothing to send.
     pub const fn new() -> Self {
-        PulseEncoder { bits: 0 }
+        PulseEncoder { bits: Cell::new(0), left: Cell::new(ALL_SENT) }
     }
 
     /// Begins with `byte`, whose start bit is the first of a pulse.
-    pub const fn begin(&mut self, byte: u8) {
-        self.bits = STOP | byte as u16;
+    #[inline(always)]
+    pub fn begin(&self, byte: u8) {
+        self.bits.set(byte);
+        self.left.set(9);
+    }
+
+    /// Has as much to send as `other`.
+    #[inline(always)]
+    pub fn go_on_from(&self, other: &Self) {
+        self.bits.set(other.bits.get());
+        self.left.set(other.left.get());
     }
 
     /// The next pulse, if there is one. `next_byte` is asked when it ends a character.
-    pub fn next(&mut self, next_byte: impl FnOnce() -> Option<u8>) -> Option<Pulse> {
-        if self.bits == 0 {
+    #[inline(always)]
+    pub fn next(&self, next_byte: impl FnOnce() -> Option<u8>) -> Option<Pulse> {
+        let (mut bits, mut left) = (self.bits.get(), self.left.get());
+        if left == ALL_SENT {
             return None;
         }
         let mut low = BIT;
-        while !self.take_bit() {
+        while bits & 1 == 0 {
             low += BIT;
+            bits = bits >> 1 | 0x80;
+            left -= 1;
         }
-        let mut length = low + BIT;
-        while self.take_bit() {
+        let mut length = low;
+        loop {
             length += BIT;
+            bits = bits >> 1 | 0x80;
+            left -= 1;
+            if left == 0 || bits & 1 == 0 {
+                break;
+            }
         }
-        // Behind the stop bit there are zeros, of which the first was taken: it stands for the start bit that follows.
-        if self.bits == 0
-            && let Some(byte) = next_byte()
-        {
+        if left != 0 {
+            // The bit that follows is low, and the first of a pulse.
+            self.bits.set(bits >> 1 | 0x80);
+            self.left.set(left - 1);
+        } else if let Some(byte) = next_byte() {
             self.begin(byte);
+        } else {
+            self.left.set(ALL_SENT);
+            return Some(Pulse { low, length, is_last: true });
         }
-        Some(Pulse { low, length, is_last: self.bits == 0 })
-    }
-
-    fn take_bit(&mut self) -> bool {
-        let bit = self.bits & 1 != 0;
-        self.bits >>= 1;
-        bit
+        Some(Pulse { low, length, is_last: false })
     }
 }
 
@@ -89,7 +105,7 @@ mod tests {
     /// The level in each bit, from the first start bit to the last stop bit.
     fn levels(bytes: &[u8]) -> Vec<bool> {
         let (mut rest, mut levels) = (bytes.iter().copied(), Vec::new());
-        let mut encoder = PulseEncoder::<BIT>::new();
+        let encoder = PulseEncoder::<BIT>::new();
         encoder.begin(rest.next().expect("there is a first byte"));
         let mut is_over = false;
         while let Some(Pulse { low, length, is_last }) = encoder.next(|| rest.next()) {

@@ -1,47 +1,35 @@
 //! The device: what its tasks call, and its interrupts.
 
-use kernel::{Context, Interrupt, Masked, MaskedCell, Task};
+use kernel::{Context, Masked, MaskedCell, Task};
 
 use super::decoder::{Character, EdgeDecoder};
 use super::encoder::{Pulse, PulseEncoder};
 use super::registers;
+use crate::deferred::{self, source};
+use crate::guarded::Guarded;
 use crate::interrupts::Serves;
+use crate::joints;
 use crate::serial::{Line, Port, Receiver, Transmitter};
 use crate::superbot::{BAUD, CLOCK_HZ};
 
 /// A bit in clocks: 417.
-#[doc(hidden)]
-pub const BIT: u16 = {
+const BIT: u16 = {
     let bit = (CLOCK_HZ + BAUD / 2) / BAUD;
     assert!(bit <= 0xffff / 12, "a character and more must fit the timer");
     bit as u16
 };
 
-/// Clocks from a character's beginning until it has ended for certain.
-#[doc(hidden)]
-pub const END: u16 = EdgeDecoder::<BIT>::END;
-
 /// Clocks from the call to the first start bit: the first pulse must be set by then.
 const LEAD: u16 = BIT;
 
-static STATE: MaskedCell<State> = MaskedCell::new(State::Listening);
-#[doc(hidden)]
-pub static DECODER: MaskedCell<EdgeDecoder<BIT>> = MaskedCell::new(EdgeDecoder::new());
-#[doc(hidden)]
-pub static ENCODER: MaskedCell<PulseEncoder<BIT>> = MaskedCell::new(PulseEncoder::new());
+/// Whether the timer makes pulses. At other times it takes the times of edges.
+static IS_SENDING: MaskedCell<bool> = MaskedCell::new(false);
+static DECODER: Guarded<EdgeDecoder<BIT>> = Guarded::new(EdgeDecoder::new());
+static ENCODER: Guarded<PulseEncoder<BIT>> = Guarded::new(PulseEncoder::new());
 
 /// What tasks and interrupts share.
 #[doc(hidden)]
 pub static PORT: Port = Port::new();
-
-/// What the timer is used for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
-    Listening,
-    Sending,
-    /// Listening again, and the task that sent is to be woken.
-    HasSent,
-}
 
 /// The UART in software: received at PE7, sent at PE5. It uses Timer3, INT5 and INT7.
 pub struct SoftUart(());
@@ -65,17 +53,19 @@ impl Line for SoftUart {
     }
 
     fn begin(task: &mut Task) -> bool {
-        let mut encoder = PulseEncoder::new();
-        let Some((byte, _)) = task.mask(|masked| PORT.next(masked)) else { return false };
+        let Some(byte) = task.mask(next_byte) else { return false };
+        // The first pulse is made of a copy, so that interrupts are not masked meanwhile.
+        let encoder = PulseEncoder::new();
         encoder.begin(byte);
         let first = encoder.next(|| task.mask(next_byte));
         task.mask(|masked| {
-            if DECODER.get(masked).is_busy() {
+            let decoder = DECODER.get(masked);
+            if decoder.is_busy() {
                 return false;
             }
-            STATE.set(masked, State::Sending);
-            DECODER.set(masked, EdgeDecoder::new()); // what comes in is drowned
-            ENCODER.set(masked, encoder);
+            IS_SENDING.set(masked, true);
+            decoder.reset(); // what comes in is drowned
+            ENCODER.get(masked).go_on_from(&encoder);
             registers::begin_pulses(LEAD);
             set_pulse(first);
             true
@@ -83,10 +73,12 @@ impl Line for SoftUart {
     }
 }
 
+#[inline(always)]
 fn next_byte(masked: &Masked) -> Option<u8> {
     PORT.next(masked).map(|(byte, _)| byte)
 }
 
+/// Sets the pulse that follows the one under way, if there is one.
 #[inline(always)]
 fn set_pulse(pulse: Option<Pulse>) {
     match pulse {
@@ -96,42 +88,90 @@ fn set_pulse(pulse: Option<Pulse>) {
     }
 }
 
-/// "Timer/Counter3 Compare Match A": a byte is in store that wakes the task; or the transmission has ended.
+/// The interrupt INT5: a pulse has begun, so the next one can be set.
 #[doc(hidden)]
 #[inline(always)]
-pub fn wake(interrupt: &mut Interrupt) {
-    let has_sent = interrupt.mask(|masked| {
-        registers::ignore_match_a();
-        let has_sent = STATE.get(masked) == State::HasSent;
-        if has_sent {
-            STATE.set(masked, State::Listening);
-        }
-        has_sent
-    });
-    if has_sent { PORT.finish(interrupt) } else { PORT.wake(interrupt) }
+pub fn pulse_begins(masked: &Masked) {
+    joints::begin_if_due(masked);
+    set_pulse(ENCODER.get(masked).next(|| next_byte(masked)));
 }
 
-/// "Timer/Counter3 Compare Match B", where it is no byte that follows another: a byte after a pause or a line held low, or the
-/// last stop bit that is sent is on the wire.
+/// The interrupt INT7: the line has changed, perhaps twice.
 #[doc(hidden)]
 #[inline(always)]
-pub fn ended(interrupt: &mut Interrupt) {
-    let ended = interrupt.mask(|masked| {
-        registers::ignore_match_b();
-        if STATE.get(masked) == State::Sending {
-            registers::listen();
-            registers::raise_match_a();
-            STATE.set(masked, State::HasSent);
-            return None;
-        }
-        let mut decoder = DECODER.get(masked);
-        let ended = decoder.ended(!registers::expects_rising());
-        DECODER.set(masked, decoder);
-        ended
-    });
+pub fn line_changes(masked: &Masked) {
+    joints::begin_if_due(masked);
+    let is_behind = if registers::expects_rising() { rises(masked) } else { falls(masked) };
+    if is_behind {
+        catch_up(masked);
+    }
+    joints::begin_if_due(masked); // one that has become due since need not wait for the next vector
+}
+
+/// The line has changed more than once since its change was looked for. That is rare, so it is a call.
+#[cold]
+#[inline(never)]
+fn catch_up(masked: &Masked) {
+    while if registers::expects_rising() { rises(masked) } else { falls(masked) } {}
+}
+
+/// The line has risen, or else there was nothing. Returns whether it has fallen again already.
+#[inline(always)]
+fn rises(masked: &Masked) -> bool {
+    let has_changed = registers::is_high(); // before the flag is read, which an edge sets first
+    let decoder = DECODER.get(masked);
+    let time = match registers::captured() {
+        Some(time) => time,
+        None if has_changed => decoder.untimed_rise(),
+        None => return false,
+    };
+    registers::expect(false);
+    decoder.rise(time);
+    !registers::is_high()
+}
+
+/// The line has fallen, or else there was nothing. Returns whether it has risen again already.
+#[inline(always)]
+fn falls(masked: &Masked) -> bool {
+    let has_changed = !registers::is_high();
+    let decoder = DECODER.get(masked);
+    let time = match registers::captured() {
+        Some(time) => time,
+        None if has_changed => decoder.untimed_fall(),
+        None => return false,
+    };
+    registers::expect(true);
+    if let Some(event) = decoder.fall(time) {
+        registers::set_match_b(decoder.ends_at());
+        take(masked, event.ended);
+    }
+    registers::is_high()
+}
+
+/// The interrupt "Timer/Counter3 Compare Match B": a character has ended and no other has begun, or the last
+/// stop bit that is sent is on the wire.
+#[doc(hidden)]
+#[inline(always)]
+pub fn character_ends(masked: &Masked) {
+    registers::ignore_match_b();
+    if IS_SENDING.get(masked) {
+        IS_SENDING.set(masked, false);
+        registers::listen();
+        return deferred::raise(masked, source::SOFT_UART_SENT);
+    }
+    take(masked, DECODER.get(masked).ended(!registers::expects_rising()));
+}
+
+/// A character has come.
+#[inline(always)]
+fn take(masked: &Masked, ended: Option<Character>) {
     match ended {
-        Some(Character::Byte(byte)) => PORT.put(interrupt, byte),
-        Some(Character::Malformed) => PORT.lose(interrupt),
+        Some(Character::Byte(byte)) => {
+            if PORT.put(masked, byte) {
+                deferred::raise(masked, source::SOFT_UART);
+            }
+        }
+        Some(Character::Malformed) => PORT.lose(masked),
         None => {}
     }
 }

@@ -1,46 +1,50 @@
 //! The registers behind the serial line in software (ATmega128 datasheet, "16-bit Timer/Counter", "External
-//! Interrupts"). To be used with interrupts masked: the timer's 16-bit registers share a byte on their way, and others
-//! change bits beside ours.
+//! Interrupts"). To be used with interrupts masked: the timer's 16-bit registers share a byte on their way,
+//! and others change bits beside ours.
 
 use avr_device::atmega128a::{EXINT, PORTE, TC3};
 
 /// TCCR3B: the timer's clock is the MCU's.
 const CLOCK: u8 = 1 << 0; // CS30
 /// TCCR3B, the bit: capture at a rising edge.
-pub const RISING: u8 = 6; // ICES3
+const RISING: u8 = 6; // ICES3
 /// TCCR3B while the line is listened to, for the edge that comes next.
-pub const EXPECT_FALLING: u8 = CLOCK;
-pub const EXPECT_RISING: u8 = CLOCK | 1 << RISING;
-/// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them before.
+const EXPECT_FALLING: u8 = CLOCK;
+const EXPECT_RISING: u8 = CLOCK | 1 << RISING;
+/// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them
+/// before.
 const PULSES_A: u8 = 0b11; // WGM31, WGM30
 const PULSES_B: u8 = 0b11 << 3; // WGM33, WGM32
 /// TCCR3A: pin OC3C is set at a match, and cleared at 0 while counting up to OCR3A.
 const SETS: u8 = 0b11 << 2; // COM3C1, COM3C0
 
-/// ETIMSK and ETIFR: a match of unit A, or B.
-pub const MATCH_A: u8 = 1 << 4;
-pub const MATCH_B: u8 = 1 << 3;
+/// ETIMSK and ETIFR: a match of unit B.
+const MATCH_B: u8 = 1 << 3;
 /// ETIFR, the bit: an edge was captured.
-pub const CAPTURED: u8 = 5; // ICF3
+const CAPTURED: u8 = 5; // ICF3
 
 /// EIMSK and EIFR: INT5, the falling edges sent.
 const SENT: u8 = 1 << 5;
 /// EIMSK and EIFR: INT7, the edges received.
 const RECEIVED: u8 = 1 << 7;
 
+#[inline(always)]
 fn timer() -> TC3 {
     // SAFETY: one serial line in software exists, and its parts call with interrupts masked.
     unsafe { TC3::steal() }
 }
 
+#[inline(always)]
 fn external() -> EXINT {
-    // SAFETY: as for `timer`.
+    // SAFETY: drivers of other pins share these registers, and all change them with interrupts masked, in one
+    // step.
     unsafe { EXINT::steal() }
 }
 
 /// Makes PE5 a high output, and PE7 an input: pulled up, so that a dock without a receiver is idle.
 pub fn start() {
-    // SAFETY: as for `timer`.
+    // SAFETY: pins share these registers, and all change them with interrupts masked, as they are when this
+    // is called.
     let port = unsafe { PORTE::steal() };
     port.porte().modify(|_, w| w.pe7().set_bit().pe5().set_bit());
     listen();
@@ -51,17 +55,20 @@ pub fn start() {
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() | SENT));
 }
 
-/// Lets the timer count through all 16 bits, and watches for edges from now on. The line to send by stays high.
+/// Lets the timer count through all 16 bits, and watches for edges from now on. The line to send by stays
+/// high.
+#[inline(always)]
 pub fn listen() {
-    // SAFETY: the timer touches no memory, whatever its registers hold. Units A and B leave their pins to the port.
+    // SAFETY: the timer touches no memory, whatever its registers hold. Units A and B leave their pins to the
+    // port.
     timer().tccr3a().write(|w| unsafe { w.bits(SETS) });
     expect(!is_high());
     external().eifr().write(|w| w.intf().set(RECEIVED));
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() | RECEIVED));
 }
 
-/// Has the line go low `lead` clocks from now, at least 2; the pulse that is set next begins then. Edges received are
-/// ignored from now on.
+/// Has the line go low `lead` clocks from now, at least 2; the pulse that is set next begins then. Edges
+/// received are ignored from now on.
 pub fn begin_pulses(lead: u16) {
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() & !RECEIVED));
     // In this mode at once, for a first round with the line high.
@@ -69,9 +76,10 @@ pub fn begin_pulses(lead: u16) {
     timer().ocr3b().write(|w| w.set(u16::MAX));
     timer().ocr3c().write(|w| w.set(0));
     timer().tcnt3().write(|w| w.set(0));
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold. This mode gives the pin of unit C to
+    // the timer.
     timer().tccr3a().write(|w| unsafe { w.bits(SETS | PULSES_A) });
-    // SAFETY: likewise.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().tccr3b().write(|w| unsafe { w.bits(CLOCK | PULSES_B) });
     ignore_match_b();
 }
@@ -102,10 +110,10 @@ pub fn captured() -> Option<u16> {
 /// Expects a rising edge next, or a falling one.
 #[inline(always)]
 pub fn expect(is_rising: bool) {
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().tccr3b().write(|w| unsafe { w.bits(if is_rising { EXPECT_RISING } else { EXPECT_FALLING }) });
     // After the change, as it may set the flag (datasheet, "Using the Input Capture Unit"). Ones clear flags.
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().etifr().write(|w| unsafe { w.bits(1 << CAPTURED) });
 }
 
@@ -133,37 +141,21 @@ pub fn set_match_b(time: u16) {
 /// Forgets a match of unit B that has not interrupted yet.
 #[inline(always)]
 fn forget_match_b() {
-    // SAFETY: as for `listen`. Ones clear flags.
+    // SAFETY: the timer touches no memory, whatever its registers hold. Ones clear flags.
     timer().etifr().write(|w| unsafe { w.bits(MATCH_B) });
 }
 
 /// Has unit B interrupt at its match.
 #[inline(always)]
 fn watch_match_b() {
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_B) });
-}
-
-/// Has unit A match at once, and interrupt.
-#[inline(always)]
-pub fn raise_match_a() {
-    let soon = timer().tcnt3().read().bits().wrapping_add(64); // this line takes fewer
-    timer().ocr3a().write(|w| w.set(soon));
-    // SAFETY: as for `listen`.
-    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_A) });
-}
-
-/// Keeps unit A from interrupting.
-#[inline(always)]
-pub fn ignore_match_a() {
-    // SAFETY: as for `listen`.
-    timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() & !MATCH_A) });
 }
 
 /// Keeps unit B from interrupting.
 #[inline(always)]
 pub fn ignore_match_b() {
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() & !MATCH_B) });
     forget_match_b();
 }

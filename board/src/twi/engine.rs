@@ -190,6 +190,10 @@ impl Engine {
     }
 
     fn store(&mut self) -> Answer {
+        // Addressed while the last packet was still there, which was taken before the first byte came: so that is acknowledged.
+        if self.incoming == Incoming::Free {
+            self.incoming = Incoming::Filling { length: 0 };
+        }
         match self.incoming {
             Incoming::Filling { length } if usize::from(length) < CAPACITY => {
                 self.incoming = Incoming::Filling { length: length + 1 };

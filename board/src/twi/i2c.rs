@@ -6,10 +6,9 @@ use core::ptr::{self, NonNull};
 use embedded_hal::i2c::{self, ErrorKind, Operation};
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 
+use super::control::{ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP};
 use super::interface;
-use super::registers::{
-    ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data, status,
-};
+use super::registers::{data, request, set_bit_rate, set_control, set_data, status};
 use super::transaction::{Step, Transaction};
 use crate::WithTask;
 use crate::interrupts::Serves;

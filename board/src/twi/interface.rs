@@ -1,22 +1,20 @@
 //! Packets: what the bridge task calls, and the interrupt.
 
-use core::mem::offset_of;
-
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::{Bus, Transfer};
 
+use super::control::{ACKNOWLEDGE, ENABLED, GO_ON, HELD, INTERRUPT, START, STOP};
 use super::engine::{CAPACITY, Data, Engine};
-use super::registers::{
-    ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP, data, request, set_bit_rate, set_control, set_data,
-    set_own_address, status,
-};
-use super::stream::{self, Ended, Stream};
+use super::registers::{data, request, set_bit_rate, set_control, set_data, set_own_address, status, twsr};
+use super::stream::{Ended, Streams};
 use super::wires::{self, Wire};
+use crate::deferred::{self, source};
+use crate::guarded::Guarded;
 use crate::interrupts::Serves;
+use crate::joints;
 
 /// What the task and the interrupt share.
-#[doc(hidden)]
-pub struct Packets {
+struct Packets {
     engine: MaskedCell<Engine>,
     /// SLA+W of the other MCU, and what it is to get.
     outgoing: [MaskedCell<u8>; 1 + CAPACITY],
@@ -26,8 +24,7 @@ pub struct Packets {
     signal: MaskedCell<Option<&'static Semaphore>>,
 }
 
-#[doc(hidden)]
-pub static PACKETS: Packets = Packets {
+static PACKETS: Packets = Packets {
     engine: MaskedCell::new(Engine::new()),
     outgoing: [const { MaskedCell::new(0) }; 1 + CAPACITY],
     length: MaskedCell::new(0),
@@ -35,18 +32,18 @@ pub static PACKETS: Packets = Packets {
     signal: MaskedCell::new(None),
 };
 
-impl Packets {
-    #[doc(hidden)]
-    pub const OUTGOING: usize = offset_of!(Packets, outgoing);
-    #[doc(hidden)]
-    pub const LENGTH: usize = offset_of!(Packets, length);
+/// Whether the bus is held for a status that the engine has to answer. Not so any more where the bus was
+/// [freed](Bus::free).
+static IS_HELD: MaskedCell<bool> = MaskedCell::new(false);
 
-    /// Lets the engine know of what the vector has ended.
+/// How far the vector may go.
+static STREAMS: Guarded<Streams> = Guarded::new(Streams::new());
+
+impl Packets {
+    /// Lets the engine know of what has ended without it.
     #[inline(always)]
     fn settle(&'static self, masked: &Masked) {
-        let ended = stream::ENDED.get(masked);
-        if ended != Ended::NOTHING {
-            stream::ENDED.set(masked, Ended::NOTHING);
+        if let Some(ended) = STREAMS.get(masked).take_ended() {
             self.settle_with(masked, ended);
         }
     }
@@ -55,31 +52,28 @@ impl Packets {
     #[inline(never)]
     fn settle_with(&'static self, masked: &Masked, ended: Ended) {
         let mut engine = self.engine.get(masked);
-        self.catch_up(masked, &mut engine);
-        engine.settle(ended.sent(), ended.is_received());
+        STREAMS.get(masked).catch_up(&mut engine);
+        engine.settle(ended.sent, ended.is_received);
         self.engine.set(masked, engine);
     }
 
-    /// Tells `engine` which bytes the vector has sent and stored.
+    /// Does what an answer says of TWDR.
     #[inline(always)]
-    fn catch_up(&'static self, masked: &Masked, engine: &mut Engine) {
-        let sent = stream::OUTGOING.get(masked).index(&self.outgoing);
-        let received = stream::INCOMING.get(masked).index(&self.incoming);
-        engine.catch_up(sent, received);
-    }
-
-    /// Tells the vector which bytes it may send.
-    #[inline(always)]
-    fn arm_outgoing(&'static self, masked: &Masked, engine: &Engine) {
-        let (next, number) = engine.sendable();
-        stream::OUTGOING.set(masked, Stream::new(&self.outgoing, next, number));
-    }
-
-    /// Tells the vector which bytes it may store.
-    #[inline(always)]
-    fn arm_incoming(&'static self, masked: &Masked, engine: &Engine) {
-        let (next, number) = engine.storable();
-        stream::INCOMING.set(masked, Stream::new(&self.incoming, next, number));
+    fn obey(&'static self, masked: &Masked, what: Data) {
+        match what {
+            Data::None => {}
+            Data::Send(index) => {
+                if let Some(cell) = self.outgoing.get(usize::from(index)) {
+                    set_data(cell.get(masked));
+                }
+            }
+            Data::Ones => set_data(0xff),
+            Data::Store(index) => {
+                if let Some(cell) = self.incoming.get(usize::from(index)) {
+                    cell.set(masked, data());
+                }
+            }
+        }
     }
 }
 
@@ -91,9 +85,9 @@ impl Twi {
         Twi(())
     }
 
-    /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), for packets to the MCU with the 7-bit address `other`, and from
-    /// whoever calls the address `own`. `signal` is posted when a packet was sent, or could not be, and when
-    /// one has come.
+    /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), for packets to the MCU with the 7-bit
+    /// address `other`, and from whoever calls the address `own`. `signal` is posted when a packet was sent,
+    /// or could not be, and when one has come.
     pub fn start(
         self,
         _: impl Serves<Twi>,
@@ -108,7 +102,7 @@ impl Twi {
             if let Some(address) = PACKETS.outgoing.first() {
                 address.set(masked, other << 1);
             }
-            PACKETS.arm_incoming(masked, &Engine::new());
+            STREAMS.get(masked).arm_incoming(&Engine::new());
             PACKETS.signal.set(masked, Some(signal));
             request(masked, ENABLED | ACKNOWLEDGE);
         });
@@ -143,16 +137,20 @@ impl Bus for Interface {
             if engine.is_idle() {
                 engine.send(length);
                 PACKETS.engine.set(masked, engine);
-                PACKETS.arm_outgoing(masked, &engine);
+                STREAMS.get(masked).arm_outgoing(&engine);
                 request(masked, START);
             }
         });
     }
 
-    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds it for a byte's bit has lost count by then
-    /// (I2C-bus specification, "Bus clear"). Then a STOP, by which everyone knows that the bus is free.
+    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds it for a byte's bit has lost
+    /// count by then (I2C-bus specification, "Bus clear"). Then a STOP, by which everyone knows that the bus
+    /// is free.
     fn free(&mut self, task: &mut Task) {
-        task.mask(|masked| set_control(masked, 0)); // the pins are the port's, and let go
+        task.mask(|masked| {
+            IS_HELD.set(masked, false);
+            set_control(masked, 0); // the pins are the port's, and let go
+        });
         for _ in 0..9 {
             if wires::data_is_high() {
                 break;
@@ -169,8 +167,7 @@ impl Bus for Interface {
             let mut engine = PACKETS.engine.get(masked);
             engine.reset();
             PACKETS.engine.set(masked, engine);
-            PACKETS.arm_outgoing(masked, &engine);
-            PACKETS.arm_incoming(masked, &engine);
+            STREAMS.get(masked).arm(&engine);
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
             set_control(masked, ENABLED | acknowledge);
         });
@@ -197,27 +194,58 @@ impl Bus for Interface {
             let mut engine = PACKETS.engine.get(masked);
             engine.release();
             PACKETS.engine.set(masked, engine);
-            PACKETS.arm_incoming(masked, &engine);
+            STREAMS.get(masked).arm_incoming(&engine);
             request(masked, ACKNOWLEDGE);
         });
         Some(length.min(buffer.len()))
     }
 }
 
-/// The interrupt "Two-wire Serial Interface" in a program with packets alone.
+/// The interrupt "Two-wire Serial Interface" in a program with packets alone, which is no kernel's.
 #[doc(hidden)]
 #[inline(always)]
-pub fn status_changed(interrupt: &mut Interrupt) {
-    answer(interrupt, status(), false);
+pub fn status_changed(masked: &Masked) {
+    let streams = STREAMS.get(masked);
+    match streams.answer(twsr()) {
+        Some(what) => {
+            PACKETS.obey(masked, what);
+            set_control(masked, GO_ON);
+            streams.advance(what); // now that the bus goes on
+        }
+        None => {
+            set_control(masked, HELD);
+            IS_HELD.set(masked, true);
+            deferred::raise(masked, source::TWI);
+        }
+    }
 }
 
-/// The vector has ended a packet.
+/// Answers the status for which the bus is held.
 #[doc(hidden)]
 #[inline(always)]
-pub fn wake(interrupt: &mut Interrupt) {
-    if let Some(signal) = interrupt.mask(|masked| PACKETS.signal.get(masked)) {
-        signal.post(interrupt);
+pub fn serve(interrupt: &mut Interrupt) {
+    if !interrupt.mask(take_held) {
+        return; // the task has freed the bus meanwhile
     }
+    let status = status();
+    let turned = interrupt.mask(|masked| {
+        let streams = STREAMS.get(masked);
+        set_control(masked, streams.turn(status)?);
+        joints::begin_if_due(masked); // the kernel takes as long again
+        Some(if streams.has_ended() { PACKETS.signal.get(masked) } else { None })
+    });
+    match turned {
+        Some(Some(signal)) => signal.post(interrupt),
+        Some(None) => {}
+        None => answer(interrupt, status, false),
+    }
+}
+
+#[inline(always)]
+fn take_held(masked: &Masked) -> bool {
+    let is_held = IS_HELD.get(masked);
+    IS_HELD.set(masked, false);
+    is_held
 }
 
 /// The state of the packets.
@@ -232,22 +260,9 @@ pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: b
     let signal = interrupt.mask(|masked| {
         PACKETS.settle(masked);
         let mut engine = PACKETS.engine.get(masked);
-        PACKETS.catch_up(masked, &mut engine);
+        STREAMS.get(masked).catch_up(&mut engine);
         let answer = engine.answer(status);
-        match answer.data {
-            Data::None => {}
-            Data::Send(index) => {
-                if let Some(cell) = PACKETS.outgoing.get(usize::from(index)) {
-                    set_data(cell.get(masked));
-                }
-            }
-            Data::Ones => set_data(0xff),
-            Data::Store(index) => {
-                if let Some(cell) = PACKETS.incoming.get(usize::from(index)) {
-                    cell.set(masked, data());
-                }
-            }
-        }
+        PACKETS.obey(masked, answer.data);
         let others_start = transaction_waits && !engine.is_sending();
         let start = if engine.wants_start() || others_start { START } else { 0 };
         let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
@@ -255,8 +270,7 @@ pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: b
         set_control(masked, ENABLED | INTERRUPT | start | acknowledge | stop);
         // The bus goes on, and the vector waits for this handler.
         PACKETS.engine.set(masked, engine);
-        PACKETS.arm_outgoing(masked, &engine);
-        PACKETS.arm_incoming(masked, &engine);
+        STREAMS.get(masked).arm(&engine);
         if answer.signals { PACKETS.signal.get(masked) } else { None }
     });
     if let Some(signal) = signal {

@@ -3,6 +3,7 @@
 use avr_device::atmega128a::TWI;
 use kernel::Masked;
 
+use super::control::INTERRUPT;
 use super::status;
 use crate::superbot::{CLOCK_HZ, I2C_HZ};
 
@@ -13,24 +14,7 @@ const BIT_RATE: u8 = {
     bit_rate as u8
 };
 
-/// TWCR: the interface and its interrupt are on.
-pub const ENABLED: u8 = 1 << 2 | 1 << 0; // TWEN, TWIE
-/// TWCR: send a STOP as a master, let go of the bus otherwise.
-pub const STOP: u8 = 1 << 4; // TWSTO
-/// TWCR: send a START when the bus is free.
-pub const START: u8 = 1 << 5; // TWSTA
-/// TWCR: acknowledge.
-pub const ACKNOWLEDGE: u8 = 1 << 6; // TWEA
-/// TWCR: there is a new status. Writing one clears it, and the interface goes on.
-pub const INTERRUPT: u8 = 1 << 7; // TWINT
-
-/// TWCR: an answer without an acknowledgement.
-pub const PAUSE: u8 = ENABLED | INTERRUPT;
-
-/// TWCR: the answer in the middle of a packet. A START that waits for the other MCU's packet is asked for again when
-/// that has ended.
-pub const GO_ON: u8 = PAUSE | ACKNOWLEDGE;
-
+#[inline(always)]
 fn registers() -> TWI {
     // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it comes.
     unsafe { TWI::steal() }
@@ -47,10 +31,16 @@ pub fn set_own_address(address: u8) {
     registers().twar().write(|w| unsafe { w.bits(address << 1) });
 }
 
+/// TWSR: one of [`status`], and the bits of the prescaler.
+#[inline(always)]
+pub fn twsr() -> u8 {
+    registers().twsr().read().bits()
+}
+
 /// TWSR without its prescaler bits: one of [`status`].
 #[inline(always)]
 pub fn status() -> u8 {
-    registers().twsr().read().bits() & status::MASK
+    twsr() & status::MASK
 }
 
 /// TWDR: the byte that has come.

@@ -1,12 +1,12 @@
-//! The two USARTs. An interrupt a byte, both ways; of the kernel only where a frame that comes has ended, or goes out.
+//! The two USARTs. An interrupt a byte, both ways; of the kernel only where a frame has ended.
 
 mod registers;
-mod vector;
 
-use kernel::{Context, Interrupt, Task};
+use kernel::{Interrupt, Masked, Task};
 
 pub use registers::{Usart, Usart0, Usart1};
 
+use crate::deferred;
 use crate::interrupts::Serves;
 use crate::serial::{Line, Port, Receiver, Transmitter};
 use crate::superbot::{BAUD, CLOCK_HZ};
@@ -26,8 +26,7 @@ pub static PORT0: Port = Port::new();
 pub static PORT1: Port = Port::new();
 
 /// UCSRnA: what is wrong with the byte in UDRn, or after it.
-#[doc(hidden)]
-pub const ERRORS: u8 = FRAME_ERROR | DATA_OVERRUN;
+const ERRORS: u8 = FRAME_ERROR | DATA_OVERRUN;
 
 macro_rules! start {
     ($($Usart:ident: $PORT:ident)+) => {$(
@@ -56,37 +55,37 @@ macro_rules! start {
 }
 start!(Usart0: PORT0 Usart1: PORT1);
 
-/// The interrupt "USART, Rx Complete", where the vector can't store the byte.
+/// The interrupt "USART, Rx Complete", which is no kernel's. `source` wakes the task.
 #[doc(hidden)]
 #[inline(always)]
-pub fn receive_complete<U: Usart>(interrupt: &mut Interrupt) {
+pub fn receive_complete<U: Usart>(masked: &Masked, source: u8) {
     let status = U::status(); // of the byte in UDRn, so read before it
     let byte = U::data();
     if status & ERRORS != 0 {
-        U::port().lose(interrupt);
+        U::port().lose(masked);
         if status & FRAME_ERROR != 0 {
             return; // no byte: a line held low must not look like a stream of ends of frames
         }
     }
-    U::port().put(interrupt, byte);
+    if U::port().put(masked, byte) {
+        deferred::raise(masked, source);
+    }
 }
 
-/// The interrupt "USART, Data Register Empty", where a frame ends.
+/// The interrupt "USART, Data Register Empty", which is no kernel's.
 #[doc(hidden)]
 #[inline(always)]
-pub fn data_register_empty<U: Usart>(interrupt: &mut Interrupt) {
-    interrupt.mask(|masked| {
-        let Some((byte, is_last)) = U::port().next(masked) else {
-            return U::set_control(RECEIVING);
-        };
-        U::set_data(byte);
-        if is_last {
-            // The flag may stand from the byte before. Cleared now it can only come from the last one,
-            // which takes a frame's time from here.
-            U::set_status(DOUBLE_SPEED | TRANSMIT_COMPLETE);
-            U::set_control(FINISHING);
-        }
-    });
+pub fn data_register_empty<U: Usart>(masked: &Masked) {
+    let Some((byte, is_last)) = U::port().next(masked) else {
+        return U::set_control(RECEIVING);
+    };
+    U::set_data(byte);
+    if is_last {
+        // The flag may stand from the byte before. Cleared now it can only come from the last one,
+        // which takes a frame's time from here.
+        U::set_status(DOUBLE_SPEED | TRANSMIT_COMPLETE);
+        U::set_control(FINISHING);
+    }
 }
 
 /// The interrupt "USART, Tx Complete".

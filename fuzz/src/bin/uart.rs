@@ -9,26 +9,27 @@ const BIT: u16 = 417;
 
 fuzz_target!(|input: &[u8]| {
     let [byte, noise @ ..] = input else { return };
-    let mut decoder = EdgeDecoder::<BIT>::new();
+    let decoder = EdgeDecoder::<BIT>::new();
     let mut time = 0u16;
     for edge in noise.chunks_exact(2) {
         let [low, high] = edge else { continue };
         time = time.wrapping_add(u16::from_le_bytes([*low, high & 0x3f]));
         match high >> 6 {
-            0 => _ = decoder.edge(time, false),
-            1 => _ = decoder.edge(time, true),
-            2 => _ = decoder.untimed_edge(low & 1 != 0),
+            0 => _ = decoder.fall(time),
+            1 => decoder.rise(time),
+            2 if low & 1 != 0 => decoder.rise(decoder.untimed_rise()),
+            2 => _ = decoder.fall(decoder.untimed_fall()),
             _ => _ = decoder.ended(low & 1 != 0),
         }
     }
     // The line is high, and what is left was looked at.
-    decoder.edge(time, true);
+    decoder.rise(time);
     decoder.ended(true);
-    let mut encoder = PulseEncoder::<BIT>::new();
+    let encoder = PulseEncoder::<BIT>::new();
     encoder.begin(*byte);
     while let Some(Pulse { low, length, .. }) = encoder.next(|| None) {
-        decoder.edge(time, false);
-        decoder.edge(time.wrapping_add(low), true);
+        decoder.fall(time);
+        decoder.rise(time.wrapping_add(low));
         time = time.wrapping_add(length);
     }
     assert_eq!(decoder.ended(true), Some(Character::Byte(*byte)));

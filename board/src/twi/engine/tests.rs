@@ -91,7 +91,7 @@ fn indices_lie_within_the_packets() {
             assert!(index < length);
         }
         Data::Store(index) => {
-            assert_eq!(before.incoming, Filling { length: index });
+            assert!(before.incoming == Filling { length: index } || before.incoming == Free && index == 0);
             assert_eq!(after.incoming, Filling { length: index + 1 });
             assert!(index < FULL);
         }
@@ -184,6 +184,7 @@ fn every_status_of_the_datasheet() {
         (ADDRESSED, Free, filling(0), go_on),
         (ADDRESSED, filling(5), filling(0), go_on),
         (RECEIVED, filling(0), filling(1), Answer { data: Data::Store(0), ..go_on }),
+        (RECEIVED, Free, filling(1), Answer { data: Data::Store(0), ..go_on }),
         (RECEIVED, filling(23), filling(24), Answer { data: Data::Store(23), ..go_on }),
         (RECEIVED_REFUSED, filling(24), Free, go_on),
         (STOP, filling(24), Whole { length: 24 }, signals),
@@ -300,17 +301,11 @@ fn bytes_that_went_by_without_an_answer_count_as_if_they_had_one() {
             engine.answer(status::DATA_ACKNOWLEDGED);
         }
         assert_eq!(engine.outgoing, Ended(Done));
-        let mut quick = Engine { outgoing: Waiting { length }, incoming: Free };
-        quick.catch_up(length, 0);
-        quick.settle(Some(Done), false);
-        assert_eq!(quick, engine);
     }
-    // The address is refused, or the other MCU comes first.
+    // The address is sent, or the other MCU comes first.
     let mut quick = Engine { outgoing: Waiting { length: 5 }, incoming: Free };
     quick.catch_up(1, 0);
     assert_eq!(quick.outgoing, Sending { next: 1, length: 5 });
-    quick.settle(Some(Refused), false);
-    assert_eq!(quick.outgoing, Ended(Refused));
     let mut quick = Engine { outgoing: Sending { next: 1, length: 5 }, incoming: Free };
     quick.catch_up(0, 3);
     assert_eq!(quick, Engine { outgoing: Waiting { length: 5 }, incoming: Filling { length: 3 } });
@@ -324,10 +319,6 @@ fn bytes_that_went_by_without_an_answer_count_as_if_they_had_one() {
         let mut quick = Engine::new();
         quick.catch_up(0, stored);
         assert_eq!(quick, engine, "after {stored} bytes");
-        quick.settle(None, true);
-        let mut slow = engine;
-        slow.answer(status::STOP);
-        assert_eq!(quick, slow, "a packet of {stored} bytes");
     }
     engine.answer(status::RECEIVED);
     assert!(!engine.acknowledges(), "the last one that fits is answered by the engine");

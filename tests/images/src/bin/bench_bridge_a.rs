@@ -1,7 +1,7 @@
 //! The sending side of the bridge test; see `bench_bridge/sides.rs`.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[path = "bench_bridge/sides.rs"]
 mod sides;

@@ -1,7 +1,7 @@
 //! The sending side of the link test; see `bench_link/sides.rs`.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[path = "bench_link/sides.rs"]
 mod sides;

@@ -5,7 +5,7 @@
 //! first dock was opened for its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use board::Board;
 use board::adc::{Analog, Input, Rhythm};

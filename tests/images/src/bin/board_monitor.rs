@@ -1,7 +1,7 @@
 //! The monitor over USART0, and tasks for it to look at.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use core::hint::black_box;
 

@@ -1,7 +1,7 @@
 //! All serial lines and the bus at once, on the master; see `board_serial/load.rs`.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[path = "board_serial/load.rs"]
 mod load;

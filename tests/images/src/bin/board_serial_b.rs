@@ -1,7 +1,7 @@
 //! The same as `board_serial_a`, on the slave.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[path = "board_serial/load.rs"]
 mod load;

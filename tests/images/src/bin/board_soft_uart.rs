@@ -4,7 +4,7 @@
 //! Marks: 0x7f for a byte that was lost.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use core::arch::asm;
 

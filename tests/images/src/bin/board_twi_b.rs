@@ -1,7 +1,7 @@
 //! Sends packets to the other MCU while that does the same; see `board_twi_a`.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 #[path = "board_twi/exchange.rs"]
 mod exchange;

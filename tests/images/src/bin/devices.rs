@@ -3,7 +3,7 @@
 //! Marks what each device reports, as the four bytes of the report; then waits for the next one that is due.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use board::Board;
 use board::debug::mark;

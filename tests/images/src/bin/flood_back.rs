@@ -1,7 +1,7 @@
 //! A neighbour that floods a module from before: it sits there by its dock Back.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use tasks::dock::Dock;
 use tests_images::flood::Beside;

@@ -1,7 +1,7 @@
 //! A neighbour that floods a module at a side, by its dock Back, and asks its console again and again.
 #![no_std]
 #![no_main]
-#![feature(asm_experimental_arch)]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 use tasks::dock::Dock;
 use tests_images::flood::Beside;

@@ -1,0 +1,90 @@
+//! Vectors that enter no kernel, and the interrupt by which they hand over what needs it.
+//!
+//! A handler of [`kernel::interrupt!`] may call the kernel, and pays for that with some 120 cycles: all
+//! registers that a call may change are saved, and the stack is another. A byte in the middle of a frame
+//! needs no kernel. The vectors that come for each byte or edge are therefore Rust functions with the ABI
+//! `avr-interrupt`: the compiler saves the registers that they use, and no more. Where a task is to be woken
+//! they [`raise`] a software interrupt, which posts.
+//!
+//! That interrupt is "Store Program Memory Ready". It lasts as long as it is enabled, since no program here
+//! writes its own flash, and all others come first (ATmega128 datasheet, "Boot Loader Support", SPMCSR). So a
+//! period of the joints' control never waits for a byte and for what follows from it.
+
+use avr_device::atmega128a::BOOT_LOAD;
+use kernel::{Context, Interrupt, Masked, MaskedCell};
+
+use crate::joints;
+
+/// What can be handed over: a bit each, the lowest is served first.
+#[doc(hidden)]
+pub mod source {
+    /// A round of measurement has begun, [`adc::round`](crate::adc::round).
+    pub const ROUND: u8 = 1 << 0;
+    /// The two-wire bus is held for an answer.
+    pub const TWI: u8 = 1 << 1;
+    /// A line has something for the task that receives.
+    pub const USART0: u8 = 1 << 2;
+    pub const USART1: u8 = 1 << 3;
+    pub const SOFT_UART: u8 = 1 << 4;
+    /// The last stop bit of the UART in software is on the wire.
+    pub const SOFT_UART_SENT: u8 = 1 << 5;
+    /// A conversion is complete that is none of the joints'.
+    pub const CONVERSION: u8 = 1 << 6;
+}
+
+/// What was raised and not served.
+static RAISED: MaskedCell<u8> = MaskedCell::new(0);
+
+/// SPMCSR: the interrupt is enabled.
+const ENABLED: u8 = 1 << 7; // SPMIE
+
+#[inline(always)]
+fn enable(is_on: bool) {
+    // SAFETY: of the bits of SPMCSR only SPMIE is ever set, and without an instruction SPM the register does
+    // nothing else.
+    unsafe { BOOT_LOAD::steal().spmcsr().write(|w| w.bits(if is_on { ENABLED } else { 0 })) };
+}
+
+/// Has the software interrupt serve `source`, once. 8 cycles.
+#[inline(always)]
+pub fn raise(masked: &Masked, source: u8) {
+    RAISED.set(masked, RAISED.get(masked) | source);
+    enable(true);
+}
+
+/// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come
+/// again, after those that are before it in the order of the vectors.
+#[doc(hidden)]
+#[inline(always)]
+pub fn next(interrupt: &mut Interrupt) -> u8 {
+    interrupt.mask(|masked| {
+        joints::begin_if_due(masked);
+        let raised = RAISED.get(masked);
+        let others = raised & raised.wrapping_sub(1);
+        RAISED.set(masked, others);
+        if others == 0 {
+            enable(false);
+        }
+        raised & !others
+    })
+}
+
+/// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked, and must end
+/// within 550 cycles: see [`soft_uart`](crate::soft_uart).
+///
+/// It must call no function that is not inlined: then the compiler would save all registers that a call may
+/// change.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! fast_interrupt {
+    ($(#[$attribute:meta])* fn $vector:ident($masked:ident) $body:block) => {
+        $(#[$attribute])*
+        #[unsafe(no_mangle)]
+        unsafe extern "avr-interrupt" fn $vector() {
+            // SAFETY: the hardware comes here with interrupts masked, and nothing enables them before the
+            // return. The context is lent as `Masked` alone, with which no kernel call can be made.
+            let mut interrupt = unsafe { $crate::kernel::Interrupt::assume() };
+            $crate::kernel::Context::mask(&mut interrupt, |$masked| $body)
+        }
+    };
+}
