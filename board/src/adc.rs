@@ -269,7 +269,7 @@ fn convert(masked: &Masked, input: u8) {
     let pin = if input >= Input::MULTIPLEXED { MULTIPLEXER } else { input };
     // SAFETY: the converter touches no memory, whatever its registers hold.
     registers().admux().write(|w| unsafe { w.bits(REFERENCE | pin) });
-    // SAFETY: likewise.
+    // SAFETY: the converter touches no memory, whatever its registers hold.
     registers().adcsra().write(|w| unsafe { w.bits(START) });
 }
 

@@ -1,16 +1,19 @@
 //! Vectors that enter no kernel, and the interrupt by which they hand over what needs it.
 //!
-//! A handler of [`kernel::interrupt!`] may call the kernel, and pays for that with some 120 cycles: all registers that a call may
-//! change are saved, and the stack is another. A byte in the middle of a frame needs no kernel. The vectors that come for each
-//! byte or edge are therefore Rust functions with the ABI `avr-interrupt`: the compiler saves the registers that they use, and
-//! no more. Where a task is to be woken they [`raise`] a software interrupt, which posts.
+//! A handler of [`kernel::interrupt!`] may call the kernel, and pays for that with some 120 cycles: all
+//! registers that a call may change are saved, and the stack is another. A byte in the middle of a frame
+//! needs no kernel. The vectors that come for each byte or edge are therefore Rust functions with the ABI
+//! `avr-interrupt`: the compiler saves the registers that they use, and no more. Where a task is to be woken
+//! they [`raise`] a software interrupt, which posts.
 //!
-//! That interrupt is "Store Program Memory Ready". It lasts as long as it is enabled, since no program here writes its own flash,
-//! and all others come first (ATmega128 datasheet, "Boot Loader Support", SPMCSR). So a period of the joints' control never
-//! waits for a byte and for what follows from it.
+//! That interrupt is "Store Program Memory Ready". It lasts as long as it is enabled, since no program here
+//! writes its own flash, and all others come first (ATmega128 datasheet, "Boot Loader Support", SPMCSR). So a
+//! period of the joints' control never waits for a byte and for what follows from it.
 
 use avr_device::atmega128a::BOOT_LOAD;
 use kernel::{Context, Interrupt, Masked, MaskedCell};
+
+use crate::joints;
 
 /// What can be handed over: a bit each, the lowest is served first.
 #[doc(hidden)]
@@ -37,7 +40,8 @@ const ENABLED: u8 = 1 << 7; // SPMIE
 
 #[inline(always)]
 fn enable(is_on: bool) {
-    // SAFETY: of the bits of SPMCSR only SPMIE is ever set, and without an instruction SPM the register does nothing else.
+    // SAFETY: of the bits of SPMCSR only SPMIE is ever set, and without an instruction SPM the register does
+    // nothing else.
     unsafe { BOOT_LOAD::steal().spmcsr().write(|w| w.bits(if is_on { ENABLED } else { 0 })) };
 }
 
@@ -48,12 +52,13 @@ pub fn raise(masked: &Masked, source: u8) {
     enable(true);
 }
 
-/// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come again, after
-/// those that are before it in the order of the vectors.
+/// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come
+/// again, after those that are before it in the order of the vectors.
 #[doc(hidden)]
 #[inline(always)]
 pub fn next(interrupt: &mut Interrupt) -> u8 {
     interrupt.mask(|masked| {
+        joints::begin_if_due(masked);
         let raised = RAISED.get(masked);
         let others = raised & raised.wrapping_sub(1);
         RAISED.set(masked, others);
@@ -64,10 +69,11 @@ pub fn next(interrupt: &mut Interrupt) -> u8 {
     })
 }
 
-/// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked, and must end within 550 cycles: see
-/// [`soft_uart`](crate::soft_uart).
+/// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked, and must end
+/// within 550 cycles: see [`soft_uart`](crate::soft_uart).
 ///
-/// It must call no function that is not inlined: then the compiler would save all registers that a call may change.
+/// It must call no function that is not inlined: then the compiler would save all registers that a call may
+/// change.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! fast_interrupt {
@@ -75,73 +81,10 @@ macro_rules! fast_interrupt {
         $(#[$attribute])*
         #[unsafe(no_mangle)]
         unsafe extern "avr-interrupt" fn $vector() {
-            // SAFETY: the hardware comes here with interrupts masked, and nothing enables them before the return. The context
-            // is lent as `Masked` alone, with which no kernel call can be made.
+            // SAFETY: the hardware comes here with interrupts masked, and nothing enables them before the
+            // return. The context is lent as `Masked` alone, with which no kernel call can be made.
             let mut interrupt = unsafe { $crate::kernel::Interrupt::assume() };
             $crate::kernel::Context::mask(&mut interrupt, |$masked| $body)
         }
     };
-}
-
-/// Defines the software interrupt, in a program with devices that raise it.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! deferred_interrupt {
-    (for $($device:ident)+) => { $crate::deferred_interrupt!(if $($device)+; for $($device)+); };
-    (if; for $($device:ident)+) => {};
-    (if Usart0 $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
-    (if Usart1 $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
-    (if SoftUart $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
-    (if Twi $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
-    (if Adc $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
-    (if $other:ident $($rest:ident)*; for $($device:ident)+) => {
-        $crate::deferred_interrupt!(if $($rest)*; for $($device)+);
-    };
-    (serves $($device:ident)+) => {
-        $crate::kernel::interrupt! {
-            /// "Store Program Memory Ready".
-            fn __vector_34(interrupt) {
-                let source = $crate::deferred::next(interrupt);
-                $($crate::serve!($device, source, interrupt);)+
-            }
-        }
-    };
-}
-
-/// What a device does where the software interrupt serves `$source`.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! serve {
-    (Usart0, $source:ident, $interrupt:ident) => {
-        if $source & $crate::deferred::source::USART0 != 0 {
-            $crate::usart::PORT0.wake($interrupt);
-        }
-    };
-    (Usart1, $source:ident, $interrupt:ident) => {
-        if $source & $crate::deferred::source::USART1 != 0 {
-            $crate::usart::PORT1.wake($interrupt);
-        }
-    };
-    (SoftUart, $source:ident, $interrupt:ident) => {
-        if $source & $crate::deferred::source::SOFT_UART != 0 {
-            $crate::soft_uart::PORT.wake($interrupt);
-        }
-        if $source & $crate::deferred::source::SOFT_UART_SENT != 0 {
-            $crate::soft_uart::PORT.finish($interrupt);
-        }
-    };
-    (Twi, $source:ident, $interrupt:ident) => {
-        if $source & $crate::deferred::source::TWI != 0 {
-            $crate::twi::serve($interrupt);
-        }
-    };
-    (Adc, $source:ident, $interrupt:ident) => {
-        if $source & $crate::deferred::source::ROUND != 0 {
-            $crate::adc::round($interrupt);
-        }
-        if $source & $crate::deferred::source::CONVERSION != 0 {
-            $crate::adc::other_conversion_complete($interrupt);
-        }
-    };
-    ($other:ident, $source:ident, $interrupt:ident) => {};
 }

@@ -23,8 +23,8 @@ static FREE: Semaphore = Semaphore::new(1);
 static IS_READY: Semaphore = Semaphore::new(0);
 
 fn registers() -> EEPROM {
-    // SAFETY: tasks use the registers while they hold `FREE`'s signal; the interrupt uses only the bit that enables
-    // it, which a task sets when it goes to wait.
+    // SAFETY: tasks use the registers while they hold `FREE`'s signal; the interrupt uses only the bit that
+    // enables it, which a task sets when it goes to wait.
     unsafe { EEPROM::steal() }
 }
 
@@ -42,11 +42,11 @@ impl Eeprom {
     }
 }
 
-/// The EEPROM, for any number of tasks. One at a time uses it: each call takes it for as long as it lasts, and blocks
-/// until it has it.
+/// The EEPROM, for any number of tasks. One at a time uses it: each call takes it for as long as it lasts,
+/// and blocks until it has it.
 ///
-/// A task that writes blocks while it has the EEPROM, which is why this is no `kernel::Mutex`: who waits for it waits up to
-/// 8.5 ms for each byte, whatever its priority.
+/// A task that writes blocks while it has the EEPROM, which is why this is no `kernel::Mutex`: who waits for
+/// it waits up to 8.5 ms for each byte, whatever its priority.
 #[derive(Clone, Copy)]
 pub struct Storage(());
 
@@ -65,8 +65,9 @@ impl Storage {
         Ok(())
     }
 
-    /// Writes `bytes` from `address` on, and returns when they are written: 8.5 ms for each. A byte that is there already is
-    /// left alone, which takes no time and wears nothing; any other wears its place, good for 100,000 writes.
+    /// Writes `bytes` from `address` on, and returns when they are written: 8.5 ms for each. A byte that is
+    /// there already is left alone, which takes no time and wears nothing; any other wears its place, good
+    /// for 100,000 writes.
     ///
     /// Others see all of `bytes` or none. A reset in between leaves the first ones written.
     ///
@@ -149,7 +150,8 @@ fn write(task: &mut Task, address: u16, byte: u8) {
     // SAFETY: the EEPROM touches no memory, whatever its registers hold.
     registers().eedr().write(|w| unsafe { w.bits(byte) });
     task.mask(|_| {
-        // SAFETY: as above. EEWE counts only within four cycles of EEMWE.
+        // SAFETY: two bits of EECR, and the EEPROM touches no memory. EEWE counts only within four cycles of
+        // EEMWE: interrupts are masked.
         unsafe {
             asm!(
                 "sbi 0x1c, 2", // 2 cycles: EEMWE
@@ -161,7 +163,7 @@ fn write(task: &mut Task, address: u16, byte: u8) {
 }
 
 fn set_address(address: u16) {
-    // SAFETY: as in `write`.
+    // SAFETY: the EEPROM touches no memory, whatever its registers hold.
     registers().eear().write(|w| unsafe { w.bits(address) });
 }
 

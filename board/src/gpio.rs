@@ -137,7 +137,7 @@ macro_rules! ports {
 
             #[inline(always)]
             fn set_direction(mask: u8, value: bool) {
-                // SAFETY: likewise.
+                // SAFETY: a port touches no memory, whatever its registers hold.
                 interrupt::free(|_| Self::registers().$direction().modify(|r, w| unsafe {
                     w.bits(if value { r.bits() | mask } else { r.bits() & !mask })
                 }));

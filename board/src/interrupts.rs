@@ -32,24 +32,87 @@ macro_rules! interrupts {
     };
 }
 
-/// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0); those by which
-/// MCUs differ stand in [`mcu`](crate::mcu).
+/// Defines the software interrupt, in a program with devices that raise it.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! deferred_interrupt {
+    (for $($device:ident)+) => { $crate::deferred_interrupt!(if $($device)+; for $($device)+); };
+    (if; for $($device:ident)+) => {};
+    (if Usart0 $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if Usart1 $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if SoftUart $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if Twi $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if Adc $($rest:ident)*; for $($device:ident)+) => { $crate::deferred_interrupt!(serves $($device)+); };
+    (if $other:ident $($rest:ident)*; for $($device:ident)+) => {
+        $crate::deferred_interrupt!(if $($rest)*; for $($device)+);
+    };
+    (serves $($device:ident)+) => {
+        $crate::kernel::interrupt! {
+            /// "Store Program Memory Ready".
+            fn __vector_34(interrupt) {
+                let source = $crate::deferred::next(interrupt);
+                $($crate::serve!($device, source, interrupt);)+
+            }
+        }
+    };
+}
+
+/// What a device does where the software interrupt serves `$source`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! serve {
+    (Usart0, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::USART0 != 0 {
+            $crate::usart::PORT0.wake($interrupt);
+        }
+    };
+    (Usart1, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::USART1 != 0 {
+            $crate::usart::PORT1.wake($interrupt);
+        }
+    };
+    (SoftUart, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::SOFT_UART != 0 {
+            $crate::soft_uart::PORT.wake($interrupt);
+        }
+        if $source & $crate::deferred::source::SOFT_UART_SENT != 0 {
+            $crate::soft_uart::PORT.finish($interrupt);
+        }
+    };
+    (Twi, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::TWI != 0 {
+            $crate::twi::serve($interrupt);
+        }
+    };
+    (Adc, $source:ident, $interrupt:ident) => {
+        if $source & $crate::deferred::source::ROUND != 0 {
+            $crate::adc::round($interrupt);
+        }
+        if $source & $crate::deferred::source::CONVERSION != 0 {
+            $crate::adc::other_conversion_complete($interrupt);
+        }
+    };
+    ($other:ident, $source:ident, $interrupt:ident) => {};
+}
+
+/// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0);
+/// those by which MCUs differ stand in [`mcu`](crate::mcu).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! vectors {
     (Tick for $name:ident) => {
         $crate::tick_interrupt!();
-        // SAFETY: above.
+        // SAFETY: the line before defines the tick's vector.
         unsafe impl $crate::interrupts::Serves<$crate::tick::Tick> for $name {}
     };
     (Trap for $name:ident) => {
         $crate::trap_interrupt!();
-        // SAFETY: above.
+        // SAFETY: the line before defines the vector of single steps.
         unsafe impl $crate::interrupts::Serves<$crate::trap::Trap> for $name {}
     };
     (CpuClock for $name:ident) => {
         $crate::kernel::clock_interrupts!(0x88, __vector_26, __vector_29);
-        // SAFETY: TIMER3_COMPA and TIMER3_OVF, above; TCNT3 lies at 0x88.
+        // SAFETY: the line before defines TIMER3_COMPA and TIMER3_OVF; TCNT3 lies at 0x88.
         unsafe impl $crate::interrupts::Serves<$crate::cpu_clock::CpuClock> for $name {}
     };
     (Usart0 for $name:ident) => {
@@ -70,7 +133,7 @@ macro_rules! vectors {
         $crate::kernel::interrupt! {
             fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
         }
-        // SAFETY: RX, UDRE and TX, above.
+        // SAFETY: the lines before define its three vectors: RX, UDRE and TX.
         unsafe impl $crate::interrupts::Serves<$usart> for $name {}
     };
     (SoftUart for $name:ident) => {
@@ -86,7 +149,7 @@ macro_rules! vectors {
             /// TIMER3_COMPB.
             fn __vector_27(masked) { $crate::soft_uart::character_ends(masked) }
         }
-        // SAFETY: INT5, INT7 and TIMER3_COMPB, above.
+        // SAFETY: the lines before define its three vectors: INT5, INT7 and TIMER3_COMPB.
         unsafe impl $crate::interrupts::Serves<$crate::soft_uart::SoftUart> for $name {}
     };
     (Adc for $name:ident) => {
@@ -96,35 +159,35 @@ macro_rules! vectors {
         $crate::fast_interrupt! {
             fn __vector_21(masked) { $crate::adc::conversion_complete(masked) }
         }
-        // SAFETY: TIMER2_COMP and ADC, above.
+        // SAFETY: the lines before define its two vectors: TIMER2_COMP and ADC.
         unsafe impl $crate::interrupts::Serves<$crate::adc::Adc> for $name {}
     };
     (Eeprom for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_22(interrupt) { $crate::eeprom::ready(interrupt) }
         }
-        // SAFETY: EE READY, above.
+        // SAFETY: the lines before define its vector, EE READY.
         unsafe impl $crate::interrupts::Serves<$crate::eeprom::Eeprom> for $name {}
     };
     (External for $name:ident) => {
         $crate::external_interrupt!(interrupt => $crate::external::edge(interrupt));
-        // SAFETY: above.
+        // SAFETY: the line before defines the vector of the external interrupt.
         unsafe impl $crate::interrupts::Serves<$crate::external::External> for $name {}
     };
     (Twi for $name:ident) => {
         $crate::fast_interrupt! {
             fn __vector_33(masked) { $crate::twi::status_changed(masked) }
         }
-        // SAFETY: TWI, above.
+        // SAFETY: the lines before define its vector, TWI.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
     };
     (I2c for $name:ident) => {
         $crate::kernel::interrupt! {
             fn __vector_33(interrupt) { $crate::twi::status_changed_with_i2c(interrupt) }
         }
-        // SAFETY: TWI, above. It serves the packets as well.
+        // SAFETY: the lines before define the vector TWI, whose handler answers for packets as well.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
-        // SAFETY: likewise.
+        // SAFETY: the same vector, TWI, serves transactions with other devices.
         unsafe impl $crate::interrupts::Serves<$crate::twi::I2c> for $name {}
     };
 }

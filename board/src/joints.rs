@@ -1,8 +1,8 @@
 //! The joints' motors behind [`JointMotors`]: a bridge with a pin for its speed and one for its direction.
 //!
-//! A drive takes effect as the next period begins, in that period's interrupt. So it does so in time, however late the task
-//! was that computed it. The vectors that come before that interrupt look whether it is due, and begin the period in its stead: of
-//! what may keep it waiting, they never add to the rest.
+//! A drive takes effect as the next period begins, in that period's interrupt. So it does so in time, however
+//! late the task was that computed it. The vectors that come before that interrupt look whether it is due,
+//! and begin the period in its stead: of what may keep it waiting, they never add to the rest.
 
 use avr_device::atmega128a::{PORTB, PORTC, TC1, TC2};
 use embedded_hal::digital::OutputPin;
@@ -150,7 +150,9 @@ pub(crate) fn begin_period(masked: &Masked) {
     probe.portb().modify(|_, w| w.pb4().set_bit());
     let [joint, roll] = &PERIOD.speeds;
     // SAFETY: a port touches no memory, whatever its register holds.
-    directions.portc().modify(|r, w| unsafe { w.bits(r.bits() & !DIRECTIONS | PERIOD.directions.get(masked)) });
+    directions
+        .portc()
+        .modify(|r, w| unsafe { w.bits(r.bits() & !DIRECTIONS | PERIOD.directions.get(masked)) });
     speeds.ocr1a().write(|w| w.set(joint.get(masked)));
     speeds.ocr1b().write(|w| w.set(roll.get(masked)));
 }

@@ -32,7 +32,7 @@ pub(crate) fn next() -> u16 {
     // SAFETY: nothing else uses `LAST`; volatile, because it holds what was there before the program started.
     let [number, complement] = unsafe { last.read_volatile() };
     let next = if complement == !number { number.wrapping_add(STEP) } else { fold_unused_sram() };
-    // SAFETY: as above.
+    // SAFETY: this function alone uses `LAST`, and runs once, before the tasks.
     unsafe { last.write_volatile([next, !next]) };
     next
 }

@@ -63,7 +63,7 @@ pub fn take(_: &mut Boot) -> Option<PanicRecord> {
     if sum != checksum([task, line, column]) {
         return None;
     }
-    // SAFETY: as above.
+    // SAFETY: no task runs before `Boot` is over, so nothing else uses the record.
     unsafe { record.write_volatile([task, line, column, !sum]) };
     Some(PanicRecord { task, line, column })
 }

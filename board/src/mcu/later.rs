@@ -40,7 +40,7 @@ pub(crate) fn start_timer2() {
 
 /// Enables or disables the interrupt of Timer2.
 pub(crate) fn enable_timer2(is_enabled: bool) {
-    // SAFETY: as above.
+    // SAFETY: single steps alone use Timer2, and call this with interrupts masked.
     let timer = unsafe { TC2::steal() };
     timer.timsk2().write(|w| w.ocie2a().bit(is_enabled));
 }

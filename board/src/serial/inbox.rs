@@ -2,7 +2,7 @@
 //!
 //! Each byte is stored by a [vector that enters no kernel](crate::deferred).
 
-use kernel::{Masked, MaskedCell, Ticks};
+use kernel::{Context, Masked, MaskedCell, Task, Ticks};
 
 /// Slots for bytes. One stays free.
 const SLOTS: usize = 32;
@@ -16,7 +16,8 @@ const AROUND: u8 = {
 /// When so many bytes are there the task takes them, so that there is less to do at the end of a long frame.
 const HALF: u8 = SLOTS as u8 / 2;
 
-/// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it is not coming.
+/// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it is not
+/// coming.
 const PAUSE: u8 = 1;
 
 /// No slot.
@@ -58,8 +59,8 @@ impl Inbox {
 
     /// Stores `byte`, which has come at `now`. Returns whether the task is to be woken.
     ///
-    /// After a pause within a frame it marks where the new one begins: the end of the other was lost, and this one shall not be
-    /// taken for the rest of it.
+    /// After a pause within a frame it marks where the new one begins: the end of the other was lost, and
+    /// this one shall not be taken for the rest of it.
     #[inline(always)]
     pub fn store(&self, masked: &Masked, now: Ticks, byte: u8) -> bool {
         let end = self.end.get(masked);
@@ -93,19 +94,37 @@ impl Inbox {
         self.lost.get(masked)
     }
 
-    /// Takes the first byte; a zero in place of an end that was lost.
+    /// Takes what has come, byte by byte, until `take` says that it was the last it wants. In place of an end
+    /// that was lost it gets a zero.
     #[inline(always)]
-    pub fn take(&self, masked: &Masked) -> Option<u8> {
-        let first = self.first.get(masked);
-        if first == self.end.get(masked) {
-            return None;
+    pub fn drain(&self, task: &mut Task, mut take: impl FnMut(u8) -> bool) {
+        let (mut first, end, mut anew) = task
+            .mask(|masked| (self.first.get(masked), self.end.get(masked), self.begins_anew_at.get(masked)));
+        // The bytes up to `end` are the task's: vectors add behind them.
+        while first != end {
+            if first == anew {
+                anew = NOWHERE;
+                task.mask(|masked| self.forget_beginning(masked, first));
+                if take(0) {
+                    break;
+                }
+            }
+            let Some(slot) = self.slots.get(usize::from(first)) else { break };
+            let byte = task.mask(|masked| slot.get(masked));
+            first = first.wrapping_add(1) & AROUND;
+            if take(byte) {
+                break;
+            }
         }
-        if first == self.begins_anew_at.get(masked) {
+        task.mask(|masked| self.first.set(masked, first));
+    }
+
+    /// Forgets that a frame begins anew at `slot`, unless another one has since.
+    #[inline(always)]
+    fn forget_beginning(&self, masked: &Masked, slot: u8) {
+        if self.begins_anew_at.get(masked) == slot {
             self.begins_anew_at.set(masked, NOWHERE);
-            return Some(0);
         }
-        self.first.set(masked, first.wrapping_add(1) & AROUND);
-        self.slots.get(usize::from(first)).map(|slot| slot.get(masked))
     }
 
     /// Whether a byte that comes `now` may belong to a frame that has begun.

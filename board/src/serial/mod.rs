@@ -1,11 +1,11 @@
 //! Serial lines: what the tasks of a USART, or of the UART in software, share with its interrupts.
 //!
-//! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end or
-//! when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps until the last stop bit is on
-//! the wire.
+//! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end
+//! or when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps
+//! until the last stop bit is on the wire.
 //!
-//! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its own
-//! reflection.
+//! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its
+//! own reflection.
 
 mod inbox;
 mod io;
@@ -24,8 +24,8 @@ pub trait Line {
     #[doc(hidden)]
     fn port() -> &'static Port;
 
-    /// Begins to send what the port has to send, at least one byte. Returns whether it has: a line that knows of a
-    /// character before that has ended does not begin while one comes in.
+    /// Begins to send what the port has to send, at least one byte. Returns whether it has: a line that knows
+    /// of a character before that has ended does not begin while one comes in.
     #[doc(hidden)]
     fn begin(task: &mut Task) -> bool;
 }
@@ -119,8 +119,8 @@ impl Transmit for Transmitter {
             return;
         }
         loop {
-            // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
-            // borrows them, does not return before.
+            // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call,
+            // which borrows them, does not return before.
             task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
             if (self.begin)(task) {
                 break;
@@ -138,23 +138,26 @@ impl Receive for Receiver {
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
-        let mut length = self.length;
-        while let Some(byte) = task.mask(|masked| self.port.inbox.take(masked)) {
-            if let Some(slot) = buffer.get_mut(usize::from(length)) {
-                *slot = byte;
-            }
-            length = length.saturating_add(1);
-            if byte == 0 {
-                self.length = 0;
-                if usize::from(length) <= buffer.len() {
-                    return Some(length.into());
+        loop {
+            let (mut length, mut is_whole) = (self.length, false);
+            self.port.inbox.drain(task, |byte| {
+                if let Some(slot) = buffer.get_mut(usize::from(length)) {
+                    *slot = byte;
                 }
-                task.mask(|masked| self.port.inbox.lose(masked));
-                length = 0;
+                length = length.saturating_add(1);
+                is_whole = byte == 0;
+                is_whole
+            });
+            if !is_whole {
+                self.length = length;
+                return None;
             }
+            self.length = 0;
+            if usize::from(length) <= buffer.len() {
+                return Some(length.into());
+            }
+            task.mask(|masked| self.port.inbox.lose(masked));
         }
-        self.length = length;
-        None
     }
 
     fn overruns(&self, task: &mut Task) -> u16 {
@@ -183,11 +186,13 @@ impl Receiver {
         task.mask(|masked| port.inbox.wake_at_first(masked, true));
         let length = loop {
             let mut length = 0;
-            for slot in buffer.iter_mut() {
-                let Some(byte) = task.mask(|masked| port.inbox.take(masked)) else { break };
-                *slot = byte;
-                length += 1;
-            }
+            port.inbox.drain(task, |byte| {
+                if let Some(slot) = buffer.get_mut(length) {
+                    *slot = byte;
+                    length += 1;
+                }
+                length >= buffer.len()
+            });
             if length > 0 {
                 break length;
             }

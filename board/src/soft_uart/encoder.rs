@@ -1,7 +1,7 @@
 //! From bytes to the pulses of a serial line: 8 data bits, no parity, 1 stop bit.
 //!
-//! A character begins low, with its start bit, and ends high, with its stop bit. So it is a row of pulses, each low for
-//! some bits and then high for some.
+//! A character begins low, with its start bit, and ends high, with its stop bit. So it is a row of pulses,
+//! each low for some bits and then high for some.
 //!
 //! The tests on the host and the vectors run the same code.
 
@@ -24,8 +24,8 @@ const ALL_SENT: u8 = 0xff;
 
 /// A line on which a bit lasts `BIT` ticks.
 pub struct PulseEncoder<const BIT: u16> {
-    /// The bits that no pulse was made of yet, the next one at the bottom, ones above: the stop bit is one. The first bit of a
-    /// pulse, always a low one, is not among them.
+    /// The bits that no pulse was made of yet, the next one at the bottom, ones above: the stop bit is one.
+    /// The first bit of a pulse, always a low one, is not among them.
     bits: Cell<u8>,
     /// How many they are, the stop bit among them; [`ALL_SENT`].
     left: Cell<u8>,

@@ -101,36 +101,55 @@ pub fn pulse_begins(masked: &Masked) {
 #[inline(always)]
 pub fn line_changes(masked: &Masked) {
     joints::begin_if_due(masked);
-    if registers::expects_rising() {
-        if change(masked, true) {
-            change(masked, false);
-        }
-    } else if change(masked, false) {
-        change(masked, true);
+    let is_behind = if registers::expects_rising() { rises(masked) } else { falls(masked) };
+    if is_behind {
+        catch_up(masked);
     }
+    joints::begin_if_due(masked); // one that has become due since need not wait for the next vector
 }
 
-/// The line has changed to the level `is_high`, or else there was nothing. Returns whether it has changed back already.
+/// The line has changed more than once since its change was looked for. That is rare, so it is a call.
+#[cold]
+#[inline(never)]
+fn catch_up(masked: &Masked) {
+    while if registers::expects_rising() { rises(masked) } else { falls(masked) } {}
+}
+
+/// The line has risen, or else there was nothing. Returns whether it has fallen again already.
 #[inline(always)]
-fn change(masked: &Masked, is_high: bool) -> bool {
-    let has_changed = registers::is_high() == is_high; // before the flag is read, which an edge sets first
+fn rises(masked: &Masked) -> bool {
+    let has_changed = registers::is_high(); // before the flag is read, which an edge sets first
     let decoder = DECODER.get(masked);
     let time = match registers::captured() {
         Some(time) => time,
-        None if has_changed => decoder.untimed(is_high),
+        None if has_changed => decoder.untimed_rise(),
         None => return false,
     };
-    registers::expect(!is_high);
-    let event = decoder.edge(time, is_high);
-    if event.begins {
-        registers::set_match_b(decoder.ends_at());
-    }
-    take(masked, event.ended);
-    registers::is_high() != is_high
+    registers::expect(false);
+    decoder.rise(time);
+    !registers::is_high()
 }
 
-/// The interrupt "Timer/Counter3 Compare Match B": a character has ended and no other has begun, or the last stop bit that is
-/// sent is on the wire.
+/// The line has fallen, or else there was nothing. Returns whether it has risen again already.
+#[inline(always)]
+fn falls(masked: &Masked) -> bool {
+    let has_changed = !registers::is_high();
+    let decoder = DECODER.get(masked);
+    let time = match registers::captured() {
+        Some(time) => time,
+        None if has_changed => decoder.untimed_fall(),
+        None => return false,
+    };
+    registers::expect(true);
+    if let Some(event) = decoder.fall(time) {
+        registers::set_match_b(decoder.ends_at());
+        take(masked, event.ended);
+    }
+    registers::is_high()
+}
+
+/// The interrupt "Timer/Counter3 Compare Match B": a character has ended and no other has begun, or the last
+/// stop bit that is sent is on the wire.
 #[doc(hidden)]
 #[inline(always)]
 pub fn character_ends(masked: &Masked) {

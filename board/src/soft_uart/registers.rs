@@ -1,6 +1,6 @@
 //! The registers behind the serial line in software (ATmega128 datasheet, "16-bit Timer/Counter", "External
-//! Interrupts"). To be used with interrupts masked: the timer's 16-bit registers share a byte on their way, and others
-//! change bits beside ours.
+//! Interrupts"). To be used with interrupts masked: the timer's 16-bit registers share a byte on their way,
+//! and others change bits beside ours.
 
 use avr_device::atmega128a::{EXINT, PORTE, TC3};
 
@@ -11,7 +11,8 @@ const RISING: u8 = 6; // ICES3
 /// TCCR3B while the line is listened to, for the edge that comes next.
 const EXPECT_FALLING: u8 = CLOCK;
 const EXPECT_RISING: u8 = CLOCK | 1 << RISING;
-/// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them before.
+/// TCCR3A and TCCR3B: count up to OCR3A; the compare registers take over at 0 what was written to them
+/// before.
 const PULSES_A: u8 = 0b11; // WGM31, WGM30
 const PULSES_B: u8 = 0b11 << 3; // WGM33, WGM32
 /// TCCR3A: pin OC3C is set at a match, and cleared at 0 while counting up to OCR3A.
@@ -35,13 +36,15 @@ fn timer() -> TC3 {
 
 #[inline(always)]
 fn external() -> EXINT {
-    // SAFETY: as for `timer`.
+    // SAFETY: drivers of other pins share these registers, and all change them with interrupts masked, in one
+    // step.
     unsafe { EXINT::steal() }
 }
 
 /// Makes PE5 a high output, and PE7 an input: pulled up, so that a dock without a receiver is idle.
 pub fn start() {
-    // SAFETY: as for `timer`.
+    // SAFETY: pins share these registers, and all change them with interrupts masked, as they are when this
+    // is called.
     let port = unsafe { PORTE::steal() };
     port.porte().modify(|_, w| w.pe7().set_bit().pe5().set_bit());
     listen();
@@ -52,18 +55,20 @@ pub fn start() {
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() | SENT));
 }
 
-/// Lets the timer count through all 16 bits, and watches for edges from now on. The line to send by stays high.
+/// Lets the timer count through all 16 bits, and watches for edges from now on. The line to send by stays
+/// high.
 #[inline(always)]
 pub fn listen() {
-    // SAFETY: the timer touches no memory, whatever its registers hold. Units A and B leave their pins to the port.
+    // SAFETY: the timer touches no memory, whatever its registers hold. Units A and B leave their pins to the
+    // port.
     timer().tccr3a().write(|w| unsafe { w.bits(SETS) });
     expect(!is_high());
     external().eifr().write(|w| w.intf().set(RECEIVED));
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() | RECEIVED));
 }
 
-/// Has the line go low `lead` clocks from now, at least 2; the pulse that is set next begins then. Edges received are
-/// ignored from now on.
+/// Has the line go low `lead` clocks from now, at least 2; the pulse that is set next begins then. Edges
+/// received are ignored from now on.
 pub fn begin_pulses(lead: u16) {
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() & !RECEIVED));
     // In this mode at once, for a first round with the line high.
@@ -71,9 +76,10 @@ pub fn begin_pulses(lead: u16) {
     timer().ocr3b().write(|w| w.set(u16::MAX));
     timer().ocr3c().write(|w| w.set(0));
     timer().tcnt3().write(|w| w.set(0));
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold. This mode gives the pin of unit C to
+    // the timer.
     timer().tccr3a().write(|w| unsafe { w.bits(SETS | PULSES_A) });
-    // SAFETY: likewise.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().tccr3b().write(|w| unsafe { w.bits(CLOCK | PULSES_B) });
     ignore_match_b();
 }
@@ -104,10 +110,10 @@ pub fn captured() -> Option<u16> {
 /// Expects a rising edge next, or a falling one.
 #[inline(always)]
 pub fn expect(is_rising: bool) {
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().tccr3b().write(|w| unsafe { w.bits(if is_rising { EXPECT_RISING } else { EXPECT_FALLING }) });
     // After the change, as it may set the flag (datasheet, "Using the Input Capture Unit"). Ones clear flags.
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().etifr().write(|w| unsafe { w.bits(1 << CAPTURED) });
 }
 
@@ -135,21 +141,21 @@ pub fn set_match_b(time: u16) {
 /// Forgets a match of unit B that has not interrupted yet.
 #[inline(always)]
 fn forget_match_b() {
-    // SAFETY: as for `listen`. Ones clear flags.
+    // SAFETY: the timer touches no memory, whatever its registers hold. Ones clear flags.
     timer().etifr().write(|w| unsafe { w.bits(MATCH_B) });
 }
 
 /// Has unit B interrupt at its match.
 #[inline(always)]
 fn watch_match_b() {
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() | MATCH_B) });
 }
 
 /// Keeps unit B from interrupting.
 #[inline(always)]
 pub fn ignore_match_b() {
-    // SAFETY: as for `listen`.
+    // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().etimsk().modify(|r, w| unsafe { w.bits(r.bits() & !MATCH_B) });
     forget_match_b();
 }

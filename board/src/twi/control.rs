@@ -13,5 +13,6 @@ pub const ACKNOWLEDGE: u8 = 1 << 6; // TWEA
 /// There is a new status. Writing one clears it, and the interface goes on.
 pub const INTERRUPT: u8 = 1 << 7; // TWINT
 
-/// The answer in the middle of a packet. A START that waits for the other MCU's packet is asked for again when that has ended.
+/// The answer in the middle of a packet. A START that waits for the other MCU's packet is asked for again
+/// when that has ended.
 pub const GO_ON: u8 = ENABLED | INTERRUPT | ACKNOWLEDGE;

@@ -6,11 +6,12 @@ use tasks::device::{Bus, Transfer};
 use super::control::{ACKNOWLEDGE, ENABLED, GO_ON, HELD, INTERRUPT, START, STOP};
 use super::engine::{CAPACITY, Data, Engine};
 use super::registers::{data, request, set_bit_rate, set_control, set_data, set_own_address, status, twsr};
-use super::stream::Streams;
+use super::stream::{Ended, Streams};
 use super::wires::{self, Wire};
 use crate::deferred::{self, source};
 use crate::guarded::Guarded;
 use crate::interrupts::Serves;
+use crate::joints;
 
 /// What the task and the interrupt share.
 struct Packets {
@@ -31,13 +32,31 @@ static PACKETS: Packets = Packets {
     signal: MaskedCell::new(None),
 };
 
-/// Whether the bus is held for a status that the engine has to answer. Not so any more where the bus was [freed](Bus::free).
+/// Whether the bus is held for a status that the engine has to answer. Not so any more where the bus was
+/// [freed](Bus::free).
 static IS_HELD: MaskedCell<bool> = MaskedCell::new(false);
 
 /// How far the vector may go.
 static STREAMS: Guarded<Streams> = Guarded::new(Streams::new());
 
 impl Packets {
+    /// Lets the engine know of what has ended without it.
+    #[inline(always)]
+    fn settle(&'static self, masked: &Masked) {
+        if let Some(ended) = STREAMS.get(masked).take_ended() {
+            self.settle_with(masked, ended);
+        }
+    }
+
+    /// Not inlined: there is one of it for all who ask the engine.
+    #[inline(never)]
+    fn settle_with(&'static self, masked: &Masked, ended: Ended) {
+        let mut engine = self.engine.get(masked);
+        STREAMS.get(masked).catch_up(&mut engine);
+        engine.settle(ended.sent, ended.is_received);
+        self.engine.set(masked, engine);
+    }
+
     /// Does what an answer says of TWDR.
     #[inline(always)]
     fn obey(&'static self, masked: &Masked, what: Data) {
@@ -66,9 +85,9 @@ impl Twi {
         Twi(())
     }
 
-    /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), for packets to the MCU with the 7-bit address `other`, and from
-    /// whoever calls the address `own`. `signal` is posted when a packet was sent, or could not be, and when
-    /// one has come.
+    /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), for packets to the MCU with the 7-bit
+    /// address `other`, and from whoever calls the address `own`. `signal` is posted when a packet was sent,
+    /// or could not be, and when one has come.
     pub fn start(
         self,
         _: impl Serves<Twi>,
@@ -97,6 +116,7 @@ pub struct Interface(());
 impl Bus for Interface {
     /// While a transfer is under way, or its outcome was not taken, `bytes` are ignored.
     fn send(&mut self, task: &mut Task, bytes: &[u8]) {
+        task.mask(|masked| PACKETS.settle(masked));
         if !task.mask(|masked| PACKETS.engine.get(masked).is_idle()) {
             return;
         }
@@ -123,8 +143,9 @@ impl Bus for Interface {
         });
     }
 
-    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds it for a byte's bit has lost count by then
-    /// (I2C-bus specification, "Bus clear"). Then a STOP, by which everyone knows that the bus is free.
+    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds it for a byte's bit has lost
+    /// count by then (I2C-bus specification, "Bus clear"). Then a STOP, by which everyone knows that the bus
+    /// is free.
     fn free(&mut self, task: &mut Task) {
         task.mask(|masked| {
             IS_HELD.set(masked, false);
@@ -142,6 +163,7 @@ impl Bus for Interface {
         wires::pull(task, Wire::Clock, false);
         wires::pull(task, Wire::Data, false);
         task.mask(|masked| {
+            PACKETS.settle(masked);
             let mut engine = PACKETS.engine.get(masked);
             engine.reset();
             PACKETS.engine.set(masked, engine);
@@ -152,6 +174,7 @@ impl Bus for Interface {
     }
 
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer> {
+        task.mask(|masked| PACKETS.settle(masked));
         task.mask(|masked| {
             let mut engine = PACKETS.engine.get(masked);
             let outcome = engine.outcome();
@@ -161,6 +184,7 @@ impl Bus for Interface {
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
+        task.mask(|masked| PACKETS.settle(masked));
         let length = usize::from(task.mask(|masked| PACKETS.engine.get(masked).received())?);
         // Likewise: a packet that is whole stays so until it is released.
         for (slot, cell) in buffer.iter_mut().zip(&PACKETS.incoming).take(length) {
@@ -196,18 +220,32 @@ pub fn status_changed(masked: &Masked) {
     }
 }
 
-/// The engine answers the status for which the bus is held.
+/// Answers the status for which the bus is held.
 #[doc(hidden)]
 #[inline(always)]
 pub fn serve(interrupt: &mut Interrupt) {
-    let is_held = interrupt.mask(|masked| {
-        let is_held = IS_HELD.get(masked);
-        IS_HELD.set(masked, false);
-        is_held
-    });
-    if is_held {
-        answer(interrupt, status(), false);
+    if !interrupt.mask(take_held) {
+        return; // the task has freed the bus meanwhile
     }
+    let status = status();
+    let turned = interrupt.mask(|masked| {
+        let streams = STREAMS.get(masked);
+        set_control(masked, streams.turn(status)?);
+        joints::begin_if_due(masked); // the kernel takes as long again
+        Some(if streams.has_ended() { PACKETS.signal.get(masked) } else { None })
+    });
+    match turned {
+        Some(Some(signal)) => signal.post(interrupt),
+        Some(None) => {}
+        None => answer(interrupt, status, false),
+    }
+}
+
+#[inline(always)]
+fn take_held(masked: &Masked) -> bool {
+    let is_held = IS_HELD.get(masked);
+    IS_HELD.set(masked, false);
+    is_held
 }
 
 /// The state of the packets.
@@ -220,6 +258,7 @@ pub(super) fn engine(masked: &Masked) -> Engine {
 #[inline(always)]
 pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: bool) {
     let signal = interrupt.mask(|masked| {
+        PACKETS.settle(masked);
         let mut engine = PACKETS.engine.get(masked);
         STREAMS.get(masked).catch_up(&mut engine);
         let answer = engine.answer(status);

@@ -1,12 +1,17 @@
 //! Bytes of a packet that need no engine, from its START to the last one.
 //!
-//! Between two bytes the interface holds SCL low until it is answered, so what an answer takes the bus takes longer: at 400 kHz a
-//! byte is 360 cycles on the wire. An interrupt of the kernel and the [engine](super::engine) would add 250 to each; the vector,
-//! which answers by this and [enters no kernel](crate::deferred), adds 50. Whatever is not in the middle of a packet it leaves to
-//! the engine.
+//! Between two bytes the interface holds SCL low until it is answered, so what an answer takes the bus takes
+//! longer: at 400 kHz a byte is 360 cycles on the wire. An interrupt of the kernel and the
+//! [engine](super::engine) would add 250 to each; the vector, which answers by this and [enters no
+//! kernel](crate::deferred), adds 50. Where a packet ends it has the [software interrupt](crate::deferred)
+//! answer; what that means for the engine is [settled](Ended) by whoever asks it next. All else is the
+//! engine's to answer.
 
 use core::cell::Cell;
 
+use tasks::device::Transfer;
+
+use super::control::{ACKNOWLEDGE, ENABLED, GO_ON, INTERRUPT, START, STOP};
 use super::engine::{Data, Engine};
 use super::status;
 
@@ -15,24 +20,47 @@ pub struct Streams {
     /// The index of the byte to send next, and of the one behind the last: the same if nothing is to be sent.
     next: Cell<u8>,
     end: Cell<u8>,
-    /// Where the byte goes that comes next, and how many can be stored and acknowledged: as many when none can.
+    /// Where the byte goes that comes next, and how many can be stored and acknowledged: as many when none
+    /// can.
     stored: Cell<u8>,
     storable: Cell<u8>,
+    /// What has ended since the engine was last told.
+    ended: Cell<Ended>,
+}
+
+/// What has ended without the engine.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Ended {
+    /// The packet that goes out, and how.
+    pub sent: Option<Transfer>,
+    /// The packet that comes in, with at least one byte.
+    pub is_received: bool,
+}
+
+impl Ended {
+    const NOTHING: Ended = Ended { sent: None, is_received: false };
 }
 
 impl Streams {
     /// Nothing may be sent or stored.
     pub const fn new() -> Streams {
-        Streams { next: Cell::new(0), end: Cell::new(0), stored: Cell::new(0), storable: Cell::new(0) }
+        Streams {
+            next: Cell::new(0),
+            end: Cell::new(0),
+            stored: Cell::new(0),
+            storable: Cell::new(0),
+            ended: Cell::new(Ended::NOTHING),
+        }
     }
 
-    /// What to do with TWDR, where TWSR says `twsr` and the answer is to go on and to acknowledge. `None`: the engine is to be
-    /// asked.
+    /// What to do with TWDR, where TWSR says `twsr` and the answer is to go on and to acknowledge. `None`:
+    /// the engine is to be asked.
     ///
     /// It changes nothing: that is for [`advance`](Self::advance), once the bus goes on.
     #[inline(always)]
     pub fn answer(&self, twsr: u8) -> Option<Data> {
-        // What comes for each byte comes first. The prescaler's bits are 0 here: were they not, the engine would answer.
+        // What comes for each byte comes first. The prescaler's bits are 0 here: were they not, the engine
+        // would answer.
         match twsr {
             status::DATA_ACKNOWLEDGED => return self.send_next(),
             status::RECEIVED => {
@@ -52,6 +80,47 @@ impl Streams {
     fn send_next(&self) -> Option<Data> {
         let next = self.next.get();
         (next < self.end.get()).then_some(Data::Send(next))
+    }
+
+    /// What to write to TWCR where a packet has ended as it should, its address was refused, or it gives way
+    /// to the other MCU's. `None`: the engine is to be asked.
+    #[inline(always)]
+    pub fn turn(&self, status: u8) -> Option<u8> {
+        let ended = self.ended.get();
+        match status {
+            // It begins anew behind the other.
+            status::LOST_AND_ADDRESSED if self.is_free() => {
+                self.next.set(0);
+                return Some(GO_ON);
+            }
+            status::DATA_ACKNOWLEDGED | status::ADDRESS_ACKNOWLEDGED => {
+                self.ended.set(Ended { sent: Some(Transfer::Done), ..ended });
+            }
+            status::ADDRESS_REFUSED => self.ended.set(Ended { sent: Some(Transfer::Refused), ..ended }),
+            status::STOP if self.stored.get() > 0 => {
+                self.ended.set(Ended { is_received: true, ..ended });
+                self.storable.set(self.stored.get());
+                let start = if self.send_next().is_some() { START } else { 0 };
+                return Some(ENABLED | INTERRUPT | start);
+            }
+            _ => return None,
+        }
+        self.end.set(self.next.get());
+        let acknowledge = if self.is_free() { ACKNOWLEDGE } else { 0 };
+        Some(ENABLED | INTERRUPT | STOP | acknowledge)
+    }
+
+    /// Whether anything has ended since [`take_ended`](Self::take_ended) was last called.
+    #[inline(always)]
+    pub fn has_ended(&self) -> bool {
+        self.ended.get() != Ended::NOTHING
+    }
+
+    /// What has ended since this was last called.
+    #[inline(always)]
+    pub fn take_ended(&self) -> Option<Ended> {
+        let ended = self.ended.replace(Ended::NOTHING);
+        (ended != Ended::NOTHING).then_some(ended)
     }
 
     /// Whether a packet that comes finds its buffer empty.

@@ -71,7 +71,7 @@ macro_rules! usart {
                 let [low, high] = divisor.to_le_bytes();
                 // SAFETY: any divisor is a baud rate. The low byte last: it takes both over.
                 Self::registers().$baud_high().write(|w| unsafe { w.bits(high) });
-                // SAFETY: likewise.
+                // SAFETY: any divisor is a baud rate.
                 Self::registers().$baud_low().write(|w| unsafe { w.bits(low) });
             }
 
@@ -88,7 +88,7 @@ macro_rules! usart {
 
             #[inline(always)]
             fn set_control(bits: u8) {
-                // SAFETY: likewise.
+                // SAFETY: the USART touches no memory, whatever its registers hold.
                 Self::registers().$control().write(|w| unsafe { w.bits(bits) });
             }
 
@@ -99,7 +99,7 @@ macro_rules! usart {
 
             #[inline(always)]
             fn set_data(byte: u8) {
-                // SAFETY: likewise.
+                // SAFETY: the USART touches no memory, whatever its registers hold.
                 Self::registers().$data().write(|w| unsafe { w.bits(byte) });
             }
         }

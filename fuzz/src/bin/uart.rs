@@ -15,20 +15,21 @@ fuzz_target!(|input: &[u8]| {
         let [low, high] = edge else { continue };
         time = time.wrapping_add(u16::from_le_bytes([*low, high & 0x3f]));
         match high >> 6 {
-            0 => _ = decoder.edge(time, false),
-            1 => _ = decoder.edge(time, true),
-            2 => _ = decoder.edge(decoder.untimed(low & 1 != 0), low & 1 != 0),
+            0 => _ = decoder.fall(time),
+            1 => decoder.rise(time),
+            2 if low & 1 != 0 => decoder.rise(decoder.untimed_rise()),
+            2 => _ = decoder.fall(decoder.untimed_fall()),
             _ => _ = decoder.ended(low & 1 != 0),
         }
     }
     // The line is high, and what is left was looked at.
-    decoder.edge(time, true);
+    decoder.rise(time);
     decoder.ended(true);
     let encoder = PulseEncoder::<BIT>::new();
     encoder.begin(*byte);
     while let Some(Pulse { low, length, .. }) = encoder.next(|| None) {
-        decoder.edge(time, false);
-        decoder.edge(time.wrapping_add(low), true);
+        decoder.fall(time);
+        decoder.rise(time.wrapping_add(low));
         time = time.wrapping_add(length);
     }
     assert_eq!(decoder.ended(true), Some(Character::Byte(*byte)));

@@ -1,5 +1,5 @@
-//! "Store Program Memory Ready" (ATmega128 datasheet, "Boot Loader Support", SPMCSR): the interrupt lasts as long as SPMIE
-//! enables it and no SPM is under way. simavr raises it never, and does not know it as a level.
+//! "Store Program Memory Ready" (ATmega128 datasheet, "Boot Loader Support", SPMCSR): the interrupt lasts as
+//! long as SPMIE enables it and no SPM is under way. simavr raises it never, and does not know it as a level.
 //!
 //! Simplified: no program here writes its own flash, so an SPM is never under way.
 

@@ -1,4 +1,4 @@
-//! The vectors of the UART in software, in assembly, against what the wire should show.
+//! The vectors of the UART in software against what the wire should show.
 
 use simavr_harness::{Character, Mcu, Pin, Place, SerialPins};
 use superbot_tests_simavr::{MILLISECOND, mcu};

@@ -22,6 +22,14 @@ fn edges<const SENT: u16>(start: u64, bytes: &[u8]) -> Vec<(u64, bool)> {
     edges
 }
 
+fn edge(decoder: &Decoder, time: u16, is_high: bool) -> Option<Event> {
+    if is_high {
+        decoder.rise(time);
+        return None;
+    }
+    decoder.fall(time)
+}
+
 /// What a decoder makes of `edges`, if it is asked `late` ticks after the time that is set for a character's end.
 fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
     let decoder = Decoder::new();
@@ -32,9 +40,9 @@ fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
             characters.extend(decoder.ended(level));
         }
         level = is_high;
-        let event = decoder.edge(time as u16, is_high);
-        characters.extend(event.ended);
-        if event.begins {
+        let event = edge(&decoder, time as u16, is_high);
+        characters.extend(event.and_then(|event| event.ended));
+        if event.is_some() {
             assert!(!is_high);
             end = Some(time + u64::from(Decoder::END));
             assert_eq!(decoder.ends_at(), (time + u64::from(Decoder::END)) as u16);
@@ -94,7 +102,7 @@ fn a_pulse_shorter_than_half_a_bit_is_no_start_bit() {
 #[test]
 fn a_glitch_that_is_over_when_it_is_looked_at_is_nothing() {
     let decoder = Decoder::new();
-    assert_eq!(decoder.edge(10, true), Event::NONE);
+    decoder.rise(10);
     assert!(!decoder.is_busy());
     assert_eq!(decoder.ended(true), None);
 }
@@ -111,16 +119,16 @@ fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
     for _ in 0..20_000 {
         for _ in 0..random(9) {
             time += u64::from(random(2_000)) + 1;
-            decoder.edge(time as u16, random(2) != 0);
+            edge(&decoder, time as u16, random(2) != 0);
         }
         // The line is high for a character's time, and the end of what is on it was looked at.
-        decoder.edge(time as u16, true);
+        decoder.rise(time as u16);
         decoder.ended(true);
         time += u64::from(Decoder::END) + u64::from(random(100_000));
         let byte = random(256) as u8;
-        for (edge, is_high) in edges::<BIT>(time, &[byte]) {
-            decoder.edge(edge as u16, is_high);
-            time = edge;
+        for (at, is_high) in edges::<BIT>(time, &[byte]) {
+            edge(&decoder, at as u16, is_high);
+            time = at;
         }
         assert_eq!(decoder.ended(true), Some(Character::Byte(byte)));
         assert!(!decoder.is_busy());
@@ -134,10 +142,11 @@ fn an_edge_that_was_missed_came_a_bit_after_the_one_before() {
         let decoder = Decoder::new();
         let mut timed = sent.iter().copied().peekable();
         while let Some((time, is_high)) = timed.next() {
-            let begins = decoder.edge(time as u16, is_high).begins;
-            assert_eq!(begins, time == 0);
+            let event = edge(&decoder, time as u16, is_high);
+            assert_eq!(event.is_some(), time == 0);
             if let Some((_, is_high)) = timed.next_if(|(next, _)| next - time == u64::from(BIT)) {
-                assert_eq!(decoder.edge(decoder.untimed(is_high), is_high), Event::NONE);
+                let time = if is_high { decoder.untimed_rise() } else { decoder.untimed_fall() };
+                assert_eq!(edge(&decoder, time, is_high), None);
             }
         }
         assert_eq!(decoder.ended(true), Some(Character::Byte(byte)));

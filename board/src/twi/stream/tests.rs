@@ -44,10 +44,21 @@ impl Interface {
             self.streams.advance(data);
             return (data, GO_ON, false);
         }
+        if let Some(control) = self.streams.turn(status) {
+            return (Data::None, control, status != status::LOST_AND_ADDRESSED);
+        }
+        self.settle();
         self.streams.catch_up(&mut self.engine);
         let answer = self.engine.answer(status);
         self.streams.arm(&self.engine);
         (answer.data, control_of(&self.engine, answer), answer.signals)
+    }
+
+    fn settle(&mut self) {
+        if let Some(ended) = self.streams.take_ended() {
+            self.streams.catch_up(&mut self.engine);
+            self.engine.settle(ended.sent, ended.is_received);
+        }
     }
 
     /// The state of the engine when it is asked.
@@ -85,8 +96,8 @@ impl Pair {
         let expected = (expected.data, control_of(&self.alone, expected), expected.signals);
         let (data, control, signals) = self.both.answer(status);
         assert_eq!((data, signals), (expected.0, expected.2), "{:x?}", self.trace);
-        // In the middle of a packet the vector asks for no START, and acknowledges an address that the engine then refuses
-        // byte by byte.
+        // In the middle of a packet the vector asks for no START, and acknowledges an address that the engine
+        // then refuses byte by byte.
         let matters = if control == GO_ON { !(START | ACKNOWLEDGE) } else { 0xff };
         assert_eq!(control & matters, expected.1 & matters, "{:x?}", self.trace);
         if status == status::RECEIVED || status == status::ADDRESSED {
@@ -96,6 +107,7 @@ impl Pair {
 
     /// What the task does: 0 to send, 1 to take an outcome, 2 to take a packet, else nothing.
     fn task(&mut self, what: u32, length: u8) {
+        self.both.settle();
         match what {
             0 if self.alone.is_idle() => {
                 self.alone.send(length);
@@ -114,9 +126,24 @@ impl Pair {
         // A packet of which nothing has come is as good as none.
         let (asked, alone) = (self.both.asked(), self.alone);
         assert_eq!(
-            (asked.is_sending(), asked.wants_start(), asked.acknowledges(), asked.received(), asked.sendable(), asked.storable()),
-            (alone.is_sending(), alone.wants_start(), alone.acknowledges(), alone.received(), alone.sendable(), alone.storable()),
-            "{:x?}", self.trace
+            (
+                asked.is_sending(),
+                asked.wants_start(),
+                asked.acknowledges(),
+                asked.received(),
+                asked.sendable(),
+                asked.storable()
+            ),
+            (
+                alone.is_sending(),
+                alone.wants_start(),
+                alone.acknowledges(),
+                alone.received(),
+                alone.sendable(),
+                alone.storable()
+            ),
+            "{:x?}",
+            self.trace
         );
     }
 }
@@ -139,7 +166,14 @@ fn follows(status: u8, engine: &Engine) -> Vec<u8> {
     match status {
         START => std::vec![ADDRESS_ACKNOWLEDGED, ADDRESS_REFUSED, ARBITRATION_LOST, LOST_AND_ADDRESSED],
         ADDRESS_ACKNOWLEDGED | DATA_ACKNOWLEDGED if engine.is_sending() => {
-            std::vec![DATA_ACKNOWLEDGED, DATA_ACKNOWLEDGED, DATA_ACKNOWLEDGED, DATA_REFUSED, ARBITRATION_LOST, BUS_ERROR]
+            std::vec![
+                DATA_ACKNOWLEDGED,
+                DATA_ACKNOWLEDGED,
+                DATA_ACKNOWLEDGED,
+                DATA_REFUSED,
+                ARBITRATION_LOST,
+                BUS_ERROR
+            ]
         }
         ADDRESSED | LOST_AND_ADDRESSED | RECEIVED if engine.acknowledges() => {
             std::vec![RECEIVED, RECEIVED, RECEIVED, STOP, BUS_ERROR]

@@ -28,8 +28,8 @@ const RECEIVED: [usize; 4] = [20, 1, 40, 3];
 /// What goes through embedded-io; no zero at its end wakes the receiver.
 const STREAMED: [u8; 3] = [7, 0, 9];
 
-static SENDER: Stack<200> = Stack::new();
-static RECEIVER: Stack<200> = Stack::new();
+static SENDER: Stack<240> = Stack::new();
+static RECEIVER: Stack<240> = Stack::new();
 static IS_HEARD: Semaphore = Semaphore::new(0);
 
 /// Bytes that count up from 1, and a zero at the end.
