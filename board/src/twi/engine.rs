@@ -252,6 +252,17 @@ impl Engine {
         }
     }
 
+    /// Takes notice of the end of packets that had an answer without the engine: of the one that goes out, and how, and of the
+    /// one that comes.
+    pub fn settle(&mut self, sent: Option<Transfer>, is_received: bool) {
+        if let Some(outcome) = sent {
+            self.end(outcome);
+        }
+        if is_received {
+            self.complete();
+        }
+    }
+
     /// The bytes that can be sent without an answer, from a START on, as they are acknowledged: the first one's index,
     /// and how many.
     #[inline(always)]
