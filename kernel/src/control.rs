@@ -103,7 +103,8 @@ impl TaskHandle {
     }
 
     /// Gives the task another priority; among tasks that are ready it comes last then. In a wait queue it keeps its place.
-    /// Its proxy waiters, where it waits for several semaphores, with a timeout, or runs jobs, keep the priority of before.
+    /// Its proxy waiters, where it waits for several semaphores, with a timeout, or runs jobs, keep the priority of
+    /// before.
     ///
     /// Linear in the number of ready tasks of its priority, in steps.
     ///
