@@ -20,7 +20,7 @@ pub struct TaskHandle {
     pub(crate) bytes: usize,
 }
 
-/// Why a task can't be suspended or killed now.
+/// Why a task can't be suspended, killed or given another priority now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
     /// No task runs on that stack, or it was killed.
@@ -103,7 +103,8 @@ impl TaskHandle {
     }
 
     /// Gives the task another priority; among tasks that are ready it comes last then. In a wait queue it keeps its place.
-    /// Its proxy waiters, where it waits for several semaphores or runs jobs, keep the priority of before.
+    /// Its proxy waiters, where it waits for several semaphores, with a timeout, or runs jobs, keep the priority of
+    /// before.
     ///
     /// Linear in the number of ready tasks of its priority, in steps.
     ///

@@ -202,7 +202,8 @@ fn wait_for<const N: usize>(
 impl Semaphore {
     /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not block.
     ///
-    /// A time above [`LONGEST`] counts as that. 23 bytes of stack, and a timer's 6.
+    /// A time above [`LONGEST`] counts as that. 23 bytes of stack: 8 for a proxy waiter, 9 for its wait set, 6 for
+    /// a timer.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.
