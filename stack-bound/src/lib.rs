@@ -76,7 +76,7 @@ fn interrupts(program: &mut Program, kernel: &mut Usage) -> Usage {
     let mut usage = Usage::default();
     for vector in program.image.vectors() {
         let function = program.function(vector);
-        usage.raise_to_both(&Use::of("an interrupt", program.image.return_address.into()), &function.own);
+        usage.raise_to_call("an interrupt", program.image.return_address.into(), &function.own);
         kernel.raise_to(&function.kernel);
     }
     usage

@@ -128,7 +128,8 @@ impl<'a> Program<'a> {
                     if joined == *entry.get() {
                         continue;
                     }
-                    entry.insert(joined).clone()
+                    entry.insert(joined.clone());
+                    joined
                 }
             };
             match self.step(place, state, &mut function) {
@@ -270,7 +271,7 @@ impl<'a> Program<'a> {
             .filter(|&depth| depth <= top)
             .ok_or_else(|| Problem::Depth { function: name.to_owned(), address })?;
         let bytes = u32::from(depth) + u32::from(bytes);
-        stack.raise_to_both(&Use::of(name, bytes), &callee.own);
+        stack.raise_to_call(name, bytes, &callee.own);
         if is_interruptible {
             stack.open_window(name, Use::of(name, bytes).then(&callee.own.deepest));
         }

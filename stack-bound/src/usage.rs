@@ -59,11 +59,14 @@ impl Usage {
         }
     }
 
-    /// The same on top of `first`.
-    pub fn raise_to_both(&mut self, first: &Use, other: &Usage) {
-        self.deepest.raise_to(&first.then(&other.deepest));
+    /// The same where `other` comes on top of `bytes` that `name` uses.
+    pub fn raise_to_call(&mut self, name: &str, bytes: u32, other: &Usage) {
+        // Names are long, and most places are not the deepest.
+        if bytes + other.deepest.bytes() > self.deepest.bytes() {
+            self.deepest = Use::of(name, bytes).then(&other.deepest);
+        }
         for (function, within) in &other.windows {
-            self.open_window(function, first.then(within));
+            self.open_window(function, Use::of(name, bytes).then(within));
         }
     }
 
