@@ -13,8 +13,8 @@ const DATA: u64 = 0x80_0000;
 /// The section in which the kernel's `Stack::start` leaves a record for each task.
 const TASKS: &str = ".debug_tasks";
 
-/// What the name of the function begins with in which a task begins; the task's body follows, and `>`.
-pub(crate) const ENTRY: &str = "kernel::arch::avr::start::enter::<";
+/// What the name of the function begins with in which a task begins; the task's body follows, what it returns, and `>`.
+const ENTRY: &str = "kernel::arch::avr::start::enter::<";
 
 /// The part of `e_flags` that names the architecture, and the one whose program counter has 3 bytes.
 const ARCHITECTURE: u32 = 0x7f;
@@ -113,6 +113,12 @@ impl Image {
         self.symbols[..after].last().map_or("?", |(_, name)| name)
     }
 
+    /// The name of the body of the task that begins there.
+    pub(crate) fn body(&self, entry: u32) -> &str {
+        let name = self.name(entry);
+        name.strip_prefix(ENTRY).map_or(name, first_argument)
+    }
+
     /// Where the function of this name begins.
     pub fn function(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
@@ -131,6 +137,23 @@ fn place(flash: &mut Vec<u8>, at: usize, content: &[u8]) {
         flash.resize(end, 0xff);
     }
     flash[at..end].copy_from_slice(content);
+}
+
+/// The first of generic arguments, which end in `, ` or `>`.
+fn first_argument(arguments: &str) -> &str {
+    let mut depth = 0;
+    let mut before = ' ';
+    let end = arguments.find(|character| {
+        match character {
+            '<' | '(' | '[' | '{' => depth += 1,
+            '>' if before == '-' => {} // an arrow
+            '>' | ')' | ']' | '}' => depth -= 1,
+            _ => {}
+        }
+        before = character;
+        depth < 0 || depth == 0 && character == ','
+    });
+    &arguments[..end.unwrap_or(arguments.len())]
 }
 
 fn task(record: &[u8]) -> Task {
@@ -161,4 +184,21 @@ fn symbols(file: &ElfFile32<Endianness>) -> Vec<(u32, String)> {
     let mut symbols: Vec<_> = named.collect();
     symbols.sort_by_key(|&(address, _)| address);
     symbols
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_is_the_first_argument() {
+        for (arguments, body) in [
+            ("main::{closure#0}, core::convert::Infallible>", "main::{closure#0}"),
+            ("run::<2, board::Joints>, (u8, u8)>", "run::<2, board::Joints>"),
+            ("fn(&mut kernel::Task) -> u8, u8>", "fn(&mut kernel::Task) -> u8"),
+            ("body>", "body"),
+        ] {
+            assert_eq!(first_argument(arguments), body);
+        }
+    }
 }

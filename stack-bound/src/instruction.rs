@@ -17,6 +17,17 @@ pub enum Instruction {
     Copy(u8, u8),
     /// `movw`: to, from, each the lower register of a pair.
     CopyPair(u8, u8),
+    /// `cpi` and `cpc` in a row: the lower register of a pair, what its low byte is compared with, and the register with which
+    /// its high byte is.
+    ComparePair(u8, u8, u8),
+    /// `in` or `lds` from SREG.
+    ReadStatus(u8),
+    /// `out` or `sts` to SREG.
+    WriteStatus,
+    /// `sei`.
+    EnableInterrupts,
+    /// `cli`.
+    DisableInterrupts,
     /// `adiw`, `sbiw`, or `subi` and `sbci` in a row: the lower register of a pair, and what is added.
     AddPair(u8, i16),
     Jump(u32),
@@ -27,6 +38,8 @@ pub enum Instruction {
     CallIndirect,
     /// There, or on.
     Branch(u32),
+    /// `brcc`, `brsh`: there after a comparison of unsigned numbers whose first is the same or higher, or on.
+    BranchIfSameOrHigher(u32),
     /// On, or past the next instruction.
     Skip,
     /// `ret`, `reti`.
@@ -44,8 +57,9 @@ pub enum Half {
     High,
 }
 
-/// SPL and SPH, as I/O registers. In the data space they lie 0x20 higher.
+/// SPL, SPH and SREG, as I/O registers. In the data space they lie 0x20 higher.
 const STACK_POINTER: [(u16, Half); 2] = [(0x3d, Half::Low), (0x3e, Half::High)];
+const STATUS: u16 = 0x3f;
 
 const NOTHING: Instruction = Other(0);
 
@@ -59,8 +73,9 @@ const Z: u32 = 0b11 << 30;
 pub fn decode(flash: &[u8], address: u32) -> Option<(Instruction, u32)> {
     let first = word(flash, address)?;
     let second = word(flash, address + 2);
-    if let Some(sum) = second.and_then(|second| subtraction(first, second)) {
-        return Some((sum, 4));
+    let on_pair = |second| subtraction(first, second).or_else(|| comparison(first, second));
+    if let Some(on_pair) = second.and_then(on_pair) {
+        return Some((on_pair, 4));
     }
     Some(match length(first) {
         2 => (one_word(first, address + 2)?, 2),
@@ -100,16 +115,33 @@ fn subtraction(first: u16, second: u16) -> Option<Instruction> {
     is_pair.then_some(AddPair(low, amount.wrapping_neg()))
 }
 
+/// `cpi` and `cpc` on a pair of registers.
+fn comparison(first: u16, second: u16) -> Option<Instruction> {
+    let (low, high, with) = (upper_register(first), register(second), second_register(second));
+    let is_pair = first >> 12 == 3 && second >> 10 == 1 && low.is_multiple_of(2) && high == low + 1;
+    is_pair.then_some(ComparePair(low, immediate(first), with))
+}
+
 fn two_words(first: u16, second: u16) -> Instruction {
     if is_jump_or_call(first) {
         let high = u32::from(first >> 3 & 0x3e | first & 1);
         let target = (high << 16 | u32::from(second)) * 2;
         return if first & 2 == 0 { Jump(target) } else { Call(target) };
     }
+    let address = second.wrapping_sub(0x20);
     if first & 0x200 == 0 {
-        return changes(first);
+        return if address == STATUS { ReadStatus(register(first)) } else { changes(first) };
     }
-    stack_pointer(second.wrapping_sub(0x20)).map_or(NOTHING, |half| WriteStackPointer(half, register(first)))
+    written(address, register(first))
+}
+
+/// A write of a register to this address among the I/O registers.
+fn written(address: u16, from: u8) -> Instruction {
+    match stack_pointer(address) {
+        Some(half) => WriteStackPointer(half, from),
+        None if address == STATUS => WriteStatus,
+        None => NOTHING,
+    }
 }
 
 fn one_word(word: u16, next: u32) -> Option<Instruction> {
@@ -119,7 +151,7 @@ fn one_word(word: u16, next: u32) -> Option<Instruction> {
         (0x0, 0x2..=0x3) => Other(PRODUCT),
         (0x0 | 0x1, 0x4..=0x7) | (0x3, _) => NOTHING, // comparisons
         (0x1, 0x0..=0x3) => Skip,
-        (0x2, 0xc..) => Copy(register(word), (word >> 5 & 0x10 | word & 0xf) as u8),
+        (0x2, 0xc..) => Copy(register(word), second_register(word)),
         (0x0..=0x2, _) => changes(word),
         (0x4..=0x7, _) => Other(1 << upper_register(word)),
         (0x8 | 0xa, _) if word & 0x200 != 0 => NOTHING, // std
@@ -134,15 +166,19 @@ fn one_word(word: u16, next: u32) -> Option<Instruction> {
         (0x9, 0x8 | 0xa) => NOTHING, // cbi, sbi
         (0x9, 0x9 | 0xb) => Skip,
         (0x9, _) => Other(PRODUCT),
-        (0xb, kind) => match stack_pointer(word >> 5 & 0x30 | word & 0xf) {
-            Some(half) if kind < 8 => ReadStackPointer(half, register(word)),
-            Some(half) => WriteStackPointer(half, register(word)),
-            None if kind < 8 => changes(word),
-            None => NOTHING,
-        },
+        (0xb, kind) => {
+            let address = word >> 5 & 0x30 | word & 0xf;
+            match stack_pointer(address) {
+                _ if kind >= 8 => written(address, register(word)),
+                Some(half) => ReadStackPointer(half, register(word)),
+                None if address == STATUS => ReadStatus(register(word)),
+                None => changes(word),
+            }
+        }
         (0xc, _) => Jump(relative(next, word, 12)),
         (0xd, _) => Call(relative(next, word, 12)),
         (0xe, _) => Load(upper_register(word), immediate(word)),
+        (0xf, 0x4..=0x7) if word & 7 == 0 => BranchIfSameOrHigher(relative(next, word >> 3, 7)),
         (0xf, 0x0..=0x7) => Branch(relative(next, word >> 3, 7)),
         (_, _) if word & 8 != 0 => return None,
         (_, 0x8..=0x9) => changes(word), // bld
@@ -176,6 +212,8 @@ fn operation(word: u16) -> Option<Instruction> {
         (_, 0x9509 | 0x9519) => Some(CallIndirect),
         (_, 0x9508 | 0x9518) => Some(Return),
         (_, 0x95c8 | 0x95d8) => Some(Other(1)), // lpm, elpm
+        (_, 0x9478) => Some(EnableInterrupts),
+        (_, 0x94f8) => Some(DisableInterrupts),
         (0x8, ..0x9500) | (_, 0x9588 | 0x9598 | 0x95a8 | 0x95e8) => Some(NOTHING), // flags, sleep, break, wdr, spm
         _ => None,
     }
@@ -192,6 +230,11 @@ fn changes(word: u16) -> Instruction {
 
 fn register(word: u16) -> u8 {
     (word >> 4 & 0x1f) as u8
+}
+
+/// The other of two registers.
+fn second_register(word: u16) -> u8 {
+    (word >> 5 & 0x10 | word & 0xf) as u8
 }
 
 /// Of an instruction with an immediate value, which reaches registers 16 to 31 only.

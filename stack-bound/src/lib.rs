@@ -8,15 +8,19 @@
 //!
 //! A task's stack holds, in the worst case, what its closure captured, its functions at their deepest, and one interrupt.
 //! That interrupt's handler runs on the kernel's stack, the rest of SRAM, for which the start-up code, `main` and all
-//! handlers are followed in the same way. Which tasks there are, the kernel's `Stack::start` writes into a section of
+//! handlers are followed in the same way. There interrupts nest wherever the machine code enables them, and in a handler, too.
+//! So each vector is followed twice: from a task's stack, and from the kernel's, where it stays. Which tasks there are, the kernel's `Stack::start` writes into a section of
 //! the ELF file.
 //!
 //! # What is taken for granted
 //! - A call preserves Y, and pops what it pushed below its return address. (Of functions it follows, the second is checked.)
 //! - Nobody writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
-//! - An interrupt may strike a task anywhere, but neither a handler nor `main`.
-//! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has saved. And only
-//!   `kernel_expire_timers` moves about on the idle task's.
+//! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up to one that masks
+//!   them. Whoever writes SREG writes what he has read there.
+//! - Where a function enables interrupts in a handler, none of those that occur comes to the same place: the tick does not expire
+//!   timers while it expires timers.
+//! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has saved. An
+//!   interrupt compares SP with `__heap_start` to know whether it has found a task's stack.
 
 mod annotations;
 mod image;
@@ -26,13 +30,15 @@ mod program;
 mod registers;
 mod report;
 mod state;
+mod usage;
 
 pub use annotations::{AnnotationError, Annotations};
 pub use image::{Image, ImageError};
 pub use problem::Problem;
 pub use report::{Stack, Step};
 
-use program::{Program, SWITCH, Use};
+use program::{Found, Program, SWITCH};
+use usage::{Usage, Use};
 
 /// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds this against
 /// what is seen in simavr.
@@ -43,29 +49,35 @@ const REGISTERS: u32 = 33;
 /// # Errors
 /// All that keeps the use of a stack from being computed.
 pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Vec<Problem>> {
-    let mut program = Program::new(image, annotations);
+    let mut program = Program::new(image, annotations, Found::Task);
     let mut kernel = program.start_up().kernel;
-    let mut interrupt = Use::default();
-    for vector in image.vectors() {
-        let function = program.function(vector);
-        interrupt.raise_to(&Use::of("an interrupt", image.return_address.into()).then(&function.own));
-        kernel.raise_to(&function.kernel);
-    }
-    kernel.raise_to(&interrupt); // of the idle task, which uses nothing else
-    let mut context = interrupt.clone();
+    let on_task = interrupts(&mut program, &mut kernel);
+    let mut nested = Program::new(image, annotations, Found::Kernel);
+    let on_kernel = interrupts(&mut nested, &mut kernel);
+    let mut context = on_task.nested(|_| true);
     if image.function(SWITCH).is_some() {
         // The kernel lays down half of a preempted context from another stack: that is not seen on the way.
         context.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
-        // A tick that strikes the idle task wakes others from below what it has pushed: nor is that seen.
-        kernel.raise_to(&interrupt.then(&Use::of("the expiry of timers", image.return_address.into())));
     }
     let mut stacks = Vec::new();
     for task in &image.tasks {
         let function = program.function(task.entry);
-        stacks.push(Stack::of_task(image, task, &function.own, &context));
-        kernel.raise_to(&function.kernel.then(&interrupt));
+        stacks.push(Stack::of_task(image, task, &function.own.deepest, &context));
+        kernel.raise_to(&function.kernel);
     }
     stacks.sort_by(|one, other| one.name.cmp(&other.name));
-    stacks.push(Stack::of_kernel(image, kernel));
+    stacks.push(Stack::of_kernel(image, kernel.with(&on_kernel)));
+    program.problems.append(&mut nested.problems);
     if program.problems.is_empty() { Ok(stacks) } else { Err(program.problems.into_iter().collect()) }
+}
+
+/// What interrupts use of the stack that they find; and `kernel` is raised to what they use of the kernel's when they move there.
+fn interrupts(program: &mut Program, kernel: &mut Usage) -> Usage {
+    let mut usage = Usage::default();
+    for vector in program.image.vectors() {
+        let function = program.function(vector);
+        usage.raise_to_call("an interrupt", program.image.return_address.into(), &function.own);
+        kernel.raise_to(&function.kernel);
+    }
+    usage
 }

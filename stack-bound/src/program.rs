@@ -6,58 +6,63 @@ use std::rc::Rc;
 
 use crate::instruction::{self, Instruction, decode};
 use crate::problem::Problem;
-use crate::registers::StackPointer;
+use crate::registers::{PRESERVED, StackPointer};
 use crate::state::State;
-use crate::{Annotations, Image, Step};
+use crate::usage::{Usage, Use};
+use crate::{Annotations, Image};
 
-/// The function that leaves a stack for another task's.
+/// The function that leaves a stack for another task's. Nothing else may load a stack pointer that is not known.
 pub const SWITCH: &str = "kernel_switch";
 
-/// The function that moves to the idle task's stack, perhaps below what that holds. Nothing but these two may load a stack
-/// pointer that is not known.
-const EXPIRY: &str = "kernel_expire_timers";
-
-/// What is used of a stack at most, and by what, from the top down.
-#[derive(Clone, Default)]
-pub struct Use(pub Vec<Step>);
-
-impl Use {
-    pub fn of(name: &str, bytes: u32) -> Self {
-        Use(vec![Step { name: name.to_owned(), bytes }])
-    }
-
-    pub fn bytes(&self) -> u32 {
-        self.0.iter().map(|step| step.bytes).sum()
-    }
-
-    /// What is used when another use comes on top of this one.
-    pub fn then(&self, other: &Use) -> Self {
-        Use(self.0.iter().chain(&other.0).cloned().collect())
-    }
-
-    pub fn raise_to(&mut self, other: &Use) {
-        if other.bytes() > self.bytes() {
-            self.clone_from(other);
-        }
-    }
+/// Whose stack an interrupt finds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Found {
+    Task,
+    Kernel,
 }
 
 /// What a function uses, with all that it calls.
 #[derive(Default)]
 pub struct Function {
     /// Of the stack on which it is called, without its return address.
-    pub own: Use,
+    pub own: Usage,
     /// Of the kernel's stack, when it moves there.
-    pub kernel: Use,
-    returns: bool,
+    pub kernel: Usage,
+    /// How it returns, if it does.
+    returns: Option<Return>,
+}
+
+/// What holds at every return of a function.
+#[derive(Clone, Copy)]
+struct Return {
+    /// The registers that it preserves, a bit each.
+    preserved: u32,
+    /// Whether interrupts may be enabled.
+    enables_interrupts: bool,
+}
+
+impl Return {
+    /// Of a function about which nothing else is known.
+    const UNKNOWN: Return = Return { preserved: PRESERVED, enables_interrupts: false };
+
+    /// One of two returns.
+    fn or(self, other: Option<Return>) -> Self {
+        let other = other.unwrap_or(self);
+        Return {
+            preserved: self.preserved & other.preserved,
+            enables_interrupts: self.enables_interrupts || other.enables_interrupts,
+        }
+    }
 }
 
 /// A place and a stack pointer: how a function gets to a place with different stack pointers is kept apart.
 type Place = (u32, StackPointer);
 
 pub struct Program<'a> {
-    image: &'a Image,
+    pub image: &'a Image,
     annotations: &'a Annotations,
+    /// On whose stack an interrupt runs that asks.
+    found: Found,
     functions: BTreeMap<u32, Rc<Function>>,
     /// The functions that are being looked at, each called by the one before.
     calls: Vec<u32>,
@@ -65,10 +70,11 @@ pub struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    pub fn new(image: &'a Image, annotations: &'a Annotations) -> Self {
+    pub fn new(image: &'a Image, annotations: &'a Annotations, found: Found) -> Self {
         Program {
             image,
             annotations,
+            found,
             functions: BTreeMap::new(),
             calls: Vec::new(),
             problems: BTreeSet::new(),
@@ -91,7 +97,7 @@ impl<'a> Program<'a> {
             let circle =
                 self.calls[first..].iter().chain([&entry]).map(|&entry| self.image.name(entry).to_owned());
             self.problems.insert(Problem::Recursion(circle.collect()));
-            return Rc::new(Function { returns: true, ..Function::default() });
+            return Rc::new(Function { returns: Some(Return::UNKNOWN), ..Function::default() });
         } else {
             self.calls.push(entry);
             let function = self.explore(entry, StackPointer::Own(0));
@@ -104,14 +110,15 @@ impl<'a> Program<'a> {
 
     fn believed(&self, entry: u32, bytes: u16) -> Function {
         let name = format!("{} (as noted)", self.image.name(entry));
-        Function { own: Use::of(&name, bytes.into()), kernel: Use::default(), returns: true }
+        let own = Usage::only(Use::of(&name, bytes.into()));
+        Function { own, kernel: Usage::default(), returns: Some(Return::UNKNOWN) }
     }
 
     /// Goes all ways from `entry`, until nothing new is found out.
     fn explore(&mut self, entry: u32, stack_pointer: StackPointer) -> Function {
         let mut function = Function::default();
         let mut known: BTreeMap<Place, State> = BTreeMap::new();
-        let mut due = vec![((entry, stack_pointer), State::unknown())];
+        let mut due = vec![((entry, stack_pointer), State::at_start())];
         while let Some((place, state)) = due.pop() {
             let state = match known.entry(place) {
                 Entry::Vacant(entry) => entry.insert(state).clone(),
@@ -121,14 +128,15 @@ impl<'a> Program<'a> {
                     if joined == *entry.get() {
                         continue;
                     }
-                    entry.insert(joined).clone()
+                    entry.insert(joined.clone());
+                    joined
                 }
             };
             match self.step(place, state, &mut function) {
                 Ok(next) => due.extend(next),
                 Err(problem) => {
                     self.problems.insert(problem);
-                    function.returns = true; // more problems may follow
+                    function.returns = Some(Return::UNKNOWN); // more problems may follow
                 }
             }
         }
@@ -145,20 +153,24 @@ impl<'a> Program<'a> {
         let (address, stack_pointer) = place;
         let image = self.image;
         let name = image.name(address);
-        self.note(place, 0, &Function::default(), function)?;
+        self.note(place, 0, &Function::default(), state.is_interruptible(), function)?;
+        let compared = state.begin();
         let Some((instruction, length)) = decode(&image.flash, address) else {
             return Err(Problem::NoCode { function: name.to_owned(), address });
         };
         let next = address + length;
         Ok(match instruction {
             Instruction::Return => {
-                function.returns |= match stack_pointer {
-                    StackPointer::Own(0) => true,
+                let preserved = match stack_pointer {
+                    StackPointer::Own(0) => state.preserved(),
                     StackPointer::Own(_) => {
                         return Err(Problem::Return { function: name.to_owned(), address });
                     }
-                    StackPointer::Fixed(_) | StackPointer::Elsewhere => state.is_saved,
+                    StackPointer::Fixed(_) | StackPointer::Elsewhere if state.is_saved => PRESERVED,
+                    StackPointer::Fixed(_) | StackPointer::Elsewhere => return Ok(Vec::new()),
                 };
+                let here = Return { preserved, enables_interrupts: state.enables_interrupts() };
+                function.returns = Some(here.or(function.returns));
                 Vec::new()
             }
             Instruction::Jump(0) => Vec::new(), // the program starts anew
@@ -167,7 +179,12 @@ impl<'a> Program<'a> {
                 let targets = self.targets(address, &state)?;
                 targets.into_iter().map(|target| ((target, stack_pointer), state.clone())).collect()
             }
-            Instruction::Branch(target) => {
+            // Where an interrupt asks whether it has found a task's stack: these lie below all else that is free.
+            Instruction::BranchIfSameOrHigher(target) if compared == Some(image.variables_end) => {
+                let next = if self.found == Found::Kernel { target } else { next };
+                vec![((next, stack_pointer), state)]
+            }
+            Instruction::Branch(target) | Instruction::BranchIfSameOrHigher(target) => {
                 vec![((next, stack_pointer), state.clone()), ((target, stack_pointer), state)]
             }
             Instruction::Skip => {
@@ -190,7 +207,7 @@ impl<'a> Program<'a> {
             other => {
                 let after = state.apply(other, stack_pointer);
                 let is_switch = after == StackPointer::Elsewhere && stack_pointer != StackPointer::Elsewhere;
-                if is_switch && ![SWITCH, EXPIRY].contains(&name) {
+                if is_switch && name != SWITCH {
                     return Err(Problem::StackPointer { function: name.to_owned(), address });
                 }
                 vec![((next, after), state)]
@@ -215,13 +232,15 @@ impl<'a> Program<'a> {
         state: State,
         function: &mut Function,
     ) -> Result<Vec<(Place, State)>, Problem> {
-        let mut returns = false;
+        let mut returns = None;
         for &target in targets {
             let callee = self.function(target);
-            self.note(place, self.image.return_address, &callee, function)?;
-            returns |= callee.returns;
+            // Of a function that is called with interrupts enabled any place counts as one where they are.
+            self.note(place, self.image.return_address, &callee, state.enables_interrupts(), function)?;
+            returns = callee.returns.map(|callee| callee.or(returns)).or(returns);
         }
-        Ok(if returns { vec![((next, place.1), state.after_call())] } else { Vec::new() })
+        let after = |returns: Return| state.after_call(returns.preserved, returns.enables_interrupts);
+        Ok(returns.map(|returns| ((next, place.1), after(returns))).into_iter().collect())
     }
 
     /// Where Z points: known, or noted.
@@ -231,12 +250,13 @@ impl<'a> Program<'a> {
         state.targets().or_else(noted).ok_or_else(|| Problem::Indirect { function: name.to_owned(), address })
     }
 
-    /// At a place `bytes` more are on the stack, and then what `callee` uses.
+    /// At a place `bytes` more are on the stack, and then what `callee` uses, perhaps with interrupts enabled throughout.
     fn note(
         &self,
         (address, stack_pointer): Place,
         bytes: u16,
         callee: &Function,
+        is_interruptible: bool,
         function: &mut Function,
     ) -> Result<(), Problem> {
         let name = self.image.name(address);
@@ -251,9 +271,9 @@ impl<'a> Program<'a> {
             .filter(|&depth| depth <= top)
             .ok_or_else(|| Problem::Depth { function: name.to_owned(), address })?;
         let bytes = u32::from(depth) + u32::from(bytes);
-        // Names are long, and most places are not the deepest.
-        if bytes + callee.own.bytes() > stack.bytes() {
-            *stack = Use::of(name, bytes).then(&callee.own);
+        stack.raise_to_call(name, bytes, &callee.own);
+        if is_interruptible {
+            stack.open_window(name, Use::of(name, bytes).then(&callee.own.deepest));
         }
         Ok(())
     }

@@ -8,6 +8,8 @@ use crate::instruction::Half;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Byte {
     Unknown,
+    /// What this register held at the start of the function.
+    AtStart(u8),
     Is(u8),
     /// A byte of the stack pointer as it is with so many bytes on the stack.
     OfStackPointer(Half, i32),
@@ -82,12 +84,24 @@ impl Pair {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Registers([Pair; 16]);
 
-/// Those that survive a call. Compiled functions preserve more, but a switch to another task only these.
-const PRESERVED: u32 = 0b11 << 28;
+/// Those that survive every call, Y: a switch to another task preserves no more.
+pub const PRESERVED: u32 = 0b11 << 28;
 
 impl Registers {
+    /// At the start of a function.
+    pub fn at_start() -> Self {
+        let mut registers = Self::unknown();
+        (0..32).for_each(|register| registers.set(register, Byte::AtStart(register)));
+        registers
+    }
+
     pub fn unknown() -> Self {
         Registers(std::array::from_fn(|_| Pair::unknown()))
+    }
+
+    /// Those that hold what they held at the start, a bit each.
+    pub fn preserved(&self) -> u32 {
+        (0..32).filter(|&register| self.byte(register) == Byte::AtStart(register)).map(|register| 1 << register).sum()
     }
 
     /// The pair that a register belongs to.
@@ -127,10 +141,6 @@ impl Registers {
         for register in (0..32).filter(|register| registers >> register & 1 != 0) {
             self.set(register, Byte::Unknown);
         }
-    }
-
-    pub fn call(&mut self) {
-        self.forget(!PRESERVED);
     }
 
     /// What is known where two ways meet.

@@ -3,8 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 
 use crate::Image;
-use crate::image::{ENTRY, Task};
-use crate::program::Use;
+use crate::image::Task;
+use crate::usage::Use;
 
 /// What the kernel lays on a stack for its task to start from besides a return address, gone when that runs, in bytes.
 const FIRST_CONTEXT: u16 = 4;
@@ -34,20 +34,18 @@ impl Stack {
     pub(crate) fn of_task(image: &Image, task: &Task, own: &Use, interrupt: &Use) -> Self {
         let mut deepest = Use::of("its first context", (FIRST_CONTEXT + image.return_address).into());
         deepest.raise_to(own);
-        let steps = Use::of("captured", task.captured.into()).then(&deepest).then(interrupt).0;
-        let entry = image.name(task.entry);
-        let body = entry.strip_prefix(ENTRY).and_then(|body| body.strip_suffix('>'));
+        let steps = Use::of("captured", task.captured.into()).then(&deepest).then(interrupt);
         Stack {
-            name: body.unwrap_or(entry).to_owned(),
+            name: image.body(task.entry).to_owned(),
             entry: task.entry,
             size: task.stack,
-            steps: steps.into_iter().filter(|step| step.bytes != 0).collect(),
+            steps: printed(steps),
         }
     }
 
     pub(crate) fn of_kernel(image: &Image, deepest: Use) -> Self {
         let size = (image.stack + 1).saturating_sub(image.variables_end);
-        Stack { name: "kernel".to_owned(), entry: 0, size, steps: deepest.0 }
+        Stack { name: "kernel".to_owned(), entry: 0, size, steps: printed(deepest) }
     }
 
     /// How many bytes it must have.
@@ -58,6 +56,11 @@ impl Stack {
     pub fn is_too_small(&self) -> bool {
         self.needs() > self.size.into()
     }
+}
+
+/// The steps that use anything.
+fn printed(steps: Use) -> Vec<Step> {
+    steps.0.into_iter().filter(|step| step.bytes != 0).collect()
 }
 
 impl Display for Stack {

@@ -1,7 +1,16 @@
 //! What is known at a place in a program, and what an instruction makes of it.
 
 use crate::instruction::{Half, Instruction};
-use crate::registers::{Byte, Pair, Registers, StackPointer};
+use crate::registers::{Byte, PRESERVED, Pair, Registers, StackPointer};
+
+/// Whether an interrupt may occur before an instruction.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Interrupts {
+    Masked,
+    /// Not before this instruction: the one before has just enabled them.
+    Soon,
+    Enabled,
+}
 
 /// What is known besides the stack pointer.
 #[derive(Clone, PartialEq, Eq)]
@@ -13,12 +22,48 @@ pub struct State {
     written: Option<Pair>,
     /// Whether the stack pointer of this context was read: only then can a switch lead back to it.
     pub is_saved: bool,
+    interrupts: Interrupts,
+    /// Whether SREG was ever read with interrupts enabled: what is written to it may enable them then.
+    was_enabled: bool,
+    /// What the last instruction compared this stack's pointer with.
+    compared: Option<u16>,
 }
 
 impl State {
-    /// At the start of a function.
-    pub fn unknown() -> Self {
-        State { registers: Registers::unknown(), pushed: Vec::new(), written: None, is_saved: false }
+    /// At the start of a function. Interrupts count as masked, as most callers have them: a call with interrupts enabled sees to that.
+    pub fn at_start() -> Self {
+        State {
+            registers: Registers::at_start(),
+            pushed: Vec::new(),
+            written: None,
+            is_saved: false,
+            interrupts: Interrupts::Masked,
+            was_enabled: false,
+            compared: None,
+        }
+    }
+
+    /// Whether an interrupt may occur before the instruction here.
+    pub fn is_interruptible(&self) -> bool {
+        self.interrupts == Interrupts::Enabled
+    }
+
+    /// Whether interrupts are enabled, if only from the next instruction on.
+    pub fn enables_interrupts(&self) -> bool {
+        self.interrupts != Interrupts::Masked
+    }
+
+    /// Begins an instruction. Returns what the one before compared this stack's pointer with.
+    pub fn begin(&mut self) -> Option<u16> {
+        if self.interrupts == Interrupts::Soon {
+            self.interrupts = Interrupts::Enabled;
+        }
+        self.compared.take()
+    }
+
+    /// The registers that hold what they held at the start, a bit each.
+    pub fn preserved(&self) -> u32 {
+        self.registers.preserved()
     }
 
     /// Where Z may point, in bytes of flash.
@@ -35,9 +80,12 @@ impl State {
         }
     }
 
-    /// After a call has come back.
-    pub fn after_call(mut self) -> Self {
-        self.registers.call();
+    /// After a call has come back, which preserves these registers, a bit each, and perhaps enables interrupts.
+    pub fn after_call(mut self, preserved: u32, enables_interrupts: bool) -> Self {
+        self.registers.forget(!(preserved | PRESERVED));
+        if enables_interrupts {
+            self.interrupts = Interrupts::Enabled;
+        }
         self
     }
 
@@ -67,6 +115,21 @@ impl State {
             Instruction::Load(to, value) => self.registers.set(to, Byte::Is(value)),
             Instruction::Copy(to, from) => self.registers.set(to, self.registers.byte(from)),
             Instruction::CopyPair(to, from) => self.registers.copy_pair(to, from),
+            Instruction::ComparePair(low, value, high) => {
+                let is_own = matches!(self.registers.pair(low).stack_pointer(), StackPointer::Own(_));
+                if let (true, Byte::Is(high)) = (is_own, self.registers.byte(high)) {
+                    self.compared = Some(u16::from_le_bytes([value, high]));
+                }
+            }
+            Instruction::EnableInterrupts => self.enable(),
+            Instruction::DisableInterrupts => self.interrupts = Interrupts::Masked,
+            Instruction::ReadStatus(to) => {
+                self.was_enabled |= self.enables_interrupts();
+                self.registers.set(to, Byte::Unknown);
+            }
+            // What it writes was read there.
+            Instruction::WriteStatus if self.was_enabled => self.enable(),
+            Instruction::WriteStatus => self.interrupts = Interrupts::Masked,
             Instruction::AddPair(low, amount) => self.registers.add(low, amount),
             Instruction::Other(changed) => self.registers.forget(changed),
             Instruction::Jump(_)
@@ -74,10 +137,16 @@ impl State {
             | Instruction::Call(_)
             | Instruction::CallIndirect
             | Instruction::Branch(_)
+            | Instruction::BranchIfSameOrHigher(_)
             | Instruction::Skip
             | Instruction::Return => {}
         }
         stack_pointer
+    }
+
+    /// Enables interrupts, of which none occurs before the next instruction has run.
+    fn enable(&mut self) {
+        self.interrupts = self.interrupts.max(Interrupts::Soon);
     }
 
     fn push(&mut self, stack_pointer: StackPointer, byte: Byte) -> StackPointer {
@@ -94,7 +163,11 @@ impl State {
         }
         let is_whole = self.written.take().as_ref() == Some(pair);
         self.pushed.clear();
-        if is_whole { pair.stack_pointer() } else { StackPointer::Elsewhere }
+        let after = if is_whole { pair.stack_pointer() } else { StackPointer::Elsewhere };
+        if after == StackPointer::Elsewhere {
+            self.registers = Registers::unknown();
+        }
+        after
     }
 
     /// What is known where two ways meet.
@@ -111,6 +184,11 @@ impl State {
             self.written = None;
         }
         self.is_saved |= other.is_saved;
+        self.interrupts = self.interrupts.max(other.interrupts);
+        self.was_enabled |= other.was_enabled;
+        if self.compared != other.compared {
+            self.compared = None;
+        }
     }
 }
 

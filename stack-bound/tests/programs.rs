@@ -65,7 +65,7 @@ fn tasks() {
     assert_eq!((wide.needs(), wide.size, wide.is_too_small()), (46, 45, true));
     assert_eq!(steps(narrow), [("its first context", 6), ("a preempted context", 35)]);
     assert_eq!((narrow.needs(), narrow.size, narrow.is_too_small()), (41, 41, false));
-    assert_eq!(steps(kernel), [("kernel_switch", 11), ("odd", 3)]);
+    assert_eq!(steps(kernel)[1..], [("an interrupt", 2), ("kernel_switch", 8), ("odd", 3)]);
 }
 
 /// A byte more for each return address, in the first context, and in the preempted one.
@@ -75,7 +75,19 @@ fn tasks_with_a_program_counter_of_three_bytes() {
     let [narrow, wide, kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
     assert_eq!(steps(wide), [("captured", 4), ("wide", 8), ("a preempted context", 36)]);
     assert_eq!(steps(narrow), [("its first context", 7), ("a preempted context", 36)]);
-    assert_eq!(steps(kernel), [("kernel_switch", 12), ("odd", 3)]);
+    assert_eq!(steps(kernel)[1..], [("an interrupt", 3), ("kernel_switch", 9), ("odd", 3)]);
+}
+
+/// In `main`, with a byte pushed, two interrupts: one enables them 5 bytes deep, and the other is the deepest.
+#[test]
+fn interrupts_that_nest() {
+    let bounds = bounds(&build("nested.S", "atmega128"), "");
+    let [task, kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
+    let opens = [("an interrupt", 2), ("enter", 6), ("opens", 4), ("callee", 1)];
+    let deep = [("an interrupt", 2), ("enter", 6), ("deep", 7)];
+    assert_eq!(steps(kernel)[1..], [&[("main", 1)][..], &opens, &deep].concat());
+    assert_eq!(kernel.needs(), 2 + 1 + 13 + 15);
+    assert_eq!(steps(task), [("its first context", 6), ("an interrupt", 2), ("__vector_3", 5)], "and no other");
 }
 
 #[test]

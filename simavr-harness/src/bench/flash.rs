@@ -131,7 +131,7 @@ mod tests {
             ("kernel_switch", false),
             ("__do_copy_data", false),
             ("board::eeprom::take", false),
-            ("kernel::arch::avr::start::enter::<bench_flash::body>", false),
+            ("kernel::arch::avr::start::enter::<bench_flash::body, ()>", false),
             ("<kernel::pool::Message<bench_flash::Reading> as core::ops::drop::Drop>::drop", false),
             ("core::ptr::drop_in_place::<bench_flash::Reading>", false),
         ] {

@@ -23,6 +23,19 @@ fn the_stack_pointer_in_the_data_space() {
 }
 
 #[test]
+fn a_comparison_of_a_pair_is_one() {
+    assert_eq!(decode_words(&[0x3dc1, 0x07d8]), Some((ComparePair(28, 0xd1, 24), 4))); // cpi r28, 0xd1; cpc r29, r24
+    assert_eq!(decode_words(&[0x3dc1, 0x07e8]), Some((NOTHING, 2)), "r28, but r30");
+    assert_eq!(decode_words(&[0x3dc1, 0x0bd8]), Some((NOTHING, 2)), "sbc");
+}
+
+#[test]
+fn the_status_in_the_data_space() {
+    assert_eq!(decode_words(&[0x9380, 0x005f]), Some((WriteStatus, 4))); // sts 0x5f, r24
+    assert_eq!(decode_words(&[0x9180, 0x005f]), Some((ReadStatus(24), 4))); // lds r24, 0x5f
+}
+
+#[test]
 fn half_an_instruction_is_none() {
     assert_eq!(decode_words(&[0x940e]), None);
     assert_eq!(decode_words(&[0xffff]), None, "flash that was not programmed");
@@ -86,6 +99,10 @@ fn expected(text: &str, next: u32) -> Option<Instruction> {
         "sbiw" => Some(AddPair(register(to)?, -(number(from) as i16))),
         "in" if from == "0x3d" => Some(ReadStackPointer(Half::Low, register(to)?)),
         "in" if from == "0x3e" => Some(ReadStackPointer(Half::High, register(to)?)),
+        "in" if from == "0x3f" => Some(ReadStatus(register(to)?)),
+        "out" if to == "0x3f" => Some(WriteStatus),
+        "sei" => Some(EnableInterrupts),
+        "cli" => Some(DisableInterrupts),
         "out" if to == "0x3d" => Some(WriteStackPointer(Half::Low, register(from)?)),
         "out" if to == "0x3e" => Some(WriteStackPointer(Half::High, register(from)?)),
         "jmp" => Some(Jump(number(to))),
@@ -110,6 +127,7 @@ fn expected(text: &str, next: u32) -> Option<Instruction> {
         | "break" => Some(NOTHING),
         "spm" if operands.is_empty() => Some(NOTHING),
         ".word" | "spm" | "des" | "xch" | "las" | "lac" | "lat" => None, // none of the classic AVR
+        "brcc" => Some(BranchIfSameOrHigher(relative())),
         _ if mnemonic.starts_with("br") => Some(Branch(relative())),
         _ if mnemonic.len() == 3 && mnemonic.starts_with(['s', 'c']) => Some(NOTHING), // a flag
         _ => panic!("{text}: not known to this test"),

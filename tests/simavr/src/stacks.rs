@@ -7,8 +7,8 @@ use std::sync::Arc;
 use simavr_harness::{Image, Mcu, Part, Place};
 use stack_bound::Annotations;
 
-/// What a stack holds before it is used: the kernel's `PAINT`.
-const PAINT: u8 = 0xa5;
+/// What a stack holds before it is used: the kernel's `WATERMARK`.
+const WATERMARK: u8 = 0xa5;
 
 /// What a task's control block takes before its stack, in bytes.
 const CONTROL_BLOCK: u16 = 6;
@@ -16,10 +16,10 @@ const CONTROL_BLOCK: u16 = 6;
 /// Where in it the stack pointer lies.
 const STACK_POINTER: u16 = 1;
 
-/// In a first context, how far above the stack pointer the address of the task's code lies, in words: above the program
-/// counter and the address of what the task captured.
+/// In a first context, how far above the stack pointer the address of the task's code lies, in words: above Y, which is the
+/// address of what the task captured, and the program counter.
 fn entry_offset(part: &Part) -> u16 {
-    1 + part.return_address + 2
+    1 + 2 + part.return_address
 }
 
 /// The most cycles from power-up to where the first task runs.
@@ -36,7 +36,7 @@ pub struct Stack {
 impl Stack {
     /// How many bytes have been used, counted from the last that never was.
     pub fn used(&self, mcu: &Mcu) -> u32 {
-        let first = self.addresses.clone().find(|&address| mcu.read(address) != Some(PAINT));
+        let first = self.addresses.clone().find(|&address| mcu.read(address) != Some(WATERMARK));
         first.map_or(0, |first| u32::from(self.addresses.end - first))
     }
 }
@@ -62,7 +62,7 @@ pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<St
     let image = Arc::new(Image::load(image).expect("the image can be read"));
     let mut mcu = Mcu::new(part, image.clone(), 1).expect("the image fits the MCU");
     if bounds.len() > 1 {
-        run_to(&mut mcu, "kernel_run");
+        run_to(&mut mcu, "kernel_run_head");
     }
     let find = |bound: stack_bound::Stack| {
         let (name, addresses) = if bound.entry == 0 {
@@ -127,7 +127,7 @@ pub fn paint(mcu: &mut Mcu, stacks: &[Stack]) {
         stacks.iter().filter(|stack| stack.bound.entry == 0).flat_map(|stack| stack.addresses.clone())
     {
         if !in_use.contains(&address) {
-            mcu.write(address, PAINT);
+            mcu.write(address, WATERMARK);
         }
     }
 }

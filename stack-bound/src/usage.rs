@@ -1,0 +1,87 @@
+//! How much of a stack is used, and by what.
+
+use std::collections::BTreeMap;
+
+use crate::Step;
+
+/// What is used of a stack at most, and by what, from the top down.
+#[derive(Clone, Default)]
+pub struct Use(pub Vec<Step>);
+
+impl Use {
+    pub fn of(name: &str, bytes: u32) -> Self {
+        Use(vec![Step { name: name.to_owned(), bytes }])
+    }
+
+    pub fn bytes(&self) -> u32 {
+        self.0.iter().map(|step| step.bytes).sum()
+    }
+
+    /// What is used when another use comes on top of this one.
+    pub fn then(&self, other: &Use) -> Self {
+        Use(self.0.iter().chain(&other.0).cloned().collect())
+    }
+
+    pub fn raise_to(&mut self, other: &Use) {
+        if other.bytes() > self.bytes() {
+            self.clone_from(other);
+        }
+    }
+}
+
+/// What is used of a stack, and where interrupts come on top of that.
+#[derive(Clone, Default)]
+pub struct Usage {
+    pub deepest: Use,
+    /// By the function that enables interrupts, what is in use at most while they are enabled.
+    windows: BTreeMap<String, Use>,
+}
+
+impl Usage {
+    pub fn only(deepest: Use) -> Self {
+        Usage { deepest, windows: BTreeMap::new() }
+    }
+
+    /// Interrupts are enabled in `function` with so much in use.
+    pub fn open_window(&mut self, function: &str, within: Use) {
+        match self.windows.get_mut(function) {
+            Some(window) => window.raise_to(&within),
+            None => {
+                self.windows.insert(function.to_owned(), within);
+            }
+        }
+    }
+
+    pub fn raise_to(&mut self, other: &Usage) {
+        self.deepest.raise_to(&other.deepest);
+        for (function, within) in &other.windows {
+            self.open_window(function, within.clone());
+        }
+    }
+
+    /// The same where `other` comes on top of `bytes` that `name` uses.
+    pub fn raise_to_call(&mut self, name: &str, bytes: u32, other: &Usage) {
+        // Names are long, and most places are not the deepest.
+        if bytes + other.deepest.bytes() > self.deepest.bytes() {
+            self.deepest = Use::of(name, bytes).then(&other.deepest);
+        }
+        for (function, within) in &other.windows {
+            self.open_window(function, Use::of(name, bytes).then(within));
+        }
+    }
+
+    /// What is used at most with interrupts, each of which uses at most `interrupts` where it occurs.
+    pub fn with(&self, interrupts: &Usage) -> Use {
+        let mut deepest = self.deepest.clone();
+        for (function, within) in &self.windows {
+            deepest.raise_to(&within.then(&interrupts.nested(|other| other != function)));
+        }
+        deepest
+    }
+
+    /// What interrupts use that nest in one another: each window is open once, and in the last one is the deepest interrupt.
+    pub fn nested(&self, is_closed: impl Fn(&str) -> bool) -> Use {
+        let open = self.windows.iter().filter(|(function, _)| is_closed(function));
+        open.fold(Use::default(), |nested, (_, within)| nested.then(within)).then(&self.deepest)
+    }
+}
