@@ -17,8 +17,8 @@ pub enum Instruction {
     Copy(u8, u8),
     /// `movw`: to, from, each the lower register of a pair.
     CopyPair(u8, u8),
-    /// `cpi` and `cpc` in a row: the lower register of a pair, what its low byte is compared with, and the register with which
-    /// its high byte is.
+    /// `cpi` and `cpc` in a row: the lower register of a pair, what its low byte is compared with, and the
+    /// register with which its high byte is.
     ComparePair(u8, u8, u8),
     /// `in` or `lds` from SREG.
     ReadStatus(u8),

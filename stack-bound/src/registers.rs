@@ -101,7 +101,10 @@ impl Registers {
 
     /// Those that hold what they held at the start, a bit each.
     pub fn preserved(&self) -> u32 {
-        (0..32).filter(|&register| self.byte(register) == Byte::AtStart(register)).map(|register| 1 << register).sum()
+        (0..32)
+            .filter(|&register| self.byte(register) == Byte::AtStart(register))
+            .map(|register| 1 << register)
+            .sum()
     }
 
     /// The pair that a register belongs to.

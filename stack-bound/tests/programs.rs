@@ -87,7 +87,11 @@ fn interrupts_that_nest() {
     let deep = [("an interrupt", 2), ("enter", 6), ("deep", 7)];
     assert_eq!(steps(kernel)[1..], [&[("main", 1)][..], &opens, &deep].concat());
     assert_eq!(kernel.needs(), 2 + 1 + 13 + 15);
-    assert_eq!(steps(task), [("its first context", 6), ("an interrupt", 2), ("__vector_3", 5)], "and no other");
+    assert_eq!(
+        steps(task),
+        [("its first context", 6), ("an interrupt", 2), ("__vector_3", 5)],
+        "and no other"
+    );
 }
 
 #[test]
