@@ -321,6 +321,22 @@ impl Mcu {
         found
     }
 
+    /// Runs up to the first instruction boundary at or after `cycle`, until the program writes a marker, which is then the
+    /// last one logged, or until it sleeps or ends. Returns the marker's value.
+    pub fn run_to_stop(&mut self, cycle: u64) -> Option<u8> {
+        self.markers.with(self.cpu, |markers| markers.stop = true);
+        let seen = self.markers().len();
+        self.cpu.clear_attention();
+        while self.is_alive() && self.cycle() < cycle && self.markers().len() == seen {
+            self.turn(cycle);
+            if self.cpu.core() == Core::Sleeping {
+                break;
+            }
+        }
+        self.markers.with(self.cpu, |markers| markers.stop = false);
+        self.markers().get(seen).map(|marker| marker.value)
+    }
+
     /// Runs to the program's end, for `cycles` at most.
     pub fn run_to_end(&mut self, cycles: u64) -> State {
         self.run_until(self.cycle() + cycles);

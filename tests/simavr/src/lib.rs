@@ -4,6 +4,7 @@ pub mod chain;
 pub mod examples;
 pub mod hormones;
 pub mod marks;
+pub mod model;
 pub mod stacks;
 pub mod sweep;
 pub mod target;

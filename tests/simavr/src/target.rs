@@ -76,6 +76,13 @@ impl Target {
         load(&self.images().join(name))
     }
 
+    /// Enables both interrupts. Their devices stay off: the harness raises them.
+    pub fn enable_interrupts(&self, mcu: &mut Mcu) {
+        for interrupt in [&self.tick, &self.external] {
+            mcu.write(interrupt.register, interrupt.mask);
+        }
+    }
+
     /// An MCU that runs `image`.
     ///
     /// # Panics

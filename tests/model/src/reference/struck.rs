@@ -7,7 +7,8 @@ use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
-    /// All ways in which things may stand inside of the call that task `id` is in, which runs; none if it should not.
+    /// All ways in which things may stand inside of the call that task `id` is in, which runs, in the order of
+    /// time; none if it should not.
     pub fn struck_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
         while before.running() != Some(id) {
@@ -25,8 +26,10 @@ impl Reference {
             let mut timed = begun.clone();
             timed.set_end(id, call);
             acted.perform(id, call);
-            ways.extend(begun.halfway(id, call));
-            ways.extend([begun, timed, acted.clone()]);
+            let halfway = begun.halfway(id, call);
+            ways.extend([begun, timed]);
+            ways.extend(halfway);
+            ways.push(acted.clone());
         }
         // A call of several acts goes on, also after it has blocked and others have run.
         let mut runs = acted.running() == Some(id);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use simavr_harness::{Image, Mcu};
 
 use super::kernel::Kernel;
-use super::watch::{AUDITED, CLOSED, OPEN, Source, WRONG, Watch, enable_interrupts};
+use super::watch::{AUDITED, CLOSED, OPEN, Source, WRONG, Watch};
 use crate::target::Target;
 
 /// What is raised at a boundary: one interrupt after the other, without an instruction between.
@@ -134,7 +134,7 @@ impl Subject {
 
     fn mcu(&self) -> Mcu {
         let mut mcu = self.kernel.target.mcu(self.image.clone());
-        enable_interrupts(&mut mcu, self.kernel.target);
+        self.kernel.target.enable_interrupts(&mut mcu);
         mcu
     }
 

@@ -3,7 +3,6 @@
 use simavr_harness::{Mcu, State};
 
 use super::kernel::Kernel;
-use crate::target::Target;
 
 /// What raises an interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,13 +24,6 @@ const ASK_TICK: u8 = 0x63;
 const OUT_SPH: u16 = 0xbe0e;
 const OUT_SPL: u16 = 0xbe0d;
 const OUT_REGISTER: u16 = 0xfe0f;
-
-/// Enables both interrupts. Their devices stay off: the sweep stands for them.
-pub fn enable_interrupts(mcu: &mut Mcu, target: &Target) {
-    for interrupt in [&target.tick, &target.external] {
-        mcu.write(interrupt.register, interrupt.mask);
-    }
-}
 
 /// A task's context as an interrupt found it.
 #[derive(Clone)]

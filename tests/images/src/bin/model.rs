@@ -1,0 +1,135 @@
+//! Interprets scripts of kernel calls: each task makes the calls that the harness puts into its mailbox, and
+//! so does the external interrupt.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+#[path = "model/mailbox.rs"]
+mod mailbox;
+#[path = "model/objects.rs"]
+mod objects;
+
+use core::ptr;
+
+use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, Never, Semaphore, Task};
+use model::call::{Call, Outcome};
+use model::world::{Belongings, JOBS_IN_ALL, priority};
+use tests_images::start;
+
+use mailbox::{HANDLER, Mailbox};
+use objects::{STACKS, world};
+
+board::tick_interrupt!();
+board::external_interrupt!(interrupt => handle(interrupt));
+
+/// Where tasks wait that have left.
+static GONE: Semaphore = Semaphore::new(0);
+
+const BODIES: [fn(&mut JobContext); JOBS_IN_ALL] = [job::<0>, job::<1>, job::<2>, job::<3>];
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        let arrangement = mailbox::arrangement();
+        objects::arrange(boot, &arrangement, BODIES);
+        (0..usize::from(arrangement.started)).for_each(|task| start(start_task(boot, task)));
+        boot_calls(boot);
+    })
+}
+
+/// Starts a task. It has its priority from the arrangement.
+#[inline(never)]
+fn start_task(context: &mut impl Context, id: usize) -> Result<(), kernel::StartError> {
+    let priority = priority(objects::priority_of(id));
+    STACKS[id].start(context, priority, move |task| run(id, task))
+}
+
+/// The outcome of `Call::Start`.
+fn started(context: &mut impl Context, id: usize) -> Outcome {
+    start_task(context, id).is_ok().into()
+}
+
+#[inline(never)]
+fn boot_calls(boot: &mut Boot) {
+    let mailbox = Mailbox::of(HANDLER);
+    mailbox.begin();
+    while let Some(call) = mailbox.next(HANDLER, &mut Belongings::default()) {
+        mailbox.reply(match call {
+            Call::Start { task } => started(boot, task),
+            _ => world().call_of_boot(boot, call),
+        });
+    }
+}
+
+/// The external interrupt.
+#[inline(never)]
+fn handle(interrupt: &mut Interrupt) {
+    let mailbox = Mailbox::of(HANDLER);
+    mailbox.begin();
+    while let Some(call) = mailbox.next(HANDLER, &mut Belongings::default()) {
+        mailbox.reply(match call {
+            Call::Start { task } => started(interrupt, task),
+            _ => world().call_of_interrupt(interrupt, call),
+        });
+    }
+}
+
+/// A task.
+#[inline(never)]
+fn run(id: usize, task: &mut Task) -> Never {
+    let mailbox = Mailbox::of(id);
+    mailbox.begin();
+    let mut own = Belongings::default();
+    loop {
+        let outcome = match mailbox.next(id, &mut own) {
+            Some(Call::Lock { mutex }) => section(id, task, mutex),
+            Some(Call::Exit) => return task.exit(),
+            Some(Call::RunJobs { jobs }) => {
+                let Err(JobTaken) = world().run_jobs(task, jobs);
+                Outcome::JobTaken
+            }
+            Some(Call::Start { task: id }) => started(task, id),
+            Some(call) => world().call_of_task(task, &mut own, call),
+            None => {
+                own = Belongings::default();
+                GONE.wait(task);
+                Outcome::Nothing
+            }
+        };
+        mailbox.reply(outcome);
+    }
+}
+
+/// From the lock of a mutex to its unlock, which is the only call that can come next.
+#[inline(never)]
+fn section(id: usize, task: &mut Task, mutex: usize) -> Outcome {
+    let mailbox = Mailbox::of(id);
+    let mut value = world().mutexes[mutex].lock(task);
+    mailbox.reply(Outcome::Number((*value).into()));
+    *value = value.wrapping_add(1);
+    mailbox.next(id, &mut Belongings::default());
+    drop(value);
+    Outcome::Nothing
+}
+
+/// A job, which begins as the call that waited for its signal returns.
+fn job<const JOB: u16>(context: &mut JobContext) {
+    run_job(context, JOB);
+}
+
+#[inline(never)]
+fn run_job(context: &mut JobContext, job: u16) {
+    let address = context.mask(kernel::running);
+    let stack = STACKS.iter().position(|stack| ptr::from_ref(stack).addr() == address);
+    let Some(id) = stack else { tests_images::finish() };
+    let mailbox = Mailbox::of(id);
+    mailbox.reply(Outcome::Number(job));
+    let mut own = Belongings::default();
+    while let Some(call) = mailbox.next(id, &mut own) {
+        mailbox.reply(match call {
+            Call::EndJob => break,
+            Call::Start { task } => started(context, task),
+            _ => world().call_of_job(context, &mut own, call),
+        });
+    }
+}

@@ -1,0 +1,40 @@
+//! `model [MCU...] [SEQUENCES] [SEED]`: plays so many scripts of kernel calls, drawn by lot, on each MCU, and
+//! holds them against the reference. Without an MCU on the robot's; 100,000 sequences unless a number is
+//! given, from seed 0.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use superbot_tests_simavr::model::{Campaign, Subject};
+use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
+
+fn main() -> ExitCode {
+    let (mut targets, mut numbers) = (Vec::new(), Vec::new());
+    for argument in std::env::args().skip(1) {
+        if let Some(target) = Target::named(&argument) {
+            targets.push(target);
+        } else if let (Ok(number), ..2) = (argument.parse(), numbers.len()) {
+            numbers.push(number);
+        } else {
+            let known = TARGETS.map(|target| target.part.name).join(", ");
+            eprintln!("model takes MCUs ({known}), a number of sequences and a seed, not {argument}");
+            return ExitCode::from(2);
+        }
+    }
+    if targets.is_empty() {
+        targets.push(ATMEGA128);
+    }
+    let sequences = numbers.first().copied().unwrap_or(100_000);
+    let first_seed = numbers.get(1).copied().unwrap_or(0);
+    let mut have_agreed = true;
+    for target in targets {
+        let start = Instant::now();
+        let subject = Subject::new(target, target.image("model"));
+        let total = Campaign { first_seed, sequences }.run(&subject);
+        total.failures.iter().for_each(|failure| println!("{failure}"));
+        println!("{}: {total}, from seed {first_seed}", target.part.name);
+        eprintln!("{:.0} s", start.elapsed().as_secs_f64());
+        have_agreed &= total.failures.is_empty();
+    }
+    if have_agreed { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

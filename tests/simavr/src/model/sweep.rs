@@ -1,0 +1,89 @@
+//! An interrupt at instruction boundaries inside of one call of a script: at every sixteenth, beginning with
+//! any.
+//!
+//! The ways in which things may stand inside of the call have an order in time. Later interrupts must agree with ways
+//! that are not earlier.
+
+use std::collections::BTreeMap;
+
+use model::call::Call;
+use model::referee::Disagreement;
+use model::reference::TaskId;
+use model::setup::Setup;
+use model::shorten::Replay;
+use model::step::{Handler, Step, Strike};
+
+use super::chip::Boundary;
+use super::lockstep::{Player, Probe};
+
+/// A script's call, and what the interrupt does.
+pub struct Sweep<'a, 'p> {
+    pub player: &'a mut Player<'p>,
+    pub real: &'a Setup,
+    pub supposed: &'a Setup,
+    /// The number of the step that is the call; if it is none, nothing is swept.
+    pub step: usize,
+    pub handler: Handler,
+    /// The first boundary, below [`STRIDE`].
+    pub first: usize,
+}
+
+/// One of so many boundaries is tried.
+pub const STRIDE: usize = 16;
+
+/// The same without interrupts inside of it.
+fn without_strikes(step: &Step) -> Step {
+    match step {
+        Step::Call(call, _) => Step::Call(*call, None),
+        Step::Interrupt(handler) => Step::Interrupt(plain(handler)),
+        Step::Silence(ticks) => Step::Silence(*ticks),
+    }
+}
+
+/// The same without interrupts inside of it.
+fn plain(handler: &Handler) -> Handler {
+    match handler {
+        Handler::Tick(_) => Handler::Tick(None),
+        Handler::Calls(calls) => Handler::Calls(calls.clone()),
+    }
+}
+
+impl Sweep<'_, '_> {
+    /// Sweeps the call in a script of these steps without their interrupts inside of calls, as far as they are
+    /// possible.
+    ///
+    /// # Errors
+    /// What disagrees.
+    pub fn run(self, steps: &[Step]) -> Result<(), Box<Disagreement>> {
+        let mut probe = Probe { step: self.step, boundaries: Vec::new() };
+        let script = Replay::new(steps.iter().map(without_strikes).collect());
+        let played = self.player.play(self.real, self.supposed, script, Some(&mut probe)).1?;
+        let steps: Vec<_> = played.steps().cloned().collect();
+        // To make a message and to send it are two calls of the kernel.
+        let Some(&Step::Call(call, _)) = steps.get(self.step) else { return Ok(()) };
+        if matches!(call, Call::Send { .. }) {
+            return Ok(());
+        }
+        // The ways are those of the last interrupt: so there is but one inside of the call.
+        let handler = plain(&self.handler);
+        // The first way that can be meant where an interrupt preempts the task, and the place of the last one.
+        let mut reached: BTreeMap<Option<TaskId>, (u32, usize)> = BTreeMap::new();
+        for Boundary { after, task } in probe.boundaries.into_iter().skip(self.first).step_by(STRIDE) {
+            let mut steps = steps.clone();
+            let strike = Strike { after, handler: handler.clone(), then: None };
+            steps[self.step] = Step::Call(call, Some(strike));
+            let played = self.player.play(self.real, self.supposed, Replay::new(steps), None).1?;
+            let (way, before) = reached.entry(task).or_insert((0, after));
+            let later = played.ways >> *way;
+            if later == 0 {
+                let what = format!(
+                    "an interrupt {after} cycles into {call:?} comes as if earlier than one {before} cycles into it"
+                );
+                return Err(played.disagree(what));
+            }
+            *way += later.trailing_zeros();
+            *before = after;
+        }
+        Ok(())
+    }
+}
