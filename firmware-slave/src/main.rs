@@ -68,15 +68,15 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<279> = Stack::new();
-    pub static SEND_USART0: Stack<233> = Stack::new();
-    pub static SEND_USART1: Stack<233> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<233> = Stack::new();
-    pub static MOTORS: Stack<153> = Stack::new();
-    pub static DEVICES: Stack<289> = Stack::new();
-    pub static BRIDGE: Stack<154> = Stack::new();
-    pub static CONSOLE: Stack<620> = Stack::new();
-    pub static INSPECTOR: Stack<80> = Stack::new();
+    pub static RECEIVE: Stack<283> = Stack::new();
+    pub static SEND_USART0: Stack<237> = Stack::new();
+    pub static SEND_USART1: Stack<237> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<237> = Stack::new();
+    pub static MOTORS: Stack<169> = Stack::new();
+    pub static DEVICES: Stack<291> = Stack::new();
+    pub static BRIDGE: Stack<157> = Stack::new();
+    pub static CONSOLE: Stack<622> = Stack::new();
+    pub static INSPECTOR: Stack<82> = Stack::new();
 }
 
 /// All tasks, for the inspector: in the order in which the console names them.

@@ -5,7 +5,7 @@ use crate::context::{Context, Task};
 use crate::critical::MaskedCell;
 use crate::proxy::Elapsed;
 use crate::semaphore::Semaphore;
-use crate::timer::{Ticks, now};
+use crate::timer::{LONGEST, Ticks, now};
 use crate::traversal;
 use crate::wait::WakeCondition;
 
@@ -146,7 +146,7 @@ struct Deadline {
 
 impl Deadline {
     fn new(task: &mut Task, ticks: Ticks) -> Self {
-        Deadline { left: ticks, since: now(task) }
+        Deadline { left: ticks.min(LONGEST), since: now(task) }
     }
 
     /// The ticks that are left. To be asked once in 65,536 ticks at least.

@@ -11,7 +11,7 @@ mod objects;
 
 use core::ptr;
 
-use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, Never, Semaphore, Task};
+use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, MaskedCell, Never, Semaphore, Task};
 use model::call::{Call, Outcome};
 use model::world::{Belongings, JOBS_IN_ALL, priority};
 use tests_images::start;
@@ -32,7 +32,10 @@ extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let arrangement = mailbox::arrangement();
         objects::arrange(boot, &arrangement, BODIES);
-        (0..usize::from(arrangement.started)).for_each(|task| start(start_task(boot, task)));
+        for task in 0..usize::from(arrangement.started) {
+            start(start_task(boot, task));
+            boot.mask(|masked| STARTED[task].set(masked, true));
+        }
         boot_calls(boot);
     })
 }
@@ -44,9 +47,40 @@ fn start_task(context: &mut impl Context, id: usize) -> Result<(), kernel::Start
     STACKS[id].start(context, priority, move |task| run(id, task))
 }
 
-/// The outcome of `Call::Start`.
+/// The outcome of `Call::Start`. A task that was killed leaves its stack, unless the call that kills it is not over.
 fn started(context: &mut impl Context, id: usize) -> Outcome {
-    start_task(context, id).is_ok().into()
+    if !context.mask(|masked| DYING[id].get(masked)) {
+        // SAFETY: the call that killed it is over, and the tasks of scripts pin and lend nothing.
+        unsafe { STACKS[id].task().reuse(context) };
+    }
+    let is_started = start_task(context, id).is_ok();
+    if is_started {
+        context.mask(|masked| STARTED[id].set(masked, true));
+    }
+    is_started.into()
+}
+
+/// The tasks that run, or did until a call that is not over.
+static STARTED: [MaskedCell<bool>; STACKS.len()] = [const { MaskedCell::new(false) }; STACKS.len()];
+
+/// The tasks that calls are killing which are not over.
+static DYING: [MaskedCell<bool>; STACKS.len()] = [const { MaskedCell::new(false) }; STACKS.len()];
+
+/// Makes a call that kills a task.
+fn killing<C: Context>(context: &mut C, id: usize, call: impl FnOnce(&mut C) -> Outcome) -> Outcome {
+    let was_dying = context.mask(|masked| {
+        let was_dying = DYING[id].get(masked);
+        DYING[id].set(masked, STARTED[id].get(masked));
+        was_dying
+    });
+    let outcome = call(context);
+    context.mask(|masked| {
+        DYING[id].set(masked, was_dying);
+        if outcome == Outcome::Nothing {
+            STARTED[id].set(masked, false);
+        }
+    });
+    outcome
 }
 
 #[inline(never)]
@@ -83,7 +117,19 @@ fn run(id: usize, task: &mut Task) -> Never {
     loop {
         let outcome = match mailbox.next(id, &mut own) {
             Some(Call::Lock { mutex }) => section(id, task, mutex),
-            Some(Call::Exit) => return task.exit(),
+            Some(Call::Exit) => {
+                task.mask(|masked| STARTED[id].set(masked, false));
+                return task.exit();
+            }
+            Some(call @ Call::Kill { task: other }) if other == id => {
+                task.mask(|masked| STARTED[id].set(masked, false));
+                let outcome = world().call_of_task(task, &mut own, call);
+                task.mask(|masked| STARTED[id].set(masked, true));
+                outcome
+            }
+            Some(call @ Call::Kill { task: other }) => {
+                killing(task, other, |task| world().call_of_task(task, &mut own, call))
+            }
             Some(Call::RunJobs { jobs }) => {
                 let Err(JobTaken) = world().run_jobs(task, jobs);
                 Outcome::JobTaken
@@ -129,6 +175,9 @@ fn run_job(context: &mut JobContext, job: u16) {
         mailbox.reply(match call {
             Call::EndJob => break,
             Call::Start { task } => started(context, task),
+            Call::Kill { task } => {
+                killing(context, task, |context| world().call_of_job(context, &mut own, call))
+            }
             _ => world().call_of_job(context, &mut own, call),
         });
     }

@@ -127,7 +127,6 @@ fn step_walker(task: &mut Task, stepper: &mut Stepper) {
         mark(UNLOCKED);
         WAKE.post(task);
         mark(POSTED);
-        task.exit()
     }));
     start(EQUAL.start(task, Priority::P6, |task| {
         loop {

@@ -7,8 +7,8 @@ use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
-    /// All ways in which things may stand inside of the call that task `id` is in, which runs; none if it should not. A task
-    /// that has blocked runs until the kernel has found the next one.
+    /// All ways in which things may stand inside of the call that task `id` is in, which runs, in the order of
+    /// time; none if it should not. A task that has blocked runs until the kernel has found the next one.
     pub fn struck_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
         while before.running() != Some(id) {
@@ -34,16 +34,20 @@ impl Reference {
                 timed.set_end(id, call);
             }
             acted.perform(id, call);
-            ways.extend(begun.halfway(id, call));
-            ways.extend([begun, timed, acted.clone()]);
+            let halfway = begun.halfway(id, call);
+            ways.extend([begun, timed]);
+            ways.extend(halfway);
             // It is not killed as long as it starts or kills a task, or tries to.
-            if matches!(call, Call::Start { .. } | Call::Kill { .. }) {
-                let guarded = ways.clone().into_iter().map(|mut way| {
-                    way.tasks[id].is_unkillable = true;
-                    way
-                });
-                ways.extend(guarded.collect::<Vec<_>>());
+            let guards = matches!(call, Call::Start { .. } | Call::Kill { .. });
+            let guarded = |mut way: Reference| {
+                way.tasks[id].is_unkillable = true;
+                way
+            };
+            if guards {
+                ways = ways.into_iter().flat_map(|way| [way.clone(), guarded(way)]).collect();
+                ways.push(guarded(acted.clone()));
             }
+            ways.push(acted.clone());
         }
         // A call of several acts goes on, also after it has blocked and others have run.
         let mut runs = acted.running() == Some(id);

@@ -6,7 +6,7 @@ use std::thread;
 
 use super::chip::Subject;
 use super::lockstep::{Counts, Player};
-use super::sweep::{STRIDE, Sweep, without_strikes};
+use super::sweep::{STRIDE, Sweep};
 use fastrand::Rng;
 use model::random::{Random, cycles};
 use model::referee::Disagreement;
@@ -15,6 +15,9 @@ use model::shorten::shorten;
 
 /// Steps of a script, before what is left over.
 const STEPS: usize = 12;
+
+/// Scripts of a seed with many interrupts each.
+const SCRIPTS: usize = 16;
 
 /// How much is played.
 #[derive(Clone, Copy, Debug)]
@@ -104,8 +107,8 @@ impl fmt::Display for Total {
     }
 }
 
-/// Draws a setup and a script by lot and plays it on a kernel altered by `alter`; then, with no other
-/// interrupt, an interrupt at each boundary inside of one of its calls.
+/// Draws a setup by lot and plays scripts drawn by lot on a kernel altered by `alter`; then the last of them
+/// again, with but one interrupt, at boundaries inside of one of its calls.
 ///
 /// # Errors
 /// The shortest script that still disagrees.
@@ -118,13 +121,14 @@ pub fn play_seed(
     let supposed = Setup::random(&mut rng, player.subject.tasks());
     let mut real = supposed.clone();
     alter(&mut real);
+    let outcome = (0..SCRIPTS).try_fold(Vec::new(), |_, _| {
+        let script = Random::new(rng.fork(), supposed.clone(), STEPS, cycles);
+        player.play(&real, &supposed, script, None).1.map(|played| played.steps().cloned().collect())
+    });
     let (step, first) = (rng.usize(..STEPS), rng.usize(..STRIDE));
-    let script = Random::new(rng, supposed.clone(), STEPS, cycles);
-    let (mut script, played) = player.play(&real, &supposed, script, None);
-    let handler = script.handler();
-    let outcome = played.and_then(|played| {
-        let steps = played.steps().map(without_strikes).collect();
-        Sweep { player, real: &real, supposed: &supposed, step, handler, first }.run(steps)
+    let handler = Random::new(rng, supposed.clone(), 0, cycles).handler();
+    let outcome = outcome.and_then(|steps| {
+        Sweep { player, real: &real, supposed: &supposed, step, first, handler }.run(&steps)
     });
     outcome
         .map_err(|disagreement| shorten(disagreement, |replay| player.play(&real, &supposed, replay, None).1))

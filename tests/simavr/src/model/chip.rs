@@ -27,8 +27,6 @@ const PATIENCE: u64 = 1_000_000;
 pub struct Boundary {
     /// So many cycles after the first.
     pub after: usize,
-    /// How often interrupts were masked before, and enabled again.
-    pub stretch: usize,
     /// Whose stack is in use; `None`: the kernel's.
     pub task: Option<TaskId>,
 }
@@ -198,7 +196,7 @@ impl<'a> Chip<'a> {
         let subject = self.subject;
         self.mcu.explore(|mcu| {
             let mut boundaries = Vec::new();
-            let (mut stretch, mut was_enabled) = (0, true);
+            let mut was_enabled = true;
             while mcu.markers().len() == marks
                 && mcu.state() == State::Running
                 && mcu.cycle() < start + PATIENCE
@@ -206,9 +204,8 @@ impl<'a> Chip<'a> {
                 let is_enabled = mcu.interrupts_enabled();
                 if is_enabled && was_enabled {
                     let after = (mcu.cycle() - start) as usize;
-                    boundaries.push(Boundary { after, stretch, task: subject.task_of_stack(mcu) });
+                    boundaries.push(Boundary { after, task: subject.task_of_stack(mcu) });
                 }
-                stretch += usize::from(is_enabled && !was_enabled);
                 was_enabled = is_enabled;
                 mcu.step();
             }

@@ -12,6 +12,10 @@ use simavr_harness::Mcu;
 
 use super::chip::{Boundary, Chip, Stop, Subject};
 
+/// Ticks that come before a task asks for its next command, or none runs. On a board they are 16,000 cycles
+/// apart, more than any call takes.
+const MOST_TICKS: usize = 1;
+
 /// What was played.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
@@ -173,7 +177,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
         match self.next(Some(id))? {
             Some(Step::Call(call, strike)) => {
                 self.chip.command_task(id, Command::Call(call));
-                self.will_come(strike);
+                self.will_come(strike, MOST_TICKS);
             }
             Some(Step::Interrupt(handler)) => {
                 self.chip.command_task(id, Command::Ask);
@@ -229,7 +233,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
     /// An interrupt comes at once, with all that comes inside of it.
     fn interrupt_and_more(&mut self, handler: Handler) -> Result<(), Complaint> {
         if let Handler::Tick(Some(strike)) = &handler {
-            self.will_come(Some((**strike).clone()));
+            self.will_come(Some((**strike).clone()), MOST_TICKS - 1);
         }
         self.interrupt(&handler)?;
         self.since = Some(self.chip.cycle());
@@ -244,18 +248,14 @@ impl<'a, S: Script> Lockstep<'a, S> {
         Ok(())
     }
 
-    fn will_come(&mut self, mut strike: Option<Strike>) {
-        while let Some(Strike { after, handler, then }) = strike {
-            let inside = match &handler {
-                Handler::Tick(inside) => inside.as_deref().cloned(),
-                Handler::Calls(_) => None,
-            };
-            self.to_come.push_back((after, handler));
-            if inside.is_some() {
-                self.will_come(inside);
-            }
-            strike = then.map(|then| *then);
-        }
+    /// Interrupts come, and among them at most so many ticks.
+    fn will_come(&mut self, strike: Option<Strike>, most_ticks: usize) {
+        self.to_come = chain(strike);
+        let mut ticks = 0;
+        self.to_come.retain(|(_, handler)| {
+            ticks += usize::from(matches!(handler, Handler::Tick(_)));
+            matches!(handler, Handler::Calls(_)) || ticks <= most_ticks
+        });
     }
 
     /// An interrupt comes, and goes if it is no tick: others may come inside of that.
@@ -309,6 +309,21 @@ impl<'a, S: Script> Lockstep<'a, S> {
             }
         }
     }
+}
+
+/// The interrupts of `strike`, each behind that in which it comes, or after which.
+fn chain(mut strike: Option<Strike>) -> VecDeque<(usize, Handler)> {
+    let mut all = VecDeque::new();
+    while let Some(Strike { after, handler, then }) = strike {
+        let inside = match &handler {
+            Handler::Tick(inside) => inside.as_deref().cloned(),
+            Handler::Calls(_) => None,
+        };
+        all.push_back((after, handler));
+        all.extend(chain(inside));
+        strike = then.map(|then| *then);
+    }
+    all
 }
 
 /// How things may stand where an interrupt preempts task `id`; if that `is_still_there` since the interrupt
