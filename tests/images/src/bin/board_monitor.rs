@@ -14,7 +14,7 @@ use tests_images::start;
 
 board::interrupts!(Interrupts: Tick, Usart0, Trap);
 
-static MONITOR: Stack<240> = Stack::new();
+static MONITOR: Stack<288> = Stack::new();
 static COUNTER: Stack<96> = Stack::new();
 static WAITER: Stack<96> = Stack::new();
 static ABSENT: Stack<96> = Stack::new();
