@@ -3,7 +3,7 @@
 //! Each has a file that gives the same names:
 //! - `MARK`: the I/O address of the register that takes the program's marks;
 //! - `set_up`: readies what has no driver;
-//! - `start_timer0`: starts the timer behind the tick;
+//! - `start_tick`: starts the timer behind the tick;
 //! - `start_timer2`, `enable_timer2`: the timer behind single steps, and its interrupt;
 //! - `start_external`: starts the one external interrupt that is in use;
 //! - `hold_external`, `release_external`: keep back all external interrupts for a while;
@@ -23,7 +23,7 @@ mod atmega328p;
 mod later;
 
 #[cfg(all(feature = "atmega128", not(feature = "tickless")))]
-pub(crate) use atmega128::start_timer0;
+pub(crate) use atmega128::start_tick;
 #[cfg(feature = "atmega128")]
 pub(crate) use atmega128::{
     MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer2,
@@ -36,7 +36,7 @@ use atmega1284p as registers;
 use atmega2560 as registers;
 #[cfg(not(feature = "atmega128"))]
 pub(crate) use later::{
-    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer0, start_timer2,
+    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_tick, start_timer2,
 };
 
 #[cfg(not(any(
