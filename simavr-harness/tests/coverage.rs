@@ -82,8 +82,8 @@ fn code_tells_what_forks_and_what_returns() {
     let image = build_with("coverage.S", &[]);
     let code = image.code(address(&image, "main")..address(&image, "never") + 2);
     let kinds: Vec<_> = code.iter().map(|code| code.kind).collect();
-    use Kind::{Branch, Other, Return, Skip};
-    assert_eq!(kinds, [Other, Other, Branch, Skip, Other, Branch, Skip, Other, Other, Return]);
+    use Kind::{Branch, Indirect, Other, Skip};
+    assert_eq!(kinds, [Other, Other, Branch, Skip, Other, Branch, Skip, Other, Other, Indirect]);
     let skipped = address(&image, "skipped");
     let after = code.iter().find(|code| code.address > skipped).expect("it is not the last");
     assert_eq!(after.address, skipped + 4, "a call has two words");

@@ -34,8 +34,8 @@ pub enum Kind {
     Branch,
     /// Skips the next instruction on a condition.
     Skip,
-    /// RET and RETI.
-    Return,
+    /// Goes on where the stack or Z says: RET, RETI, IJMP, ICALL, EIJMP, EICALL.
+    Indirect,
     Other,
 }
 
@@ -45,6 +45,10 @@ const BASE: usize = 0x4000;
 /// RJMP and RCALL, without their targets.
 const RJMP: u16 = 0xc000;
 const RCALL: u16 = 0xd000;
+
+/// Which the interpreter leaves to simavr.
+const EIJMP: u16 = 0x9419;
+const EICALL: u16 = 0x9519;
 
 impl Image {
     /// The instructions in a range of flash (byte addresses), which begins with an instruction and holds
@@ -82,6 +86,7 @@ fn is_jump_or_call(opcode: u16) -> bool {
 
 fn classify(opcode: u16, instruction: Instruction, number: impl Fn(u16) -> Option<usize>) -> (Form, Kind) {
     let plain = |opcode| (Form { opcode, target: None }, Kind::Other);
+    let indirect = (Form { opcode, target: None }, Kind::Indirect);
     match instruction {
         Instruction::Transfer(Transfer::Move(Move::Ldi { .. }))
         | Instruction::Arithmetic(Arithmetic::Sum(Sum::Subi { .. } | Sum::Sbci { .. }))
@@ -93,9 +98,11 @@ fn classify(opcode: u16, instruction: Instruction, number: impl Fn(u16) -> Optio
             (Form { opcode: RJMP, target: number(to) }, Kind::Other)
         }
         Instruction::Flow(Flow::Jump(Jump::Jmp { .. })) => plain(RJMP),
+        Instruction::Flow(Flow::Jump(Jump::Ijmp)) => indirect,
         Instruction::Flow(Flow::Special(special)) => match special {
             Special::Rcall { .. } | Special::Call { .. } => plain(RCALL),
-            Special::Ret | Special::Reti => (Form { opcode, target: None }, Kind::Return),
+            Special::Ret | Special::Reti | Special::Icall => indirect,
+            Special::Other if matches!(opcode, EIJMP | EICALL) => indirect,
             Special::Sbrs { .. }
             | Special::Sbrc { .. }
             | Special::Cpse { .. }

@@ -5,6 +5,7 @@ pub mod coverage;
 pub mod examples;
 pub mod hormones;
 pub mod marks;
+pub mod qemu;
 pub mod stacks;
 pub mod sweep;
 pub mod target;
