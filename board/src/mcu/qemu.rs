@@ -1,39 +1,41 @@
 //! What QEMU has in place of Timer0 and the external interrupts: the 16-bit Timer1. Its compare unit A is the
 //! tick. Its compare unit B interrupts half a tick later, each tick, in place of the edge at a pin.
+//!
+//! A tick takes 64 ms there: QEMU's timers go by the clock of the host, which may keep QEMU waiting for
+//! milliseconds while no instruction is executed.
 
 use super::registers::TC1;
 
-/// TCCR1B: WGM12, the counter begins anew at OCR1A, and CS11 and CS10, a prescaler of 64 ("16-bit
-/// Timer/Counter1").
+/// OCR1A: 64 ms, with a prescaler of 1024 at 16 MHz ("16-bit Timer/Counter1").
+const TOP: u16 = 999;
+
+/// TCCR1B: WGM12, the counter begins anew at OCR1A, and CS12 and CS10, the prescaler.
 const CLEAR_ON_COMPARE: u8 = 1 << 3;
-const PRESCALE_64: u8 = 0b11;
+const PRESCALE_1024: u8 = 0b101;
 
 /// TIMSK1.
 const OCIE1A: u8 = 1 << 1;
 const OCIE1B: u8 = 1 << 2;
 
-/// What Timer1 counts to if there is no tick: 1 ms at 16 MHz.
-const TOP: u8 = 249;
-
-/// Interrupts each time that Timer1 has counted 64 clocks `top` + 1 times.
-pub(crate) fn start_tick(top: u8) {
-    start(top, OCIE1A);
+/// Interrupts in each round of Timer1. What a tick of Timer0 would count to does not matter.
+pub(crate) fn start_tick(_: u8) {
+    start(OCIE1A);
 }
 
-/// Interrupts once in each round of Timer1.
+/// Interrupts in the middle of each round of Timer1.
 pub(crate) fn start_external() {
-    start(TOP, OCIE1B);
+    start(OCIE1B);
 }
 
-fn start(top: u8, interrupt: u8) {
+fn start(interrupt: u8) {
     // SAFETY: tick and external interrupt share Timer1, with the same settings, and each starts once, before
     // the kernel runs. No value of these registers touches memory.
     unsafe {
         let timer = TC1::steal();
-        timer.ocr1a().write(|w| w.bits(top.into()));
-        timer.ocr1b().write(|w| w.bits(u16::from(top / 2)));
+        timer.ocr1a().write(|w| w.bits(TOP));
+        timer.ocr1b().write(|w| w.bits(TOP / 2));
         timer.timsk1().modify(|r, w| w.bits(r.bits() | interrupt));
-        timer.tccr1b().write(|w| w.bits(CLEAR_ON_COMPARE | PRESCALE_64));
+        timer.tccr1b().write(|w| w.bits(CLEAR_ON_COMPARE | PRESCALE_1024));
     }
 }
 
