@@ -22,6 +22,7 @@
 //!
 //! Which MCU it is, a Cargo feature of its name says: `atmega128`, the default, or `atmega328p`, `atmega1284p` or
 //! `atmega2560`. Those three have what the kernel's tests need and no more.
+//! With the feature `qemu` a program is for QEMU's idea of the ATmega328P or the ATmega2560.
 //!
 //! Devices exist on the AVR only. What decides without touching one, [`twi::engine`], [`twi::transaction`],
 //! [`soft_uart::decoder`] and [`soft_uart::encoder`], is tested on the host.
@@ -30,7 +31,10 @@
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
 
 // On every MCU.
-#[cfg(target_arch = "avr")]
+#[cfg(all(target_arch = "avr", not(feature = "qemu")))]
+pub mod debug;
+#[cfg(all(target_arch = "avr", feature = "qemu"))]
+#[path = "qemu.rs"]
 pub mod debug;
 #[cfg(target_arch = "avr")]
 pub mod external;

@@ -3,7 +3,7 @@
 //! Each has a file that gives the same names:
 //! - `MARK`: the I/O address of the register that takes the program's marks;
 //! - `set_up`: readies what has no driver;
-//! - `start_timer0`: starts the timer behind the tick;
+//! - `start_tick`: starts the timer behind the tick;
 //! - `start_timer2`, `enable_timer2`: the timer behind single steps, and its interrupt;
 //! - `start_external`: starts the one external interrupt that is in use;
 //! - `hold_external`, `release_external`: keep back all external interrupts for a while;
@@ -19,11 +19,15 @@ mod atmega1284p;
 mod atmega2560;
 #[cfg(feature = "atmega328p")]
 mod atmega328p;
+#[cfg(not(any(feature = "atmega128", feature = "qemu")))]
+mod chip;
 #[cfg(not(feature = "atmega128"))]
 mod later;
+#[cfg(feature = "qemu")]
+mod qemu;
 
 #[cfg(all(feature = "atmega128", not(feature = "tickless")))]
-pub(crate) use atmega128::start_timer0;
+pub(crate) use atmega128::start_tick;
 #[cfg(feature = "atmega128")]
 pub(crate) use atmega128::{
     MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer2,
@@ -34,10 +38,12 @@ use atmega328p as registers;
 use atmega1284p as registers;
 #[cfg(feature = "atmega2560")]
 use atmega2560 as registers;
+#[cfg(not(any(feature = "atmega128", feature = "qemu")))]
+pub(crate) use chip::{MARK, start_external, start_tick};
 #[cfg(not(feature = "atmega128"))]
-pub(crate) use later::{
-    MARK, enable_timer2, hold_external, release_external, set_up, start_external, start_timer0, start_timer2,
-};
+pub(crate) use later::{enable_timer2, hold_external, release_external, set_up, start_timer2};
+#[cfg(feature = "qemu")]
+pub(crate) use qemu::{start_external, start_tick};
 
 #[cfg(not(any(
     feature = "atmega128",
@@ -46,6 +52,9 @@ pub(crate) use later::{
     feature = "atmega2560"
 )))]
 compile_error!("no MCU: enable one of the features atmega128, atmega328p, atmega1284p, atmega2560");
+
+#[cfg(all(feature = "qemu", not(any(feature = "atmega328p", feature = "atmega2560"))))]
+compile_error!("QEMU has this MCU not: with the feature qemu enable one of atmega328p, atmega2560");
 
 static IS_TAKEN: MaskedCell<bool> = MaskedCell::new(false);
 

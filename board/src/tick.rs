@@ -25,6 +25,6 @@ impl Tick {
 
     /// Starts the tick. [`kernel::tick_interrupt!`] tells what one costs.
     pub fn start(self, _: impl Serves<Tick>) {
-        mcu::start_timer0(TOP);
+        mcu::start_tick(TOP);
     }
 }

@@ -13,9 +13,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use simavr_ffi as ffi;
 
+use crate::coverage::Coverage;
 use crate::device::LEVEL;
-use crate::interpreter;
 use crate::interpreter::instruction::Instruction;
+use crate::interpreter::{self, Trace};
 use crate::mcu::Reset;
 
 mod registers;
@@ -205,8 +206,8 @@ impl Cpu {
 
     /// Executes instructions until `deadline`, the next cycle timer, an interrupt to be served, a
     /// sleep or a device's call for attention, whichever comes first; at least one instruction. `program` is what is in
-    /// flash, as far as it is decoded.
-    pub fn run(self, deadline: u64, program: &[Instruction]) {
+    /// flash, as far as it is decoded; `coverage` takes note of each instruction.
+    pub fn run(self, deadline: u64, program: &[Instruction], coverage: Option<&Coverage>) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive, and no reference into it exists across the call:
         // callbacks use handles of their own.
@@ -218,9 +219,25 @@ impl Cpu {
             (*avr).run_cycle_limit = left;
             (*avr).run_cycle_count = to_timer.clamp(1, left);
         }
-        if self.must_pause() || !interpreter::run(self, program) {
-            // SAFETY: as above.
-            unsafe { (*avr).pc = avr_run_one(avr) }
+        let has_run = !self.must_pause()
+            && match coverage {
+                None => interpreter::run(self, program, &()),
+                Some(coverage) => interpreter::run(self, program, coverage),
+            };
+        if has_run {
+            return;
+        }
+        let at = self.pc();
+        // SAFETY: the instance is alive by the type's invariant; no reference into it exists across the call.
+        unsafe {
+            if coverage.is_some() {
+                // simavr's interpreter executes one instruction, of which note is taken.
+                (*avr).run_cycle_count = 1;
+            }
+            (*avr).pc = avr_run_one(avr);
+        }
+        if let Some(coverage) = coverage {
+            coverage.note(at / 2, self.pc() / 2);
         }
     }
 

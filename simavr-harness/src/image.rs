@@ -3,12 +3,18 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use object::read::elf::{ElfFile32, ProgramHeader};
-use object::{Endianness, Object, ObjectSymbol, SymbolSection, elf};
+use object::{Endianness, Object, ObjectSymbol, SymbolKind, SymbolSection, elf};
 use thiserror::Error;
 
+use crate::coverage::Coverage;
 use crate::interpreter::instruction::{self, Instruction};
+
+mod code;
+
+pub use code::{Code, Form, Kind};
 
 /// An AVR program read from an ELF file.
 #[derive(Clone, Debug)]
@@ -16,6 +22,7 @@ pub struct Image {
     flash: Vec<u8>,
     program: Vec<Instruction>,
     symbols: BTreeMap<String, Symbol>,
+    coverage: Option<Arc<Coverage>>,
 }
 
 /// A symbol of a program.
@@ -26,6 +33,8 @@ pub struct Symbol {
     pub size: u16,
     /// Whether it is a place within a function of assembly, known to its file alone.
     pub is_label: bool,
+    /// Whether the program says that it is a function.
+    pub is_function: bool,
 }
 
 /// Which memory a symbol is in, and where.
@@ -97,14 +106,29 @@ impl Image {
             return Err(ImageError::Empty);
         }
         let symbols = file.symbols().filter_map(named_symbol).collect();
-        Ok(Self { program: instruction::decode(&flash), flash, symbols })
+        Ok(Self { program: instruction::decode(&flash), flash, symbols, coverage: None })
     }
 
     /// A program without symbols; not `decoded`, it is left to simavr's interpreter.
     #[cfg(test)]
     pub(crate) fn of_flash(flash: Vec<u8>, decoded: bool) -> Self {
         let program = if decoded { instruction::decode(&flash) } else { Vec::new() };
-        Self { program, flash, symbols: BTreeMap::new() }
+        Self { program, flash, symbols: BTreeMap::new(), coverage: None }
+    }
+
+    /// Records from here on, in the file at `path`, which instructions are executed by MCUs that run this
+    /// image. What the file holds already, of a program of this size, stays.
+    ///
+    /// # Errors
+    /// The file cannot be opened or mapped.
+    pub fn record_coverage(&mut self, path: &Path) -> std::io::Result<()> {
+        self.coverage = Some(Arc::new(Coverage::open(path, self.flash.len() / 2)?));
+        Ok(())
+    }
+
+    /// The record, if there is one.
+    pub fn coverage(&self) -> Option<&Coverage> {
+        self.coverage.as_deref()
     }
 
     /// What goes into flash, from address 0.
@@ -163,5 +187,6 @@ fn named_symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<(String, Symb
         _ => return None,
     };
     let size = u16::try_from(symbol.size()).unwrap_or(u16::MAX);
-    Some((name.to_owned(), Symbol { place, size, is_label: symbol.is_local() && size == 0 }))
+    let is_label = symbol.is_local() && size == 0;
+    Some((name.to_owned(), Symbol { place, size, is_label, is_function: symbol.kind() == SymbolKind::Text }))
 }

@@ -24,9 +24,21 @@ const SREG: u16 = 0x5f;
 /// Where the core's registers end and I/O registers begin.
 const IO_START: u16 = 0x20;
 
+/// Takes note of what is executed.
+pub(crate) trait Trace {
+    /// The instruction at word `at` was executed, and the program goes to word `next`.
+    fn note(&self, at: u32, next: u32);
+}
+
+/// Takes no note, and costs nothing.
+impl Trace for () {
+    #[inline(always)]
+    fn note(&self, _: u32, _: u32) {}
+}
+
 /// Executes instructions as simavr's interpreter does, until the run ends or an instruction comes that it does not know.
 /// Returns whether the run has ended.
-pub(crate) fn run(cpu: Cpu, program: &[Instruction]) -> bool {
+pub(crate) fn run(cpu: Cpu, program: &[Instruction], trace: &impl Trace) -> bool {
     cpu.with_cells(|data| {
         let Some(registers) = data.first_chunk() else { return false };
         let core = Core {
@@ -37,7 +49,7 @@ pub(crate) fn run(cpu: Cpu, program: &[Instruction]) -> bool {
             return_address: cpu.return_address_size(),
         };
         let mut now = Now::load(cpu);
-        let ended = core.run(&mut now, program);
+        let ended = core.run(&mut now, program, trace);
         now.store(cpu);
         ended
     })
@@ -103,9 +115,10 @@ struct Core<'a> {
 }
 
 impl Core<'_> {
-    fn run(&self, now: &mut Now, program: &[Instruction]) -> bool {
+    fn run(&self, now: &mut Now, program: &[Instruction], trace: &impl Trace) -> bool {
         while let Some(&instruction) = program.get(now.pc as usize) {
             let Some(Done { cycles, next }) = self.execute(now, instruction) else { return false };
+            trace.note(now.pc, next);
             now.left -= cycles;
             now.pc = next;
             if now.left <= 0 {

@@ -2,7 +2,8 @@
 //!
 //! From the inside out:
 //! - [`Mcu`]: one ATmega128 with an [`Image`], by itself. Programs tell the harness things by
-//!   [`Marker`]s. What simavr does otherwise than the datasheet is put right in `repair`.
+//!   [`Marker`]s. What simavr does otherwise than the datasheet is put right in `repair`. An image may
+//!   record its [`Coverage`].
 //! - [`Bus`] and [`lockstep`]: MCUs that share a two-wire bus.
 //! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they move.
 //! - [`Robot`]: modules, and which dock is attached to which.
@@ -17,6 +18,7 @@ pub mod bench;
 mod body;
 mod bus;
 mod counters;
+mod coverage;
 mod cpu;
 mod device;
 mod docking;
@@ -38,8 +40,9 @@ mod wires;
 
 pub use body::Body;
 pub use bus::{Bus, BusCounts};
+pub use coverage::{Coverage, Ways};
 pub use engine::{Engine, Event, LONGEST_WINDOW};
-pub use image::{Image, ImageError, Place, Symbol};
+pub use image::{Code, Form, Image, ImageError, Kind, Place, Symbol};
 pub use link::{Faults, LinkCounts};
 pub use marker::Marker;
 pub use masked::{MaskedWindow, OpenedBy};

@@ -389,10 +389,11 @@ impl Mcu {
             return None;
         }
         if self.cpu.core() == Core::Running {
+            let (program, coverage) = (self.image.program(), self.image.coverage());
             match self.hangs_at {
-                None => self.cpu.run(limit, self.image.program()),
+                None => self.cpu.run(limit, program, coverage),
                 Some(address) if address == self.pc() => self.cpu.set_cycle(start + JUMP),
-                Some(_) => self.cpu.run(start + 1, self.image.program()),
+                Some(_) => self.cpu.run(start + 1, program, coverage),
             }
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;

@@ -20,7 +20,7 @@ pub(crate) fn set_up() {
 
 /// Interrupts each time that Timer0 has counted 64 clocks `top` + 1 times.
 #[cfg(not(feature = "tickless"))]
-pub(crate) fn start_timer0(top: u8) {
+pub(crate) fn start_tick(top: u8) {
     // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; none uses an interrupt.
     let timer = unsafe { TC0::steal() };
     timer.ocr0().write(|w| w.set(top));

@@ -1,8 +1,13 @@
 //! The ATmega2560.
 
-pub use avr_device::atmega2560::{AC, CPU, EXINT, TC0, TC2};
+#[cfg(not(feature = "qemu"))]
+pub use avr_device::atmega2560::TC0;
+#[cfg(feature = "qemu")]
+pub use avr_device::atmega2560::TC1;
+pub use avr_device::atmega2560::{AC, CPU, EXINT, TC2};
 
 /// The tick's vector: TIMER0_COMPA.
+#[cfg(not(feature = "qemu"))]
 #[macro_export]
 macro_rules! tick_interrupt {
     () => {
@@ -11,6 +16,7 @@ macro_rules! tick_interrupt {
 }
 
 /// Defines what the external interrupt does, INT0 at pin PD0.
+#[cfg(not(feature = "qemu"))]
 #[macro_export]
 macro_rules! external_interrupt {
     ($interrupt:ident => $body:expr) => {

@@ -141,8 +141,8 @@ mod tests {
 
     #[test]
     fn a_symbol_lasts_to_the_next_one() {
-        let symbol = |place, size| Symbol { place, size, is_label: false };
-        let label = |at| Symbol { place: Place::Flash(at), size: 0, is_label: true };
+        let symbol = |place, size| Symbol { place, size, is_label: false, is_function: false };
+        let label = |at| Symbol { is_label: true, ..symbol(Place::Flash(at), 0) };
         let symbols = [
             ("__vectors", symbol(Place::Flash(0), 0)),
             ("__first", symbol(Place::Flash(8), 0)),

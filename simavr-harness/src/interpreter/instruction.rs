@@ -312,7 +312,7 @@ pub fn decode(flash: &[u8]) -> Vec<Instruction> {
 
 /// The instruction at word `at` of a program of so many `words`. `second` is the next word: its own, or the next
 /// instruction's first.
-fn instruction(at: usize, opcode: u16, second: u16, words: usize) -> Instruction {
+pub(crate) fn instruction(at: usize, opcode: u16, second: u16, words: usize) -> Instruction {
     let d = (opcode >> 4 & 0x1f) as u8;
     let r = (opcode >> 5 & 0x10 | opcode & 0xf) as u8;
     let high = 16 + (d & 0xf);
@@ -430,6 +430,6 @@ fn instruction(at: usize, opcode: u16, second: u16, words: usize) -> Instruction
 }
 
 /// LDS, STS, JMP and CALL.
-fn has_two_words(opcode: u16) -> bool {
+pub(crate) fn has_two_words(opcode: u16) -> bool {
     opcode & 0xfc0f == 0x9000 || opcode & 0xfe0c == 0x940c
 }

@@ -64,9 +64,9 @@ fn compare(part: &Part) -> usize {
             cpu.set_core_state(CoreState { pc: AT, cycle: 0, stop: 1, status: data[usize::from(SREG)] });
         }
         let before = Seen::of(ours);
-        if run(ours, &program) {
+        if run(ours, &program, &()) {
             executed.insert(opcode);
-            simavrs.run(1, &[]);
+            simavrs.run(1, &[], None);
             let after = [ours, simavrs].map(Seen::of);
             assert_eq!(after[0], after[1], "{}: {opcode:#06x} from {before:?}", part.name);
         } else {

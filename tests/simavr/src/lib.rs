@@ -1,10 +1,12 @@
 //! What the tests in simavr share: where the images lie, and how what they do is held against what is expected.
 
 pub mod chain;
+pub mod coverage;
 pub mod examples;
 pub mod hormones;
 pub mod marks;
 pub mod model;
+pub mod qemu;
 pub mod stacks;
 pub mod sweep;
 pub mod target;
@@ -22,7 +24,7 @@ pub const MILLISECOND: u64 = simavr_harness::CLOCK_HZ as u64 / 1000;
 /// # Panics
 /// When it is not there.
 pub fn image(name: &str) -> Arc<Image> {
-    load(&test_images().join(name))
+    load_test_image(&test_images().join(name))
 }
 
 /// An ATmega128 that runs the test image of this name.
@@ -52,6 +54,13 @@ pub fn test_images() -> PathBuf {
 pub fn images() -> PathBuf {
     std::env::var_os("SUPERBOT_IMAGES")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from)
+}
+
+/// A test image, which records its coverage if that is asked for.
+fn load_test_image(path: &Path) -> Arc<Image> {
+    let mut image = Arc::unwrap_or_clone(load(path));
+    coverage::record(&mut image);
+    Arc::new(image)
 }
 
 fn load(path: &Path) -> Arc<Image> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use simavr_harness::{Image, Mcu, Part, Pin};
 
-use crate::{load, test_images};
+use crate::{load_test_image, test_images};
 
 /// An MCU with what the test images use of it: see the module `mcu` of the crate `board`.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl Target {
     /// # Panics
     /// When it is not there.
     pub fn image(&self, name: &str) -> Arc<Image> {
-        load(&self.images().join(name))
+        load_test_image(&self.images().join(name))
     }
 
     /// Enables both interrupts. Their devices stay off: the harness raises them.

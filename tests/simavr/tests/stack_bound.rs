@@ -1,9 +1,8 @@
 //! No stack is ever used beyond the bound that was computed for it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use simavr_harness::{CLOCK_HZ, Controller, Face, Image, Part, RobotBuilder};
+use simavr_harness::{CLOCK_HZ, Controller, Face, Part, RobotBuilder};
 use simulation::Change;
 use superbot_tests_simavr::chain::Chain;
 use superbot_tests_simavr::stacks::{paint, stacks};
@@ -99,15 +98,14 @@ fn exact_bounds(target: &Target) -> usize {
         if path.extension().is_none_or(|extension| extension != "elf") {
             continue; // a folder of other images
         }
-        let image = Arc::new(Image::load(&path).expect("the image can be read"));
+        let name = path.file_stem().and_then(|name| name.to_str()).expect("the images have plain names");
         let stacks = stacks(target.part, &path, Some(&notes("tests/images")));
-        let mut mcu = target.mcu(image);
+        let mut mcu = target.mcu(target.image(name));
         paint(&mut mcu, &stacks);
         mcu.run_to_end(2 * SECOND);
         for stack in &stacks {
             let (used, bound) = (stack.used(&mcu), stack.bound.needs());
-            let image = path.file_stem().unwrap_or_default().display();
-            println!("{:11} {image:20} {:15} {bound:6} {used:5}", target.part.name, stack.name);
+            println!("{:11} {name:20} {:15} {bound:6} {used:5}", target.part.name, stack.name);
             assert!(used <= bound, "{}: {used} bytes used of {}", path.display(), stack.bound);
             exact += usize::from(used == bound);
         }
