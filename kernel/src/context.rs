@@ -62,7 +62,11 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     #[inline(always)]
     fn post(&mut self, semaphore: &Semaphore) {
+        #[cfg(not(feature = "fault-unmasked-post"))]
         let is_due = self.mask(|masked| semaphore.post_masked(masked));
+        // SAFETY: none: this is a fault, for tests to find.
+        #[cfg(feature = "fault-unmasked-post")]
+        let is_due = semaphore.post_masked(&unsafe { Masked::assume() });
         self.reschedule(is_due);
     }
 

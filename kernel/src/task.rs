@@ -9,7 +9,6 @@ use crate::arch;
 use crate::context::{Context, Interrupt, Task};
 use crate::control::{KillGuard, TaskHandle};
 use crate::control_block::{ControlBlock, Priority};
-use crate::link::Link;
 use crate::critical::{Masked, MaskedCell};
 use crate::ready;
 
@@ -117,11 +116,10 @@ pub fn running(masked: &Masked) -> usize {
 
 /// The end of the running task, whose body has returned: nothing refers to its stack any more.
 pub(crate) fn finish(task: &mut Task) -> ! {
-    task.mask(|masked| ready::leave(masked).link.set(masked, Link::DELAYED));
-    ready::dispatch(task);
     task.mask(|masked| {
-        // From here on another task may have the stack: nothing preempts this one any more.
-        ready::running(masked).free(masked);
+        // In one section: in two, a task that is stepped or killed in between would not be free for another.
+        ready::leave(masked).free(masked);
+        ready::update_head(masked);
         arch::run_head(masked)
     })
 }

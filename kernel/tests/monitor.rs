@@ -223,6 +223,6 @@ fn tasks_are_steered(fake: &mut Fake) {
     assert_eq!(fake.says("g READY"), "done\r\n");
     assert_eq!(READY.task().state(fake.task), TaskState::Ready);
     assert_eq!(fake.says("k WAITER"), "done\r\n");
-    assert!(fake.says("l").contains("01 WAITER not started\r\n"));
+    assert!(fake.says("l").contains("01 WAITER killed p"));
     fake.refuses("k WAITER", "no task runs there");
 }

@@ -33,16 +33,16 @@ pub mod stack {
 
     pub static HIGH: Stack<128> = Stack::new();
     pub static ALARMED: Stack<112> = Stack::new();
-    pub static NAPPING: Stack<160> = Stack::new();
+    pub static NAPPING: Stack<152> = Stack::new();
     pub static PEER: Stack<112> = Stack::new();
     pub static RECEIVER: Stack<112> = Stack::new();
     pub static RACER: Stack<112> = Stack::new();
-    pub static MIDDLE: Stack<208> = Stack::new();
-    pub static TWIN: Stack<208> = Stack::new();
-    pub static LOW: Stack<208> = Stack::new();
-    pub static DIRECTOR: Stack<216> = Stack::new();
+    pub static MIDDLE: Stack<192> = Stack::new();
+    pub static TWIN: Stack<192> = Stack::new();
+    pub static LOW: Stack<192> = Stack::new();
+    pub static DIRECTOR: Stack<208> = Stack::new();
     /// Started by paths, and killed.
-    pub static GUEST: Stack<184> = Stack::new();
+    pub static GUEST: Stack<160> = Stack::new();
 }
 
 // ---- What interrupts and paths both use ----------------------------------------------------------

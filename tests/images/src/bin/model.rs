@@ -10,8 +10,10 @@ mod mailbox;
 mod objects;
 
 use core::ptr;
+use core::sync::atomic::AtomicBool;
+use core::sync::atomic::Ordering::Relaxed;
 
-use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, MaskedCell, Never, Semaphore, Task};
+use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, Never, Semaphore, Task};
 use model::call::{Call, Outcome};
 use model::world::{Belongings, JOBS_IN_ALL, priority};
 use tests_images::start;
@@ -34,7 +36,7 @@ extern "C" fn main() -> ! {
         objects::arrange(boot, &arrangement, BODIES);
         for task in 0..usize::from(arrangement.started) {
             start(start_task(boot, task));
-            boot.mask(|masked| STARTED[task].set(masked, true));
+            STARTED.set(task, true);
         }
         boot_calls(boot);
     })
@@ -49,37 +51,57 @@ fn start_task(context: &mut impl Context, id: usize) -> Result<(), kernel::Start
 
 /// The outcome of `Call::Start`. A task that was killed leaves its stack, unless the call that kills it is not over.
 fn started(context: &mut impl Context, id: usize) -> Outcome {
-    if !context.mask(|masked| DYING[id].get(masked)) {
+    if !DYING.has(id) {
         // SAFETY: the call that killed it is over, and the tasks of scripts pin and lend nothing.
         unsafe { STACKS[id].task().reuse(context) };
     }
     let is_started = start_task(context, id).is_ok();
     if is_started {
-        context.mask(|masked| STARTED[id].set(masked, true));
+        STARTED.set(id, true);
     }
     is_started.into()
 }
 
+/// A set of tasks. Only the one that runs changes it, and an interrupt in between leaves the other bytes alone.
+struct Tasks([AtomicBool; STACKS.len()]);
+
+impl Tasks {
+    const fn new() -> Self {
+        Tasks([const { AtomicBool::new(false) }; STACKS.len()])
+    }
+
+    fn has(&self, id: usize) -> bool {
+        self.0.get(id).is_some_and(|is_in| is_in.load(Relaxed))
+    }
+
+    fn set(&self, id: usize, is_in: bool) {
+        if let Some(slot) = self.0.get(id) {
+            slot.store(is_in, Relaxed);
+        }
+    }
+}
+
 /// The tasks that run, or did until a call that is not over.
-static STARTED: [MaskedCell<bool>; STACKS.len()] = [const { MaskedCell::new(false) }; STACKS.len()];
+static STARTED: Tasks = Tasks::new();
 
 /// The tasks that calls are killing which are not over.
-static DYING: [MaskedCell<bool>; STACKS.len()] = [const { MaskedCell::new(false) }; STACKS.len()];
+static DYING: Tasks = Tasks::new();
 
-/// Makes a call that kills a task.
-fn killing<C: Context>(context: &mut C, id: usize, call: impl FnOnce(&mut C) -> Outcome) -> Outcome {
-    let was_dying = context.mask(|masked| {
-        let was_dying = DYING[id].get(masked);
-        DYING[id].set(masked, STARTED[id].get(masked));
-        was_dying
-    });
-    let outcome = call(context);
-    context.mask(|masked| {
-        DYING[id].set(masked, was_dying);
-        if outcome == Outcome::Nothing {
-            STARTED[id].set(masked, false);
-        }
-    });
+/// A call begins that kills a task. Returns whether another one does.
+#[inline(never)]
+fn begin_to_kill(id: usize) -> bool {
+    let was_dying = DYING.has(id);
+    DYING.set(id, STARTED.has(id));
+    was_dying
+}
+
+/// It is over.
+#[inline(never)]
+fn end_to_kill(id: usize, was_dying: bool, outcome: Outcome) -> Outcome {
+    DYING.set(id, was_dying);
+    if outcome == Outcome::Nothing {
+        STARTED.set(id, false);
+    }
     outcome
 }
 
@@ -118,17 +140,20 @@ fn run(id: usize, task: &mut Task) -> Never {
         let outcome = match mailbox.next(id, &mut own) {
             Some(Call::Lock { mutex }) => section(id, task, mutex),
             Some(Call::Exit) => {
-                task.mask(|masked| STARTED[id].set(masked, false));
+                STARTED.set(id, false);
                 return task.exit();
             }
-            Some(call @ Call::Kill { task: other }) if other == id => {
-                task.mask(|masked| STARTED[id].set(masked, false));
-                let outcome = world().call_of_task(task, &mut own, call);
-                task.mask(|masked| STARTED[id].set(masked, true));
-                outcome
-            }
             Some(call @ Call::Kill { task: other }) => {
-                killing(task, other, |task| world().call_of_task(task, &mut own, call))
+                // A task that kills itself does not come back, unless it is refused.
+                if other == id {
+                    STARTED.set(id, false);
+                }
+                let was_dying = begin_to_kill(other);
+                let outcome = end_to_kill(other, was_dying, world().call_of_task(task, &mut own, call));
+                if other == id {
+                    STARTED.set(id, true);
+                }
+                outcome
             }
             Some(Call::RunJobs { jobs }) => {
                 let Err(JobTaken) = world().run_jobs(task, jobs);
@@ -176,7 +201,8 @@ fn run_job(context: &mut JobContext, job: u16) {
             Call::EndJob => break,
             Call::Start { task } => started(context, task),
             Call::Kill { task } => {
-                killing(context, task, |context| world().call_of_job(context, &mut own, call))
+                let was_dying = begin_to_kill(task);
+                end_to_kill(task, was_dying, world().call_of_job(context, &mut own, call))
             }
             _ => world().call_of_job(context, &mut own, call),
         });
