@@ -17,7 +17,7 @@ board::interrupts!(Interrupts: Tick);
 const OVERRUN: u8 = 0xfe;
 
 /// 2 bytes less than it needs: with more, what it uses beyond would keep the watcher from running.
-static DEEP: Stack<{ if cfg!(target_feature = "eijmpcall") { 81 } else { 75 } }> = Stack::new();
+static DEEP: Stack<{ if cfg!(target_feature = "eijmpcall") { 79 } else { 75 } }> = Stack::new();
 static WATCHER: Stack<128> = Stack::new();
 static NEVER: Stack<64> = Stack::new();
 
