@@ -187,7 +187,7 @@ macro_rules! vectors {
         }
         // SAFETY: the lines before define the vector TWI, whose handler answers for packets as well.
         unsafe impl $crate::interrupts::Serves<$crate::twi::Twi> for $name {}
-        // SAFETY: the same vector, TWI, serves transactions with other devices.
+        // SAFETY: the vector TWI, linked above, serves transactions with other devices, too.
         unsafe impl $crate::interrupts::Serves<$crate::twi::I2c> for $name {}
     };
 }

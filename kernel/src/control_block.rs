@@ -126,7 +126,7 @@ impl ControlBlock {
     /// Whether this task comes before `other` in a wait queue, where `other` is already.
     #[inline(always)]
     pub(crate) fn precedes(&self, masked: &Masked, other: &ControlBlock) -> bool {
-        self.priority.get(masked) & PRIORITY < other.priority.get(masked) & PRIORITY
+        self.base(masked) < other.base(masked)
     }
 
     /// The priority's number, 0 to 7.

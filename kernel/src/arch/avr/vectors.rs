@@ -41,7 +41,7 @@ macro_rules! interrupt {
 ///
 /// It counts the present tick up and compares it with the first deadline: 39 cycles a tick with the interrupt's own 6, or 45 in
 /// one tick of 256, however many timers are armed. Only when a timer is due does it become an interrupt like any other. It
-/// does what `timer::count_tick` does, which it is tested against.
+/// does what `timer::count_tick` does on the host.
 #[macro_export]
 macro_rules! tick_interrupt {
     ($vector:ident) => {
