@@ -261,7 +261,7 @@ fn middle(task: &mut Task, path: u8) {
             mark(1);
         }
         12 => match GUEST.state(task) {
-            TaskState::NotStarted => {
+            TaskState::NotStarted | TaskState::Killed => {
                 invite(task, Priority::P5, |_| {
                     mark(WRONG);
                     sleep()

@@ -47,6 +47,8 @@ pub struct Watch<'k> {
     stack_pointer_is_whole: bool,
     /// Contexts to which no interrupt has returned yet.
     interrupted: Vec<Interrupted>,
+    /// The task that ran when interrupts were last enabled.
+    running: u16,
     /// The interrupts that wait, by their vectors, and since when.
     raised: Vec<(u8, u64)>,
     /// The longest that one has waited, in cycles, its acceptance included.
@@ -70,6 +72,7 @@ impl<'k> Watch<'k> {
             kernel,
             stack_pointer_is_whole: true,
             interrupted: Vec::new(),
+            running: kernel.idle,
             raised: Vec::new(),
             longest_wait: 0,
             accepted: 0,
@@ -148,6 +151,7 @@ impl<'k> Watch<'k> {
         // A task that was killed does not go on.
         self.interrupted.retain(|found| self.kernel.is_started(mcu, found.task));
         self.check_stack(mcu, instruction)?;
+        self.check_resumed(mcu)?;
         self.check_return(mcu)?;
         self.marked = mcu.markers().get(marks).map(|marker| marker.value);
         if let Some(mark) = self.marked {
@@ -236,6 +240,20 @@ impl<'k> Watch<'k> {
         };
         if self.interrupted.iter().any(is_beyond) {
             return Err(format!("on the stack of {} lies more than one context of an interrupt", stack.name));
+        }
+        Ok(())
+    }
+
+    /// A task that is resumed is the one to run. The idle task is not: it stands in while a preempted context is loaded.
+    fn check_resumed(&mut self, mcu: &Mcu) -> Result<(), String> {
+        if !mcu.interrupts_enabled() {
+            return Ok(());
+        }
+        let (running, head) = (self.kernel.running(mcu), self.kernel.head(mcu));
+        let is_resumed = running != self.running && running != self.kernel.idle;
+        self.running = running;
+        if is_resumed && running != head {
+            return Err(format!("{} is resumed where {} should be", self.kernel.name(running), self.kernel.name(head)));
         }
         Ok(())
     }
