@@ -196,6 +196,10 @@ fn a_spine_tells_what_is_so() {
     }
 }
 
+/// What interrupts take of an idle MCU, in percent, which counts as idle: an interrupt's time is that of what it found. The
+/// most is the slave's, which each millisecond's tick wakes for the joints.
+const INTERRUPTS_OF_IDLENESS: f64 = 1.5;
+
 /// A module alone does the same all the time: what its inspectors find in 50 ms is so for a second.
 #[test]
 fn the_load_is_what_it_is_without_a_console() {
@@ -212,7 +216,11 @@ fn the_load_is_what_it_is_without_a_console() {
     for (mcu, name) in Controller::ALL.into_iter().zip(["master", "slave"]) {
         let percent = (after[mcu as usize] - before[mcu as usize]) as f64 * 100.0 / SECOND as f64;
         let told = awake(&text, name).0;
-        assert!((told - percent).abs() <= 0.5, "{name}: {told} % told, {percent:.2} % awake");
+        let untold = percent - told;
+        assert!(
+            (-0.5..=INTERRUPTS_OF_IDLENESS).contains(&untold),
+            "{name}: {told} % told, {percent:.2} % awake"
+        );
     }
 }
 

@@ -107,6 +107,7 @@ fn exact_bounds(target: &Target) -> usize {
             let (used, bound) = (stack.used(&mcu), stack.bound.needs());
             println!("{:11} {name:20} {:15} {bound:6} {used:5}", target.part.name, stack.name);
             assert!(used <= bound, "{}: {used} bytes used of {}", path.display(), stack.bound);
+            assert!(bound <= stack.bound.size.into(), "{}: too small a stack: {}", path.display(), stack.bound);
             exact += usize::from(used == bound);
         }
     }

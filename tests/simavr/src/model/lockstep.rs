@@ -14,7 +14,7 @@ use super::chip::{Boundary, Chip, Stop, Subject};
 
 /// Ticks that come before a task asks for its next command, or none runs. On a board they are 16,000 cycles
 /// apart, more than any call takes.
-const MOST_TICKS: usize = 1;
+const MOST_TICKS: usize = 3;
 
 /// What was played.
 #[derive(Clone, Copy, Debug, Default)]

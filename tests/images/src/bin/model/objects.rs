@@ -10,7 +10,7 @@ use model::world::{self, Arrangement, JOBS_IN_ALL, SEMAPHORES, World};
 pub const TASKS: usize = if cfg!(feature = "atmega328p") { 4 } else { model::world::TASKS };
 
 /// Bytes of a task's stack.
-const STACK: usize = 320;
+const STACK: usize = 336;
 
 /// The harness finds the stacks by this name.
 #[unsafe(no_mangle)]
