@@ -31,18 +31,18 @@ pub const WRONG: u8 = 0xd0;
 pub mod stack {
     use kernel::Stack;
 
-    pub static HIGH: Stack<128> = Stack::new();
-    pub static ALARMED: Stack<112> = Stack::new();
-    pub static NAPPING: Stack<152> = Stack::new();
-    pub static PEER: Stack<112> = Stack::new();
-    pub static RECEIVER: Stack<112> = Stack::new();
-    pub static RACER: Stack<112> = Stack::new();
-    pub static MIDDLE: Stack<192> = Stack::new();
-    pub static TWIN: Stack<192> = Stack::new();
-    pub static LOW: Stack<192> = Stack::new();
+    pub static HIGH: Stack<104> = Stack::new();
+    pub static ALARMED: Stack<96> = Stack::new();
+    pub static NAPPING: Stack<156> = Stack::new();
+    pub static PEER: Stack<96> = Stack::new();
+    pub static RECEIVER: Stack<96> = Stack::new();
+    pub static RACER: Stack<96> = Stack::new();
+    pub static MIDDLE: Stack<196> = Stack::new();
+    pub static TWIN: Stack<196> = Stack::new();
+    pub static LOW: Stack<196> = Stack::new();
     pub static DIRECTOR: Stack<208> = Stack::new();
     /// Started by paths, and killed.
-    pub static GUEST: Stack<160> = Stack::new();
+    pub static GUEST: Stack<176> = Stack::new();
 }
 
 // ---- What interrupts and paths both use ----------------------------------------------------------

@@ -90,6 +90,9 @@ fn of_the_test_images() {
     }
 }
 
+/// The image that has a stack overrun, to see that found.
+const OVERRUN: [&str; 1] = ["stack"];
+
 /// Runs the images of an MCU, and returns how many stacks were used to their last byte.
 fn exact_bounds(target: &Target) -> usize {
     let mut exact = 0;
@@ -107,7 +110,8 @@ fn exact_bounds(target: &Target) -> usize {
             let (used, bound) = (stack.used(&mcu), stack.bound.needs());
             println!("{:11} {name:20} {:15} {bound:6} {used:5}", target.part.name, stack.name);
             assert!(used <= bound, "{}: {used} bytes used of {}", path.display(), stack.bound);
-            assert!(bound <= stack.bound.size.into(), "{}: too small a stack: {}", path.display(), stack.bound);
+            let is_enough = bound <= stack.bound.size.into() || OVERRUN.contains(&name);
+            assert!(is_enough, "{}: too small a stack: {}", path.display(), stack.bound);
             exact += usize::from(used == bound);
         }
     }
