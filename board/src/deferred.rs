@@ -88,3 +88,37 @@ macro_rules! fast_interrupt {
         }
     };
 }
+
+/// Defines the vector INT7, which goes on to `$rises` or `$changes`.
+///
+/// Assembly, as Rust can't look at the line before it saves what the longer of the two needs: so rising edges, which are
+/// half of them all, take 40 cycles less. No register and no flag changes.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! line_interrupt {
+    ($rises:ident, $changes:ident) => {
+        /// INT7.
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn __vector_8() -> ! {
+            // SAFETY: the hardware comes here, and what it goes on to is a vector.
+            unsafe {
+                ::core::arch::asm!(
+                    "sbis 0x01, 7",    // 2, or 1: PINE7 skips the next where the line is high
+                    "jmp {changes}",   // 3
+                    "push r24",        // 2
+                    "lds r24, 0x8a",   // 2: TCCR3B
+                    "sbrs r24, 6",     // 2, or 1: ICES3 skips the next where it is to rise
+                    "rjmp 1f",         // 2
+                    "pop r24",         // 2
+                    "jmp {rises}",     // 3
+                    "1:",
+                    "pop r24",         // 2
+                    "jmp {changes}",   // 3
+                    rises = sym $rises,
+                    changes = sym $changes,
+                    options(noreturn),
+                )
+            }
+        }
+    };
+}

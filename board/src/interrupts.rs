@@ -142,9 +142,12 @@ macro_rules! vectors {
             fn __vector_6(masked) { $crate::soft_uart::pulse_begins(masked) }
         }
         $crate::fast_interrupt! {
-            /// INT7.
-            fn __vector_8(masked) { $crate::soft_uart::line_changes(masked) }
+            fn soft_uart_line_rises(masked) { $crate::soft_uart::line_rises(masked) }
         }
+        $crate::fast_interrupt! {
+            fn soft_uart_line_changes(masked) { $crate::soft_uart::line_changes(masked) }
+        }
+        $crate::line_interrupt!(soft_uart_line_rises, soft_uart_line_changes);
         $crate::fast_interrupt! {
             /// TIMER3_COMPB.
             fn __vector_27(masked) { $crate::soft_uart::character_ends(masked) }

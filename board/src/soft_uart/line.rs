@@ -96,7 +96,16 @@ pub fn pulse_begins(masked: &Masked) {
     set_pulse(ENCODER.get(masked).next(|| next_byte(masked)));
 }
 
-/// The interrupt INT7: the line has changed, perhaps twice.
+/// The interrupt INT7 where the line is high and was to rise: it needs few registers, and saves no more. If the line has fallen
+/// again, that interrupts anew.
+#[doc(hidden)]
+#[inline(always)]
+pub fn line_rises(masked: &Masked) {
+    joints::begin_if_due(masked);
+    rises(masked);
+}
+
+/// The interrupt INT7 elsewhere: the line has fallen, or changed more than once.
 #[doc(hidden)]
 #[inline(always)]
 pub fn line_changes(masked: &Masked) {
