@@ -57,8 +57,8 @@ pub const CROSS_AFTER: u64 = micros(90);
 pub const WAKE: u64 = micros(115);
 
 /// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
-pub const ACT: u64 = micros(155);
-pub const NEXT: u64 = micros(245);
+pub const ACT: u64 = micros(185);
+pub const NEXT: u64 = micros(320);
 
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
