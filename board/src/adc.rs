@@ -1,16 +1,17 @@
-//! The analog-to-digital converter: what the motors and the power need, measured in rounds, one each millisecond.
+//! The analog-to-digital converter: what the motors and the power need, measured in rounds, one each
+//! millisecond.
 //!
 //! A round is a chain of conversions, 104 us each, each begun by the interrupt that ends the one before:
 //!
 //! 1. an input of the multiplexer, if one was [asked for](Analog::look);
-//! 2. the current of one dock that is [watched](Analog::watch), in turn: each is seen at least every third millisecond, and
-//!    a current out of bounds opens the dock's power switch then and there;
-//! 3. the potentiometers of the joints, while those are controlled or were asked for; in every second round their motors'
-//!    currents too, each before its potentiometer.
+//! 2. the current of one dock that is [watched](Analog::watch), in turn: each is seen at least every third
+//!    millisecond, and a current out of bounds opens the dock's power switch then and there;
+//! 3. the potentiometers of the joints, while those are controlled or were asked for; in every second round
+//!    their motors' currents too, each before its potentiometer.
 //!
-//! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its interrupt
-//! comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks that wait for them delay it.
-//! While there is nothing to measure there are no rounds.
+//! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its
+//! interrupt comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks
+//! that wait for them delay it. While there is nothing to measure there are no rounds.
 
 use avr_device::atmega128a::{ADC, TC2};
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore};
@@ -23,9 +24,10 @@ use crate::superbot::{self, CLOCK_HZ, DOCK_CURRENT_AT_REST, DOCK_CURRENT_LIMIT, 
 
 /// An analog input.
 ///
-/// 0 to 3 are potentiometer and current of the joint in this half, then of the roll joint; 4 to 6 the currents of the docks
-/// by place ([`Half::docks`](superbot::Half::docks)); all at the pins ADC0 to ADC6. 8 to 15 are the inputs of the multiplexer, whose output is
-/// at ADC7. ADC4 to ADC7 belong to JTAG as long as the fuse JTAGEN is programmed.
+/// 0 to 3 are potentiometer and current of the joint in this half, then of the roll joint; 4 to 6 the
+/// currents of the docks by place ([`Half::docks`](superbot::Half::docks)); all at the pins ADC0 to ADC6. 8
+/// to 15 are the inputs of the multiplexer, whose output is at ADC7. ADC4 to ADC7 belong to JTAG as long as
+/// the fuse JTAGEN is programmed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Input(u8);
 
@@ -63,8 +65,8 @@ const REFERENCE: u8 = 1 << 6; // REFS0
 /// ADMUX: the pin of the multiplexer's output.
 const MULTIPLEXER: u8 = 7;
 
-/// ADCSRA: begin a conversion. The converter and its interrupt are on; its clock of 125 kHz lies within the 50 to 200 kHz
-/// that 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
+/// ADCSRA: begin a conversion. The converter and its interrupt are on; its clock of 125 kHz lies within the
+/// 50 to 200 kHz that 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
 const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
 
 /// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
@@ -176,8 +178,8 @@ impl Adc {
 pub struct Rhythm(());
 
 impl Rhythm {
-    /// From the next round on, in each: puts the joints' drives into effect, measures the inputs up to `highest`, and posts
-    /// `period`.
+    /// From the next round on, in each: puts the joints' drives into effect, measures the inputs up to
+    /// `highest`, and posts `period`.
     pub fn begin(&mut self, context: &mut impl Context, period: &'static Semaphore, highest: Input) {
         context.mask(|masked| {
             ROUNDS.period.set(masked, Some(period));
@@ -273,7 +275,8 @@ fn convert(masked: &Masked, input: u8) {
     registers().adcsra().write(|w| unsafe { w.bits(START) });
 }
 
-/// Begins the conversion of the next dock's current, or else of the joints' inputs. Returns whether there was any.
+/// Begins the conversion of the next dock's current, or else of the joints' inputs. Returns whether there was
+/// any.
 fn convert_rest(masked: &Masked) -> bool {
     let docks = ROUNDS.watched.get(masked) | ROUNDS.wanted_docks.get(masked);
     if docks == 0 {

@@ -20,7 +20,8 @@ impl CpuClock {
 
     /// Starts the clock. To be called before the kernel runs: from then on it counts.
     pub fn start(self, _: impl Serves<CpuClock>, _: &mut kernel::Boot) {
-        // SAFETY: nothing else uses Timer3, and interrupts are masked. No value of its registers touches memory.
+        // SAFETY: nothing else uses Timer3, and interrupts are masked. No value of its registers touches
+        // memory.
         unsafe {
             let timer = TC3::steal();
             timer.ocr3a().write(|w| w.set(HALF));

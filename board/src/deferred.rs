@@ -91,8 +91,8 @@ macro_rules! fast_interrupt {
 
 /// Defines the vector INT7, which goes on to `$rises` or `$changes`.
 ///
-/// Assembly, as Rust can't look at the line before it saves what the longer of the two needs: so rising edges, which are
-/// half of them all, take 40 cycles less. No register and no flag changes.
+/// Assembly, as Rust can't look at the line before it saves what the longer of the two needs: so rising
+/// edges, which are half of them all, take 40 cycles less. No register and no flag changes.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! line_interrupt {

@@ -7,8 +7,8 @@ use crate::mcu;
 
 static SIGNAL: MaskedCell<Option<&'static Semaphore>> = MaskedCell::new(None);
 
-/// One external interrupt: on the ATmega128 INT4 at pin PE4, on the ATmega328P and the ATmega1284P INT0 at PD2, on the
-/// ATmega2560 INT0 at PD0.
+/// One external interrupt: on the ATmega128 INT4 at pin PE4, on the ATmega328P and the ATmega1284P INT0 at
+/// PD2, on the ATmega2560 INT0 at PD0.
 pub struct External(());
 
 impl External {

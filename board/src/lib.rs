@@ -20,8 +20,8 @@
 //! })
 //! ```
 //!
-//! Which MCU it is, a Cargo feature of its name says: `atmega128`, the default, or `atmega328p`, `atmega1284p` or
-//! `atmega2560`. Those three have what the kernel's tests need and no more.
+//! Which MCU it is, a Cargo feature of its name says: `atmega128`, the default, or `atmega328p`,
+//! `atmega1284p` or `atmega2560`. Those three have what the kernel's tests need and no more.
 //! With the feature `qemu` a program is for QEMU's idea of the ATmega328P or the ATmega2560.
 //!
 //! Devices exist on the AVR only. What decides without touching one, [`twi::engine`], [`twi::transaction`],

@@ -58,8 +58,9 @@ compile_error!("QEMU has this MCU not: with the feature qemu enable one of atmeg
 
 static IS_TAKEN: MaskedCell<bool> = MaskedCell::new(false);
 
-/// Readies the MCU for whoever takes it: idle is what `sleep` means from here on, and the analog comparator, the
-/// one device that runs out of reset without being needed, is switched off. `None` if it was taken before.
+/// Readies the MCU for whoever takes it: idle is what `sleep` means from here on, and the analog comparator,
+/// the one device that runs out of reset without being needed, is switched off. `None` if it was taken
+/// before.
 pub(crate) fn take(boot: &mut Boot) -> Option<()> {
     boot.mask(|masked| {
         let was_taken = IS_TAKEN.get(masked);

@@ -1,5 +1,6 @@
-//! What compiled code calls to copy and to fill memory, in place of the general functions of Rust's `compiler_builtins`: those
-//! take three times as long, and 16 bytes more of the stack of every task that copies a message.
+//! What compiled code calls to copy and to fill memory, in place of the general functions of Rust's
+//! `compiler_builtins`: those take three times as long, and 16 bytes more of the stack of every task that
+//! copies a message.
 
 use core::arch::asm;
 

@@ -7,8 +7,8 @@
 //! }
 //! ```
 //!
-//! The record lies in SRAM that the start-up code leaves alone: every reset keeps it but one by a loss of power. What
-//! the MCU started from is `Board::reset_cause`, after a panic the watchdog.
+//! The record lies in SRAM that the start-up code leaves alone: every reset keeps it but one by a loss of
+//! power. What the MCU started from is `Board::reset_cause`, after a panic the watchdog.
 
 use core::arch::{asm, global_asm};
 use core::panic::PanicInfo;
@@ -20,8 +20,8 @@ use crate::watchdog::{self, Patience};
 /// Where a panic was.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct PanicRecord {
-    /// The address of the `Stack` of the task that ran, as the linker's map has it; in a handler, of the task that it
-    /// interrupted; before any task ran, of the kernel's idle task.
+    /// The address of the `Stack` of the task that ran, as the linker's map has it; in a handler, of the task
+    /// that it interrupted; before any task ran, of the kernel's idle task.
     pub task: u16,
     /// Line in the source, up to 65,535.
     pub line: u16,
@@ -38,7 +38,8 @@ unsafe extern "C" {
     static mut RECORD: [u16; 4];
 }
 
-/// Records where the panic was, and has the watchdog reset the MCU, which takes about 15 ms. Interrupts are masked.
+/// Records where the panic was, and has the watchdog reset the MCU, which takes about 15 ms. Interrupts are
+/// masked.
 pub fn record_and_reset(info: &PanicInfo) -> ! {
     // SAFETY: nothing else runs from here on.
     unsafe { asm!("cli", options(nomem, nostack)) };
@@ -58,7 +59,8 @@ pub fn record_and_reset(info: &PanicInfo) -> ! {
 /// What the last panic left, once: `None` when there was none since it was last asked for.
 pub fn take(_: &mut Boot) -> Option<PanicRecord> {
     let record = &raw mut RECORD;
-    // SAFETY: no task runs yet, so nothing else uses it. Volatile, because it holds what was there before the program started.
+    // SAFETY: no task runs yet, so nothing else uses it. Volatile, because it holds what was there before the
+    // program started.
     let [task, line, column, sum] = unsafe { record.read_volatile() };
     if sum != checksum([task, line, column]) {
         return None;

@@ -91,7 +91,8 @@ macro_rules! compare {
             }
 
             fn set(value: u16) {
-                // SAFETY: the compare register is written by whoever has this unit, with interrupts masked below.
+                // SAFETY: the compare register is written by whoever has this unit, with interrupts masked
+                // below.
                 let timer = unsafe { $timer::steal() };
                 // Masked: the timer's 16-bit registers share a byte on their way (ATmega128 datasheet,
                 // "Accessing 16-bit Registers").

@@ -87,7 +87,8 @@ pub type RollDirection = Pin<PortC, 1>;
 pub const ROLL_POTENTIOMETER: Input = Input::direct(2);
 pub const ROLL_CURRENT: Input = Input::direct(3);
 
-/// A potentiometer of 300.8 degrees over the converter's range, in its middle at 0 degrees: 47/16 of 0.1 degree a count.
+/// A potentiometer of 300.8 degrees over the converter's range, in its middle at 0 degrees: 47/16 of 0.1
+/// degree a count.
 const POTENTIOMETER: Potentiometer = Potentiometer::new(512, 47);
 
 /// What a motor's current is kept below, in mA.

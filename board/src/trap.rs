@@ -1,8 +1,8 @@
 //! Single steps of tasks, by Timer2.
 //!
-//! Timer2 reaches its compare value every second clock, so that its interrupt is pending again at once after it was taken. Of
-//! all interrupts that this crate drives only external ones go before it, and they wait while a step is made. So a step may
-//! spoil a character on the UART in software.
+//! Timer2 reaches its compare value every second clock, so that its interrupt is pending again at once after
+//! it was taken. Of all interrupts that this crate drives only external ones go before it, and they wait
+//! while a step is made. So a step may spoil a character on the UART in software.
 
 use kernel::{Context, Interrupt, MaskedCell, Refused, Task, TaskHandle};
 

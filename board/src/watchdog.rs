@@ -1,7 +1,8 @@
 //! The watchdog (ATmega128 datasheet, "Watchdog Timer"): it resets the MCU when it is not fed in time.
 //!
-//! It counts the clocks of an oscillator of its own, of about 1 MHz: how long that takes depends on supply and temperature.
-//! The datasheet has typical times only; in what follows they are those at 5 V. After any reset it is off.
+//! It counts the clocks of an oscillator of its own, of about 1 MHz: how long that takes depends on supply
+//! and temperature. The datasheet has typical times only; in what follows they are those at 5 V. After any
+//! reset it is off.
 
 use core::arch::asm;
 
@@ -48,8 +49,8 @@ impl Feeder {
 /// Starts the watchdog, or lets it start over with another patience.
 ///
 /// # Safety
-/// Interrupts must be masked: a new patience counts only within four cycles of WDCE (datasheet, "Timed Sequences for
-/// Changing the Configuration of the Watchdog Timer").
+/// Interrupts must be masked: a new patience counts only within four cycles of WDCE (datasheet, "Timed
+/// Sequences for Changing the Configuration of the Watchdog Timer").
 pub(crate) unsafe fn start(patience: Patience) {
     const WDCE: u8 = 1 << 4;
     const WDE: u8 = 1 << 3;

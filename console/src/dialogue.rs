@@ -65,7 +65,8 @@ impl Dialogue {
         }
     }
 
-    /// Takes a message to the console. Returns whether it was a request that makes sense, or the answer that is waited for.
+    /// Takes a message to the console. Returns whether it was a request that makes sense, or the answer that
+    /// is waited for.
     ///
     /// A text that is begun takes the place of one under way, whoever asked for that.
     pub fn receive(&mut self, from: Address, payload: &[u8]) -> bool {

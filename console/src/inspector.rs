@@ -45,8 +45,8 @@ pub const fn counts(
     counts
 }
 
-/// Runs the inspector on `mailbox`. Answers go to `console`. `reset_cause` gives the flags of MCUCSR at the start. `work` keeps
-/// the CPU busy for 0.1 ms less [`ROUND`] cycles, not counting what interrupts it.
+/// Runs the inspector on `mailbox`. Answers go to `console`. `reset_cause` gives the flags of MCUCSR at the
+/// start. `work` keeps the CPU busy for 0.1 ms less [`ROUND`] cycles, not counting what interrupts it.
 #[inline(always)] // what is known of the MCU is known to the compiler then
 pub fn run(
     task: &mut Task,

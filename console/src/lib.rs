@@ -1,8 +1,10 @@
-//! The console: what both MCUs of the module tell of their tasks, stacks, CPUs and links, as text for whoever asks at a dock.
+//! The console: what both MCUs of the module tell of their tasks, stacks, CPUs and links, as text for whoever
+//! asks at a dock.
 //!
-//! It is a behaviour, so any dock reaches it: a terminal in place of a neighbour sends it a [`request`] and gets the text in
-//! pieces, one for each that it asks for. So the console never has more than one message under way, and a terminal that
-//! vanishes leaves nothing behind. To a neighbour's console a piece is no request.
+//! It is a behaviour, so any dock reaches it: a terminal in place of a neighbour sends it a [`request`] and
+//! gets the text in pieces, one for each that it asks for. So the console never has more than one message
+//! under way, and a terminal that vanishes leaves nothing behind. To a neighbour's console a piece is no
+//! request.
 //!
 //! It reads and no more: what it tells it asks the inspectors of both MCUs.
 //!

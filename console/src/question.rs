@@ -8,8 +8,8 @@
 //!              +------+-------+-----------------------------------+
 //! ```
 //!
-//! The answer is written behind the question, in the same buffer, so that one that comes late is not taken for another's. It has
-//! no words where there is nothing to tell: no such task, no such count.
+//! The answer is written behind the question, in the same buffer, so that one that comes late is not taken
+//! for another's. It has no words where there is nothing to tell: no such task, no such count.
 
 use tasks::message::MAX_PAYLOAD;
 
@@ -25,10 +25,11 @@ pub enum Question {
     /// How often the inspector has worked of [`WORKS`](super::inspector::WORKS) times, which takes it
     /// [`LOOK`](super::inspector::LOOK) ticks; the flags of MCUCSR at the MCU's start.
     Mcu,
-    /// Of the task at this place in its list: priority, bytes of stack, and how many of them it has never used.
+    /// Of the task at this place in its list: priority, bytes of stack, and how many of them it has never
+    /// used.
     Task(u8),
-    /// What one of its counters, a link, the bridge or the joints' control, has counted: [`WORDS`] counts from the one with
-    /// the index `from` on.
+    /// What one of its counters, a link, the bridge or the joints' control, has counted: [`WORDS`] counts
+    /// from the one with the index `from` on.
     Counts { of: Who, from: u8 },
 }
 

@@ -6,8 +6,8 @@
 //!   piece      number, 0..=15 characters in ASCII; none ends the text
 //! ```
 //!
-//! Numbers are 0x80 to 0xFF, and 0x80 again after that; a text's first piece is 0x80. A terminal that waits in vain repeats
-//! its request: a text begins anew, a piece comes again.
+//! Numbers are 0x80 to 0xFF, and 0x80 again after that; a text's first piece is 0x80. A terminal that waits
+//! in vain repeats its request: a text begins anew, a piece comes again.
 
 use tasks::message::MAX_PAYLOAD;
 

@@ -12,7 +12,8 @@ use tasks::router::Source;
 /// Messages that may wait for the console: a request, and an answer.
 const ROOM: u8 = 2;
 
-/// How long an answer may take, in ticks of 1 ms. An inspector looks at its CPU for 50 ms, and has what time others leave it.
+/// How long an answer may take, in ticks of 1 ms. An inspector looks at its CPU for 50 ms, and has what time
+/// others leave it.
 const PATIENCE: Ticks = 250;
 
 /// The console. A `static`: its task runs on it, and readers of RAM find its counts at its start.

@@ -8,8 +8,8 @@ use core::convert::Infallible;
 
 use board::debug::{halt, mark};
 
-/// Prints a line to the on-chip debugger, which simavr shows. It takes no device and blocks nobody, so that a task and
-/// an interrupt may print alike.
+/// Prints a line to the on-chip debugger, which simavr shows. It takes no device and blocks nobody, so that a
+/// task and an interrupt may print alike.
 ///
 /// Formats as [`ufmt`] does, which is small; the text itself lies in RAM.
 #[macro_export]

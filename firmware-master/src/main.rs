@@ -1,8 +1,8 @@
-//! The master MCU of a module: the docks Front, Left and Right, two joints, the accelerometer, its side of the bridge, and the
-//! behaviours.
+//! The master MCU of a module: the docks Front, Left and Right, two joints, the accelerometer, its side of
+//! the bridge, and the behaviours.
 //!
-//! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities fall
-//! from what a wire waits for to what only the robot waits for (paper, section 6).
+//! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities
+//! fall from what a wire waits for to what only the robot waits for (paper, section 6).
 
 #![no_std]
 #![no_main]

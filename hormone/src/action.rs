@@ -1,7 +1,8 @@
 //! What a module does with its motors: an action is a motion of the three joints, in a file of its own.
 //!
-//! A motion is a row of postures, spread evenly over the beats that the action takes. The last one is held until the next
-//! action. To add an action, write its file and add its line to the registry at the end of this one.
+//! A motion is a row of postures, spread evenly over the beats that the action takes. The last one is held
+//! until the next action. To add an action, write its file and add its line to the registry at the end of
+//! this one.
 
 use kernel::flash::Flash;
 use tasks::dock::Dock;

@@ -87,8 +87,8 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A module at power-up, at `now`, that walks by `gait` until a hormone of another of the [`GAITS`] comes. `seed`
-    /// should differ from module to module and from boot to boot.
+    /// A module at power-up, at `now`, that walks by `gait` until a hormone of another of the [`GAITS`]
+    /// comes. `seed` should differ from module to module and from boot to boot.
     pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
             pacemaker: Pacemaker::new(gait, now),
@@ -124,8 +124,8 @@ impl Controller {
         Response { event: Some(Event::TopologyChanged(module_type)), ..response }
     }
 
-    /// The clock is to be looked at: after [`next_due`](Self::next_due), or at any other time. Call again until it is
-    /// `None`. A caller late by a beat skips one and does not make up for it.
+    /// The clock is to be looked at: after [`next_due`](Self::next_due), or at any other time. Call again
+    /// until it is `None`. A caller late by a beat skips one and does not make up for it.
     #[inline(never)]
     pub fn timer(&mut self, now: u16) -> Option<Response> {
         self.helm.expire(now);
@@ -150,7 +150,8 @@ impl Controller {
         Some(Response { event: Some(Event::MadeGood(data)), ..response })
     }
 
-    /// Milliseconds from `now` until [`timer`](Self::timer) is to be called; `None` while nothing waits for it.
+    /// Milliseconds from `now` until [`timer`](Self::timer) is to be called; `None` while nothing waits for
+    /// it.
     pub fn next_due(&self, now: u16) -> Option<u16> {
         const NEVER: u16 = u16::MAX;
         let beat = if self.is_leader() {
@@ -219,8 +220,8 @@ impl Controller {
         Response { send: response.send, ..self.rest() }
     }
 
-    /// The senses whose sensors are to be asked now, for [`read`](Self::read): once a beat, those that are a condition of a rule
-    /// for this type.
+    /// The senses whose sensors are to be asked now, for [`read`](Self::read): once a beat, those that are a
+    /// condition of a rule for this type.
     pub fn asks(&mut self) -> impl Iterator<Item = Sense> {
         let is_beat = core::mem::take(&mut self.is_beat);
         if is_beat {
@@ -242,8 +243,8 @@ impl Controller {
 
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
-    /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot turns to
-    /// takes half the stride.
+    /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot
+    /// turns to takes half the stride.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let (index, _) = self.progress(now)?;
         let posture = self.status.action.motion().get(index)?;
@@ -262,7 +263,8 @@ impl Controller {
         left
     }
 
-    /// Which of its postures the action has come to at `now`, and how many milliseconds that lasts yet; `None` for the last.
+    /// Which of its postures the action has come to at `now`, and how many milliseconds that lasts yet;
+    /// `None` for the last.
     fn progress(&self, now: u16) -> Option<(usize, Option<u16>)> {
         let steps = self.status.action.motion().len();
         let last = steps.checked_sub(1)?;
@@ -418,8 +420,8 @@ impl Controller {
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
 
-    /// The rule for this letter: one for what the module senses before the one for all. There is one at most for each, and
-    /// mostly it stands beside the last one, so the search begins there.
+    /// The rule for this letter: one for what the module senses before the one for all. There is one at most
+    /// for each, and mostly it stands beside the last one, so the search begins there.
     fn rule(&mut self, source: Source, data: Data) -> Option<Rule> {
         let Gait { rules, beats, .. } = *self.gait();
         let mut held = self.senses.held();
@@ -447,7 +449,8 @@ impl Controller {
         (self.acting == ModuleType::Other).then_some(Send { data, docks: ALL_DOCKS })
     }
 
-    /// Of these docks those by which the rhythm does not come: what went back would be taken for a beat of somebody else.
+    /// Of these docks those by which the rhythm does not come: what went back would be taken for a beat of
+    /// somebody else.
     fn onwards(&self, mut docks: DockSet) -> DockSet {
         if let Some(source) = self.source {
             docks.remove(source);

@@ -1,11 +1,11 @@
-//! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, for modules that are all
-//! attached alike can't do it otherwise (Angluin).
+//! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, for modules that are
+//! all attached alike can't do it otherwise (Angluin).
 //!
-//! Who hears no beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A candidate that
-//! meets a higher rank follows, and passes it on; a lower one ends there. One's own rank coming back has been
-//! everywhere: its candidate leads, and the hops are the ring's size. Ranks are drawn anew each round, so that a tie ends
-//! in the next one; a leader goes on with that, above all candidates. So two leaders, after a tie or where two
-//! chains closed to a ring, find out, and one of them follows.
+//! Who hears no beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A
+//! candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
+//! coming back has been everywhere: its candidate leads, and the hops are the ring's size. Ranks are drawn
+//! anew each round, so that a tie ends in the next one; a leader goes on with that, above all candidates. So
+//! two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
 
 use crate::time::{reached, until};
 

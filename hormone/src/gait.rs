@@ -1,6 +1,7 @@
 //! Gaits: a table of rules each, in a file of its own. A change of shape is one too.
 //!
-//! To add one, write its file with [`gait!`](crate::gait!) and add its line to the registry at the end of this one.
+//! To add one, write its file with [`gait!`](crate::gait!) and add its line to the registry at the end of
+//! this one.
 
 use core::num::NonZeroU16;
 
@@ -36,7 +37,8 @@ pub struct Gait {
     pub name: u8,
     /// Beats in a Period, 1 to 6: how many letters its hormone has.
     pub beats: u8,
-    /// The length of a beat in milliseconds. Beats times this is the Period, at most 32 767: a shorter one walks faster.
+    /// The length of a beat in milliseconds. Beats times this is the Period, at most 32 767: a shorter one
+    /// walks faster.
     pub beat: NonZeroU16,
     /// Who beats the time.
     pub leader: Leader,

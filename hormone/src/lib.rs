@@ -11,8 +11,8 @@
 //! | AC_RECV | [`topology`], [`probe`] |
 //! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`sense`], the [`rule`]s of a [`mod@gait`] |
 //!
-//! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds in
-//! a `u16` that wraps (see [`time`]), and carries out what comes back.
+//! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds
+//! in a `u16` that wraps (see [`time`]), and carries out what comes back.
 #![cfg_attr(not(test), no_std)]
 
 pub mod action;

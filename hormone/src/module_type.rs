@@ -41,9 +41,10 @@ impl ModuleType {
         }
     }
 
-    /// The type whose rules a module with these neighbours follows. Table 1 has the head send to its left and right too,
-    /// where by its definition nobody can be. So one that has nobody in front and its back at a front goes by the head's
-    /// rules whatever hangs on it beside: a body that is cut before a branch walks on.
+    /// The type whose rules a module with these neighbours follows. Table 1 has the head send to its left and
+    /// right too, where by its definition nobody can be. So one that has nobody in front and its back at a
+    /// front goes by the head's rules whatever hangs on it beside: a body that is cut before a branch walks
+    /// on.
     pub fn acting(neighbours: &Neighbours) -> ModuleType {
         match (ModuleType::of(neighbours), neighbours) {
             (ModuleType::Other, [None, Some(Front), ..]) => ModuleType::Head,

@@ -1,8 +1,8 @@
 //! What a remote control wants the robot to do. Its hormone goes to every module by every dock.
 //!
-//! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. It says a course again
-//! and again; when it falls silent, the robot goes straight ahead. A newer order supersedes an older one, so that in a loop,
-//! where an order comes back, it ends.
+//! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. It says a
+//! course again and again; when it falls silent, the robot goes straight ahead. A newer order supersedes an
+//! older one, so that in a loop, where an order comes back, it ends.
 
 use core::num::NonZeroU8;
 

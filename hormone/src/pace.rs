@@ -17,8 +17,9 @@ pub struct Pace {
     pub name: u8,
     /// What it carries.
     pub data: Data,
-    /// Changes when the way from the leader to the receiver changes. Each module adds a number of its own that is
-    /// random at power-up and grows when its type changes: whose rhythm is another than before, starts afresh.
+    /// Changes when the way from the leader to the receiver changes. Each module adds a number of its own
+    /// that is random at power-up and grows when its type changes: whose rhythm is another than before,
+    /// starts afresh.
     pub rhythm: u8,
     /// The modules that it may still reach; no limit without it.
     pub lifetime: Option<NonZeroU8>,

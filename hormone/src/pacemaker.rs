@@ -1,8 +1,8 @@
 //! The local timer of Table 1, from beat to beat, from power-up; and how hormones set it.
 //!
-//! A leader beats by it. Every other module takes a hormone up when it comes, sets the timer by it, and when one does
-//! not come, lost on the way, acts by the timer as if it had come. So a gait goes on evenly over links that lose three
-//! frames of four.
+//! A leader beats by it. Every other module takes a hormone up when it comes, sets the timer by it, and when
+//! one does not come, lost on the way, acts by the timer as if it had come. So a gait goes on evenly over
+//! links that lose three frames of four.
 //!
 //! ```text
 //!   beat         beat         beat
@@ -10,15 +10,15 @@
 //!    hormone      late: the timer has acted, and what comes then is dropped
 //! ```
 //!
-//! A hormone that is early is the one least delayed, so it sets the timer, by an eighth of a beat at most; one that is late
-//! moves it by 1 ms only.
+//! A hormone that is early is the one least delayed, so it sets the timer, by an eighth of a beat at most;
+//! one that is late moves it by 1 ms only.
 
 use crate::data::Data;
 use crate::gait::Gait;
 use crate::pace::Pace;
 
-/// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer than it is ever
-/// delayed on the way without a loss.
+/// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer
+/// than it is ever delayed on the way without a loss.
 const PATIENCE: u16 = 12;
 
 /// So many beats are made good without a hormone; then the module knows no rhythm any more.
@@ -73,7 +73,8 @@ impl Pacemaker {
         self.last = self.last.later((gone % u16::from(self.gait.beats.max(1))) as u8, self.gait.beats);
     }
 
-    /// The beat that a leader has come to, if it has come to one since the last. Who asks a beat late skips one.
+    /// The beat that a leader has come to, if it has come to one since the last. Who asks a beat late skips
+    /// one.
     pub fn lead(&mut self, now: u16) -> Option<Data> {
         if now.wrapping_sub(self.last_at) < self.gait.beat.get() {
             return None;
@@ -103,9 +104,9 @@ impl Pacemaker {
         self.is_following().then(|| patience.saturating_sub(now.wrapping_sub(self.last_at)))
     }
 
-    /// Takes in a hormone of this gait. Returns whether it is news: one for a beat that was already, be it made good, is
-    /// not, nor one from another leader while the present one beats. `same_way` says that it came by the dock
-    /// that the rhythm comes by.
+    /// Takes in a hormone of this gait. Returns whether it is news: one for a beat that was already, be it
+    /// made good, is not, nor one from another leader while the present one beats. `same_way` says that it
+    /// came by the dock that the rhythm comes by.
     pub fn hear(&mut self, pace: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
@@ -138,8 +139,8 @@ impl Pacemaker {
         true
     }
 
-    /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way while the
-    /// present leader beats.
+    /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way
+    /// while the present leader beats.
     pub fn change(&mut self, gait: Gait, pace: Pace, same_way: bool, now: u16) -> bool {
         if self.is_beating(now) && !self.succeeds(same_way, now) {
             return false;
@@ -155,9 +156,9 @@ impl Pacemaker {
         self.is_following() && self.missed == 0 && now.wrapping_sub(self.last_at) < beat - beat / 8
     }
 
-    /// Whether another rhythm takes the place of one that beats: if it comes the same way, for then it is that of a new leader,
-    /// or of a new place in the robot. What comes so within a quarter of a beat may be the module's own hormone, round a loop
-    /// in which nobody leads: there it would race.
+    /// Whether another rhythm takes the place of one that beats: if it comes the same way, for then it is
+    /// that of a new leader, or of a new place in the robot. What comes so within a quarter of a beat may be
+    /// the module's own hormone, round a loop in which nobody leads: there it would race.
     fn succeeds(&self, same_way: bool, now: u16) -> bool {
         same_way && now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4
     }

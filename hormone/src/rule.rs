@@ -1,9 +1,9 @@
 //! Receptor rules: a row of Table 1 each, as data.
 //!
-//! A row for one letter reads as in the paper. Where an action goes on over several beats, as a leg's Holding over
-//! all but one of six, one row has them all: from a first letter to a last one, round the end of the Period if
-//! need be. A row may be for modules alone that sense something; while they do, it goes before the row without such a
-//! condition for the same letter.
+//! A row for one letter reads as in the paper. Where an action goes on over several beats, as a leg's Holding
+//! over all but one of six, one row has them all: from a first letter to a last one, round the end of the
+//! Period if need be. A row may be for modules alone that sense something; while they do, it goes before the
+//! row without such a condition for the same letter.
 //!
 //! ```
 //! use hormone::action::Action::{Holding, Straight, SwingOver};

@@ -2,7 +2,8 @@
 //!
 //! The six docks take turns, [`STAGGER`] apart, so that their probes do not compete for the CPU and the
 //! bridge. A dock can be [hurried](Schedule::hurry): its probe goes out at once, beside its turn. That
-//! is how two modules find each other in little more than one period instead of three. Docks with a lossy link are
+//! is how two modules find each other in little more than one period instead of three. Docks with a lossy
+//! link are
 //! [probed quickly](Schedule::set_quick), beside their turns too.
 
 use tasks::dock::{Dock, DockSet};
@@ -79,7 +80,8 @@ impl Schedule {
         if self.quick.is_empty() { turn } else { turn.min(until(self.quick_at, now)) }
     }
 
-    /// Probes `docks`, and no others, every [`QUICK_PERIOD`]. Returns whether these are more than before, from `now` on.
+    /// Probes `docks`, and no others, every [`QUICK_PERIOD`]. Returns whether these are more than before,
+    /// from `now` on.
     pub fn set_quick(&mut self, docks: DockSet, now: u16) -> bool {
         if self.quick.is_empty() {
             self.quick_at = now;

@@ -1,16 +1,19 @@
 //! What a module senses of itself, as a condition of rules: a sensor, and what it has to read.
 //!
-//! Between the reading at which a sense begins to hold and the one at which it ends, it stays as it is: so noise does not
-//! have a module do now this, now that. HORMONE asks the sensor once a beat, while its type has a rule with the sense, and
-//! what it was told goes for the next beats. To add a sense, add its line to the registry at the end of this file.
+//! Between the reading at which a sense begins to hold and the one at which it ends, it stays as it is: so
+//! noise does not have a module do now this, now that. HORMONE asks the sensor once a beat, while its type
+//! has a rule with the sense, and what it was told goes for the next beats. To add a sense, add its line to
+//! the registry at the end of this file.
 
 use tasks::sensor::Sensor;
 
-/// For so many beats a sense holds without another reading: an answer may be lost, a sensor that fell silent is not believed.
+/// For so many beats a sense holds without another reading: an answer may be lost, a sensor that fell silent
+/// is not believed.
 pub const LASTS: u8 = 4;
 
-/// Declares [`Sense`]: a code, a sensor, and the readings, in the sensor's unit, beyond which the sense begins to hold and
-/// short of which it ends. It holds below them if it begins below the reading at which it ends, else above.
+/// Declares [`Sense`]: a code, a sensor, and the readings, in the sensor's unit, beyond which the sense
+/// begins to hold and short of which it ends. It holds below them if it begins below the reading at which it
+/// ends, else above.
 macro_rules! senses {
     ($($(#[$attribute:meta])* $name:ident = $code:literal: $sensor:expr, from $begins:literal to $ends:literal,)*) => {
         /// Something that a module senses.
@@ -76,7 +79,8 @@ impl Senses {
 }
 
 senses! {
-    /// The half with the Front dock lies on its back, turned by more than 120 degrees; until by less than 104.5.
+    /// The half with the Front dock lies on its back, turned by more than 120 degrees; until by less than
+    /// 104.5.
     UpsideDown = 0: Sensor::AccelerationZ, from -500 to -250,
 }
 

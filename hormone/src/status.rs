@@ -45,7 +45,8 @@ pub struct Status {
     pub hormones_unsent: u16,
     /// Beats that were acted on without a hormone, because none came.
     pub made_good: u16,
-    /// Hormones that came for a beat that had been, from another leader than the present one, or of an unknown gait.
+    /// Hormones that came for a beat that had been, from another leader than the present one, or of an
+    /// unknown gait.
     pub dropped: u16,
     /// Per dock the index of the neighbour's dock, or 0xFF for none.
     pub neighbours: [u8; 6],

@@ -1,7 +1,7 @@
 //! A gait's table of rules, checked when it is compiled.
 //!
-//! Types, docks, letters and actions that do not exist are refused by the compiler as such. The rest is checked
-//! here: [`gait!`](crate::gait!) runs [`check`] in a constant.
+//! Types, docks, letters and actions that do not exist are refused by the compiler as such. The rest is
+//! checked here: [`gait!`](crate::gait!) runs [`check`] in a constant.
 
 use tasks::dock::Dock;
 
@@ -13,8 +13,8 @@ use crate::rule::Rule;
 ///
 /// # Panics
 /// When compiled, if `beats` is not 1 to [`MOST_BEATS`], a letter lies past the last beat, a rule is for
-/// [`ModuleType::Other`], two rules are for one case, a rule with a condition has a letter for which there is none without, or
-/// nobody who can sit at the dock has a rule for what is sent there.
+/// [`ModuleType::Other`], two rules are for one case, a rule with a condition has a letter for which there is
+/// none without, or nobody who can sit at the dock has a rule for what is sent there.
 pub const fn check(rules: &[Rule], beats: u8) {
     assert!(beats >= 1 && beats <= MOST_BEATS, "a Period has one to six beats");
     let mut index = 0;

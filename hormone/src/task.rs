@@ -1,8 +1,9 @@
-//! The three behaviours (paper, Figure 5) as tasks that run to completion on one stack: thin shells around the pure parts
-//! of this crate.
+//! The three behaviours (paper, Figure 5) as tasks that run to completion on one stack: thin shells around
+//! the pure parts of this crate.
 //!
-//! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every module. Each is
-//! called with a message to it and when its time has come, does what there is to do, and says when that will be next.
+//! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every
+//! module. Each is called with a message to it and when its time has come, does what there is to do, and says
+//! when that will be next.
 
 pub mod ac_receive;
 pub mod ac_send;
@@ -47,9 +48,10 @@ impl AdaptiveCommunication {
     }
 }
 
-/// Runs the behaviours on `mailbox`, which takes the messages to all of them, walking by `gait` until told otherwise; see
-/// [`Controller::new`](crate::controller::Controller::new) for `seed`. `status` shows HORMONE's view of the module to
-/// whoever reads RAM. `alive` is called every [`LOOK`](ac_receive::LOOK) ticks or sooner.
+/// Runs the behaviours on `mailbox`, which takes the messages to all of them, walking by `gait` until told
+/// otherwise; see
+/// [`Controller::new`](crate::controller::Controller::new) for `seed`. `status` shows HORMONE's view of the
+/// module to whoever reads RAM. `alive` is called every [`LOOK`](ac_receive::LOOK) ticks or sooner.
 pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,

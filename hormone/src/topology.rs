@@ -1,11 +1,11 @@
 //! What a module knows of its neighbours, from the probes it hears. Kept by AC_RECV.
 //!
-//! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would happen again and
-//! again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back from a gap of two probes or
-//! more counts as lossy for a while: both ends probe it every 10 ms, and it is given 18 times the mean silence between its
-//! probes, 900 ms at most. Probes wait behind messages that are repeated, so of ninety some sixty go out: all are lost with a
-//! chance of 0.75^60, 3 in 10^8. Where the losses have gone, or are as few as three in ten, the time is again that of a good
-//! link.
+//! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would
+//! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
+//! from a gap of two probes or more counts as lossy for a while: both ends probe it every 10 ms, and it is
+//! given 18 times the mean silence between its probes, 900 ms at most. Probes wait behind messages that are
+//! repeated, so of ninety some sixty go out: all are lost with a chance of 0.75^60, 3 in 10^8. Where the
+//! losses have gone, or are as few as three in ten, the time is again that of a good link.
 
 use tasks::dock::{Dock, DockSet};
 
@@ -170,9 +170,10 @@ impl Topology {
         Heard { changed: self.neighbour(dock) != before, answer }
     }
 
-    /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy link for up to [`LOSSY_TIMEOUT`]; whether a neighbour
-    /// was lost by it. Call at least every 20 ms: then a loss over a link that loses no more than three probes of ten is
-    /// noticed within 300 ms at both ends, even if only one of them went deaf.
+    /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy link for up to [`LOSSY_TIMEOUT`];
+    /// whether a neighbour was lost by it. Call at least every 20 ms: then a loss over a link that loses no
+    /// more than three probes of ten is noticed within 300 ms at both ends, even if only one of them went
+    /// deaf.
     pub fn expire(&mut self, now: u16) -> bool {
         let mut changed = false;
         for link in &mut self.links {

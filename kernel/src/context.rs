@@ -58,7 +58,8 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
 
-    /// See [`Semaphore::post`]. A signal is stored without a call; the call that wakes a task tells for itself whether one waits.
+    /// See [`Semaphore::post`]. A signal is stored without a call; the call that wakes a task tells for
+    /// itself whether one waits.
     #[doc(hidden)]
     #[inline(always)]
     fn post(&mut self, semaphore: &Semaphore) {
@@ -78,7 +79,8 @@ pub trait Context: sealed::Sealed {
     }
 }
 
-/// A caller outside of interrupts: [`Task`], [`JobContext`] or [`Boot`]. For calls that take as long as a list is.
+/// A caller outside of interrupts: [`Task`], [`JobContext`] or [`Boot`]. For calls that take as long as a
+/// list is.
 pub trait ThreadContext: Context {}
 
 impl ThreadContext for Task {}
@@ -122,7 +124,8 @@ impl Task {
 
 impl Interrupt {
     /// # Safety
-    /// Only in an interrupt handler that was entered by [`interrupt!`](crate::interrupt!), or before the kernel starts.
+    /// Only in an interrupt handler that was entered by [`interrupt!`](crate::interrupt!), or before the
+    /// kernel starts.
     #[doc(hidden)]
     #[inline(always)]
     pub unsafe fn assume() -> Interrupt {
@@ -152,7 +155,8 @@ impl Context for Task {
     #[inline(always)]
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R {
         arch::disable_interrupts();
-        // SAFETY: interrupts were just disabled. `body` can't enable them: that takes this `&mut Task`, which is borrowed.
+        // SAFETY: interrupts were just disabled. `body` can't enable them: that takes this `&mut Task`, which
+        // is borrowed.
         let result = body(&unsafe { Masked::assume() });
         arch::enable_interrupts();
         result
@@ -188,7 +192,8 @@ impl Context for Interrupt {
     #[inline(always)]
     fn reschedule(&mut self, _is_needed: bool) {}
 
-    /// Without a call where the woken task outranks the head: that is on the way from an interrupt to its task.
+    /// Without a call where the woken task outranks the head: that is on the way from an interrupt to its
+    /// task.
     #[inline(always)]
     fn post(&mut self, semaphore: &Semaphore) {
         self.mask(|masked| semaphore.signal(masked));

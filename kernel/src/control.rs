@@ -25,8 +25,8 @@ pub struct TaskHandle {
 pub enum Refused {
     /// No task runs on that stack, or it was killed.
     NotStarted,
-    /// It has a mutex, or waits for one. Only of [`kill`](TaskHandle::kill): it runs jobs, starts or kills a task, or is on
-    /// its way into or out of a wait with a timeout or for several semaphores.
+    /// It has a mutex, or waits for one. Only of [`kill`](TaskHandle::kill): it runs jobs, starts or kills a
+    /// task, or is on its way into or out of a wait with a timeout or for several semaphores.
     Busy,
 }
 
@@ -62,7 +62,8 @@ impl TaskHandle {
         self.bytes
     }
 
-    /// Keeps the task from running until it is resumed. What it waits for may come meanwhile. A task may suspend itself.
+    /// Keeps the task from running until it is resumed. What it waits for may come meanwhile. A task may
+    /// suspend itself.
     ///
     /// Linear in the number of ready tasks of its priority, in steps.
     ///
@@ -102,9 +103,9 @@ impl TaskHandle {
         is_due.is_some()
     }
 
-    /// Gives the task another priority; among tasks that are ready it comes last then. In a wait queue it keeps its place.
-    /// Its proxy waiters, where it waits for several semaphores, with a timeout, or runs jobs, keep the priority of
-    /// before.
+    /// Gives the task another priority; among tasks that are ready it comes last then. In a wait queue it
+    /// keeps its place. Its proxy waiters, where it waits for several semaphores, with a timeout, or runs
+    /// jobs, keep the priority of before.
     ///
     /// Linear in the number of ready tasks of its priority, in steps.
     ///
@@ -117,11 +118,12 @@ impl TaskHandle {
         Ok(())
     }
 
-    /// Ends the task where it is. Nothing that it has is dropped: messages and other values of its own are lost for good, and
-    /// what it was in the midst of stays half done. Its stack stays as it is, for what it holds may be pinned, or
-    /// lent to a device: see [`reuse`](Self::reuse). A task may kill itself.
+    /// Ends the task where it is. Nothing that it has is dropped: messages and other values of its own are
+    /// lost for good, and what it was in the midst of stays half done. Its stack stays as it is, for what it
+    /// holds may be pinned, or lent to a device: see [`reuse`](Self::reuse). A task may kill itself.
     ///
-    /// Linear in the number of ready tasks of its priority, of those that wait for the same, and of timers, in steps.
+    /// Linear in the number of ready tasks of its priority, of those that wait for the same, and of timers,
+    /// in steps.
     ///
     /// # Errors
     /// [`Refused`], with nothing done.
@@ -150,8 +152,9 @@ impl TaskHandle {
     /// Frees the stack of a task that was killed, so that it can be started again. Returns whether it was.
     ///
     /// # Safety
-    /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no value that is
-    /// pinned there, and nothing that a device or an interrupt handler reads or writes. The kernel itself uses nothing there.
+    /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no
+    /// value that is pinned there, and nothing that a device or an interrupt handler reads or writes. The
+    /// kernel itself uses nothing there.
     pub unsafe fn reuse(self, context: &mut impl Context) -> bool {
         context.mask(|masked| {
             let is_killed = self.control.has_flag(masked, Flag::Killed);
@@ -181,7 +184,8 @@ impl TaskHandle {
         self.find_unless(context, Flag::Locks as u8, action)
     }
 
-    /// Finds the task, unless it has one of these [`Flag`]s, and acts on it in the critical section that finds it.
+    /// Finds the task, unless it has one of these [`Flag`]s, and acts on it in the critical section that
+    /// finds it.
     #[inline(never)]
     fn find_unless(
         self,
@@ -297,8 +301,8 @@ impl KillGuard {
 }
 
 impl Task {
-    /// Ends this task where it is, as [`TaskHandle::kill`] does. A body that returns ends its task, too; only then the stack
-    /// is free for another one.
+    /// Ends this task where it is, as [`TaskHandle::kill`] does. A body that returns ends its task, too; only
+    /// then the stack is free for another one.
     pub fn exit(&mut self) -> Never {
         self.mask(|masked| {
             let own = ready::leave(masked);

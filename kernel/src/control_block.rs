@@ -43,12 +43,12 @@ pub(crate) const LEVELS: u8 = 8;
 ///                         └───────────── blocked ◄─────────────────┘
 /// ```
 ///
-/// A control block is in one list at a time, that of its link: a queue of ready tasks ([`ready`](crate::ready)), or a wait
-/// queue ([`wait`](crate::wait)).
+/// A control block is in one list at a time, that of its link: a queue of ready tasks
+/// ([`ready`](crate::ready)), or a wait queue ([`wait`](crate::wait)).
 #[repr(C)]
 pub struct ControlBlock {
-    /// The queue that the task is in when it is ready: its priority, or the ceiling of a mutex that it has. [`HALTED`] beside
-    /// it where the task may not become ready.
+    /// The queue that the task is in when it is ready: its priority, or the ceiling of a mutex that it has.
+    /// [`HALTED`] beside it where the task may not become ready.
     pub(crate) level: MaskedCell<u8>,
     /// The saved stack pointer, in the form of `arch`. 0 where there is no task, and [`STARTING`].
     pub(crate) stack_pointer: MaskedCell<usize>,
@@ -67,7 +67,8 @@ pub struct ControlBlock {
 pub(crate) enum Flag {
     /// It has a mutex, or waits for one.
     Locks = 0x80,
-    /// It starts or kills a task: it is not killed meanwhile, or the other would stay half started, or half dead.
+    /// It starts or kills a task: it is not killed meanwhile, or the other would stay half started, or half
+    /// dead.
     Unkillable = 0x40,
     /// It is a proxy waiter: its `stack_pointer` is the address of a [`WaitSet`](crate::proxy::WaitSet).
     Proxy = 0x20,
@@ -80,10 +81,12 @@ pub(crate) enum Flag {
 /// The priority in [`ControlBlock::priority`].
 const PRIORITY: u8 = 7;
 
-/// In [`ControlBlock::level`]: the task is suspended or was killed, or this is a proxy waiter. No level is below.
+/// In [`ControlBlock::level`]: the task is suspended or was killed, or this is a proxy waiter. No level is
+/// below.
 pub(crate) const HALTED: u8 = 0x80;
 
-/// [`ControlBlock::stack_pointer`] of a task that is being started: its stack is taken, and it has no context yet.
+/// [`ControlBlock::stack_pointer`] of a task that is being started: its stack is taken, and it has no context
+/// yet.
 const STARTING: usize = 1;
 
 impl ControlBlock {

@@ -1,10 +1,11 @@
 //! How long each task has had the CPU, by a clock that runs freely.
 //!
-//! Each switch charges what has passed since the last one to the task that ran. An interrupt's time is charged to the task that
-//! it preempted, also where it wakes another one: that one's time begins at the switch. Nothing is sampled, so a task that the tick wakes is
-//! counted like any other.
+//! Each switch charges what has passed since the last one to the task that ran. An interrupt's time is
+//! charged to the task that it preempted, also where it wakes another one: that one's time begins at the
+//! switch. Nothing is sampled, so a task that the tick wakes is counted like any other.
 //!
-//! Times are counted in the clock's counts and wrap after 2^32: 268 s at 16 MHz. What counts is the difference of two readings.
+//! Times are counted in the clock's counts and wrap after 2^32: 268 s at 16 MHz. What counts is the
+//! difference of two readings.
 
 use crate::arch;
 use crate::context::{Context, Interrupt};

@@ -40,7 +40,8 @@ impl EventFlags {
         EventFlags { set: MaskedCell::new(0), changed: Semaphore::new(0) }
     }
 
-    /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 50 cycles a waiting task.
+    /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 50 cycles a
+    /// waiting task.
     pub fn set(&self, context: &mut impl Context, flags: u8) {
         context.mask(|masked| {
             self.set.set(masked, self.set.get(masked) | flags);

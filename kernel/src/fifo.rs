@@ -3,7 +3,8 @@
 use crate::context::Context;
 use crate::critical::{Masked, MaskedCell};
 
-/// A FIFO of up to `BYTES` bytes, at most 255. Nobody waits on it: where tasks shall, see [`Pipe`](crate::Pipe).
+/// A FIFO of up to `BYTES` bytes, at most 255. Nobody waits on it: where tasks shall, see
+/// [`Pipe`](crate::Pipe).
 pub struct Fifo<const BYTES: usize> {
     ring: Ring<[MaskedCell<u8>; BYTES]>,
 }

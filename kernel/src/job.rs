@@ -18,8 +18,8 @@ use crate::wait::WaitOutcome;
 /// fn echo(job: &mut JobContext) { /* what takes short, and does not block */ }
 /// ```
 ///
-/// A job runs to its end before the next of its task begins; so it can't block, which its context sees to. Tasks of higher
-/// priority preempt it.
+/// A job runs to its end before the next of its task begins; so it can't block, which its context sees to.
+/// Tasks of higher priority preempt it.
 #[repr(C)]
 pub struct Job {
     /// First, so that its address is the job's.
@@ -33,7 +33,8 @@ impl Job {
         Job { proxy: ProxyWaiter::new(signals), body }
     }
 
-    /// Waits for the next signal in the queue of its semaphore; if there is one, behind the jobs that have theirs.
+    /// Waits for the next signal in the queue of its semaphore; if there is one, behind the jobs that have
+    /// theirs.
     fn wait(&'static self, task: &mut Task, set: &'static WaitSet) {
         let ProxyWaiter { control, semaphore } = &self.proxy;
         if semaphore.enter(task, control, None) != WaitOutcome::Blocked {

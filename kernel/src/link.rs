@@ -8,12 +8,12 @@ use crate::critical::{Masked, MaskedCell};
 use crate::proxy::WaitSet;
 use crate::semaphore::Semaphore;
 
-/// The next task; or an end: at that of a wait queue the semaphore that its tasks wait for, and of a task that is in no list
-/// the reason. A semaphore where no task waits holds a number of signals in the same form.
+/// The next task; or an end: at that of a wait queue the semaphore that its tasks wait for, and of a task
+/// that is in no list the reason. A semaphore where no task waits holds a number of signals in the same form.
 ///
-/// A debugger that follows a waiting task's link so comes to the semaphore. The highest byte tells what it is: a task's is
-/// positive, an end's negative, a number's 0. On the AVR that is so by the addresses of RAM, which begin at 0x100 (ATmega128
-/// datasheet, "SRAM Data Memory") and end below 0x8000.
+/// A debugger that follows a waiting task's link so comes to the semaphore. The highest byte tells what it
+/// is: a task's is positive, an end's negative, a number's 0. On the AVR that is so by the addresses of RAM,
+/// which begin at 0x100 (ATmega128 datasheet, "SRAM Data Memory") and end below 0x8000.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Link(*const ControlBlock);
@@ -77,8 +77,8 @@ impl Link {
     /// The wait set that `task` is blocked by, whose link this is.
     pub(crate) fn wait_set(self, masked: &Masked, task: &ControlBlock) -> Option<&'static WaitSet> {
         let is_set = self.is_end_of_object() && task.has_flag(masked, Flag::Proxied);
-        // SAFETY: a task with this flag is in no wait queue, so `to_wait_set` made it; and the wait set lies on the stack of
-        // that task, which does not go on as long as its link is this one.
+        // SAFETY: a task with this flag is in no wait queue, so `to_wait_set` made it; and the wait set lies
+        // on the stack of that task, which does not go on as long as its link is this one.
         is_set.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
     }
 
@@ -98,7 +98,8 @@ impl Link {
     #[inline(always)]
     pub(crate) unsafe fn assume_task(self) -> &'static ControlBlock {
         let task = self.0.map_addr(|address| address & !arch::LINK_MARK);
-        // SAFETY: the caller's promise: `to` made the link from a static. The compiler looks no more whether it is null.
+        // SAFETY: the caller's promise: `to` made the link from a static. The compiler looks no more whether
+        // it is null.
         unsafe {
             core::hint::assert_unchecked(!task.is_null());
             &*task

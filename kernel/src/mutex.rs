@@ -22,10 +22,11 @@ use crate::timer::Ticks;
 /// }
 /// ```
 ///
-/// The immediate ceiling protocol: who holds the value runs at the mutex's ceiling, which should be the highest priority of
-/// all tasks that lock it. Then no task ever waits for it, and what a task is delayed by is one section of a lower one at
-/// most. It can't block while it holds the value: the guard borrows its context. A task above the ceiling may lock it
-/// too, safely; it may have to wait, and then for lower tasks as well.
+/// The immediate ceiling protocol: who holds the value runs at the mutex's ceiling, which should be the
+/// highest priority of all tasks that lock it. Then no task ever waits for it, and what a task is delayed by
+/// is one section of a lower one at most. It can't block while it holds the value: the guard borrows its
+/// context. A task above the ceiling may lock it too, safely; it may have to wait, and then for lower tasks
+/// as well.
 #[repr(C)]
 pub struct Mutex<T> {
     /// First, where debuggers and other readers of RAM find it by the mutex's symbol.
@@ -54,7 +55,8 @@ impl<T> Mutex<T> {
         self.lock.try_take(task).then_some(Guard { mutex: self, task })
     }
 
-    /// Takes the value until the guard is dropped, if it comes within `ticks` ticks. With 0 ticks it does not block.
+    /// Takes the value until the guard is dropped, if it comes within `ticks` ticks. With 0 ticks it does not
+    /// block.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up.

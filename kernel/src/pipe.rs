@@ -6,7 +6,8 @@ use crate::semaphore::Semaphore;
 use crate::proxy::Elapsed;
 use crate::timer::Ticks;
 
-/// A FIFO of up to `BYTES` bytes, at most 255, on which tasks wait: for a byte, or for space. 8 bytes besides its own.
+/// A FIFO of up to `BYTES` bytes, at most 255, on which tasks wait: for a byte, or for space. 8 bytes besides
+/// its own.
 ///
 /// ```
 /// use kernel::{Pipe, Task};
@@ -17,8 +18,8 @@ use crate::timer::Ticks;
 /// }
 /// ```
 ///
-/// Waiting tasks are served by priority, and in the order in which they came among equals. An interrupt that wakes
-/// its task only now and then, at the end of a line say, does better with a [`Fifo`].
+/// Waiting tasks are served by priority, and in the order in which they came among equals. An interrupt that
+/// wakes its task only now and then, at the end of a line say, does better with a [`Fifo`].
 pub struct Pipe<const BYTES: usize> {
     fifo: Fifo<BYTES>,
     /// A signal for each byte, or the tasks that wait for one.
@@ -45,7 +46,8 @@ impl<const BYTES: usize> Pipe<BYTES> {
         self.fill(task, byte);
     }
 
-    /// Appends `byte`, and blocks until there is space, for `ticks` ticks at most; see [`Semaphore::wait_timeout`].
+    /// Appends `byte`, and blocks until there is space, for `ticks` ticks at most; see
+    /// [`Semaphore::wait_timeout`].
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The byte is not in the pipe then.
@@ -77,7 +79,8 @@ impl<const BYTES: usize> Pipe<BYTES> {
         }
     }
 
-    /// Removes the first byte, and blocks until there is one, for `ticks` ticks at most; see [`Semaphore::wait_timeout`].
+    /// Removes the first byte, and blocks until there is one, for `ticks` ticks at most; see
+    /// [`Semaphore::wait_timeout`].
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up.

@@ -11,11 +11,12 @@ use crate::arch;
 use crate::context::Context;
 use crate::critical::{Masked, MaskedCell};
 
-/// A type whose values live in buffers of a pool of its own; see [`pool!`](crate::pool!), which implements it.
+/// A type whose values live in buffers of a pool of its own; see [`pool!`](crate::pool!), which implements
+/// it.
 ///
 /// # Safety
-/// `pool` must return the same pool each time, and no other pool may have its slots: a slot in two pools would make two
-/// messages that own one buffer.
+/// `pool` must return the same pool each time, and no other pool may have its slots: a slot in two pools
+/// would make two messages that own one buffer.
 ///
 /// ```compile_fail,E0199
 /// # use kernel::{Pool, Pooled, Slot};

@@ -1,9 +1,9 @@
 //! Proxy waiters: a task that waits for several things, or for a limited time.
 //!
-//! A task can be in one list only. So where it waits for several semaphores, proxy waiters wait in its place: control blocks
-//! without a stack that are always halted. One that is woken joins the task's wait set, and wakes the task if that is blocked.
-//! A wait with a timeout has one proxy waiter: the timer can wake the task at once, and the task itself takes the proxy
-//! waiter from its queue.
+//! A task can be in one list only. So where it waits for several semaphores, proxy waiters wait in its place:
+//! control blocks without a stack that are always halted. One that is woken joins the task's wait set, and
+//! wakes the task if that is blocked. A wait with a timeout has one proxy waiter: the timer can wake the task
+//! at once, and the task itself takes the proxy waiter from its queue.
 
 use core::ptr;
 
@@ -90,8 +90,8 @@ impl WaitSet {
         is_free
     }
 
-    /// `proxy` is given a signal, and has left its queue. Returns whether another task is the head now, or `None` if the
-    /// wait is over: its time was up, or the task was killed.
+    /// `proxy` is given a signal, and has left its queue. Returns whether another task is the head now, or
+    /// `None` if the wait is over: its time was up, or the task was killed.
     pub(crate) fn signal(&self, masked: &Masked, proxy: &'static ControlBlock) -> Option<bool> {
         if self.is_timed_out.get(masked) || self.task.has_flag(masked, Flag::Killed) {
             proxy.link.set(masked, Link::NONE);
@@ -108,7 +108,8 @@ impl WaitSet {
         ready::enqueue(masked, &self.signaled, proxy);
     }
 
-    /// The first that was given a signal; blocks until there is one, or until `timer` has expired: `None` then.
+    /// The first that was given a signal; blocks until there is one, or until `timer` has expired: `None`
+    /// then.
     pub(crate) fn receive(&self, task: &mut Task, timer: Option<&Timer>) -> Option<&'static ControlBlock> {
         loop {
             let mut has_expired = false;
@@ -130,8 +131,9 @@ impl WaitSet {
         }
     }
 
-    /// Waits by `proxies`, until the tick `deadline` if there is one. Returns the index of the proxy waiter whose signal was
-    /// taken, or of the one whose wake condition holds. If the time is up, no signal was taken.
+    /// Waits by `proxies`, until the tick `deadline` if there is one. Returns the index of the proxy waiter
+    /// whose signal was taken, or of the one whose wake condition holds. If the time is up, no signal was
+    /// taken.
     #[inline(never)]
     fn wait(
         &'static self,
@@ -169,7 +171,8 @@ impl WaitSet {
 }
 
 impl ProxyWaiter {
-    /// Passes on the signal that this was given besides the one that ended the wait. One whose wait was over has done so.
+    /// Passes on the signal that this was given besides the one that ended the wait. One whose wait was over
+    /// has done so.
     fn give_back(&self, task: &mut Task) {
         if task.mask(|masked| self.control.link.get(masked) != Link::NONE) {
             self.semaphore.post(task);
@@ -181,7 +184,8 @@ impl ProxyWaiter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Elapsed;
 
-/// Waits for `semaphores`, for `ticks` ticks at most where a number is given. Returns the index of the one that came.
+/// Waits for `semaphores`, for `ticks` ticks at most where a number is given. Returns the index of the one
+/// that came.
 fn wait_for<const N: usize>(
     task: &mut Task,
     semaphores: [&Semaphore; N],
@@ -189,10 +193,11 @@ fn wait_for<const N: usize>(
     ticks: Option<Ticks>,
 ) -> Result<usize, Elapsed> {
     let set = WaitSet::new(task);
-    // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is killed in there
-    // takes its proxy waiters with it.
+    // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is
+    // killed in there takes its proxy waiters with it.
     let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(semaphore) }));
-    // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other list.
+    // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other
+    // list.
     let (set, proxies): (&'static WaitSet, &'static [ProxyWaiter]) =
         unsafe { (&*ptr::from_ref(&set), &*ptr::from_ref(proxies.as_slice())) };
     let deadline = ticks.map(|ticks| now(task).wrapping_add(ticks.min(LONGEST)));
@@ -200,10 +205,11 @@ fn wait_for<const N: usize>(
 }
 
 impl Semaphore {
-    /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not block.
+    /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not
+    /// block.
     ///
-    /// A time above [`LONGEST`] counts as that. 23 bytes of stack: 8 for a proxy waiter, 9 for its wait set, 6 for
-    /// a timer.
+    /// A time above [`LONGEST`] counts as that. 23 bytes of stack: 8 for a proxy waiter, 9 for its wait set,
+    /// 6 for a timer.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.
@@ -230,7 +236,8 @@ impl Semaphore {
 }
 
 impl Task {
-    /// Takes a signal of one of `semaphores`, and blocks until there is one; of several the first. Returns its index.
+    /// Takes a signal of one of `semaphores`, and blocks until there is one; of several the first. Returns
+    /// its index.
     ///
     /// 8 bytes of stack a semaphore, and 15. Linear in the number of tasks that wait for them, in steps.
     pub fn wait_any<const N: usize>(&mut self, semaphores: [&Semaphore; N]) -> usize {

@@ -56,8 +56,8 @@ impl<T: Pooled> Queue<T> {
         }
     }
 
-    /// Appends `message`, and wakes the first task that waits for one. A task whose wait has timed out and that has not run
-    /// since counts as one that waits: there may be a message more than `room` then.
+    /// Appends `message`, and wakes the first task that waits for one. A task whose wait has timed out and
+    /// that has not run since counts as one that waits: there may be a message more than `room` then.
     ///
     /// # Errors
     /// [`Full`] with the message when there is no room; the queue counts it.
@@ -69,8 +69,8 @@ impl<T: Pooled> Queue<T> {
         }
         cold_path();
         if appended == Append::Awaited {
-            // In a section of its own, to be short. Should another's message have woken the task meanwhile, this signal is
-            // for that.
+            // In a section of its own, to be short. Should another's message have woken the task meanwhile,
+            // this signal is for that.
             let is_due = context.mask(|masked| self.messages.signal_by_call(masked));
             context.reschedule(is_due);
             return Ok(());

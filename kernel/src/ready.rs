@@ -1,15 +1,17 @@
 //! Which task runs: a queue of ready tasks for each priority, and the head, which should run.
 //!
-//! Each queue is a ring, of which the kernel keeps the last task; the last's link is the first. The running task stands
-//! first in its queue, and so does every task that was preempted. The head is the first task of the highest queue that is
-//! not empty: whatever changes a queue sees to that. The idle task is in no queue; it is the head where all are empty.
+//! Each queue is a ring, of which the kernel keeps the last task; the last's link is the first. The running
+//! task stands first in its queue, and so does every task that was preempted. The head is the first task of
+//! the highest queue that is not empty: whatever changes a queue sees to that. The idle task is in no queue;
+//! it is the head where all are empty.
 //!
-//! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes it at once, an ISR at
-//! its end. A switch that an ISR made first is made in vain, which does no harm. So the queues change in short critical
-//! sections, and the switch comes after.
+//! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes it at
+//! once, an ISR at its end. A switch that an ISR made first is made in vain, which does no harm. So the
+//! queues change in short critical sections, and the switch comes after.
 //!
-//! A task that blocks leaves its queue in one critical section ([`leave`]) and finds the next head in another ([`dispatch`]).
-//! In between it is still the head, so an ISR returns to it, unless it wakes a task that outranks it.
+//! A task that blocks leaves its queue in one critical section ([`leave`]) and finds the next head in another
+//! ([`dispatch`]). In between it is still the head, so an ISR returns to it, unless it wakes a task that
+//! outranks it.
 
 use core::hint;
 
@@ -55,7 +57,8 @@ impl ReadyQueue {
         self.last.iter().for_each(|last| last.set(masked, Link::NONE));
     }
 
-    /// The highest queue that is not empty, and its first task. One comparison a queue: 4 cycles, where a loop takes 12.
+    /// The highest queue that is not empty, and its first task. One comparison a queue: 4 cycles, where a
+    /// loop takes 12.
     #[inline(always)]
     fn highest(&self, masked: &Masked) -> (u8, &'static ControlBlock) {
         let [q0, q1, q2, q3, q4, q5, q6, q7] = &self.last;
@@ -87,10 +90,12 @@ pub(crate) fn running(masked: &Masked) -> &'static ControlBlock {
     KERNEL.ready.running.get(masked)
 }
 
-/// The same without a critical section: a task that runs is the running one, whatever interrupts do. 4 cycles.
+/// The same without a critical section: a task that runs is the running one, whatever interrupts do. 4
+/// cycles.
 #[inline(always)]
 pub(crate) fn current(_: &mut Task) -> &'static ControlBlock {
-    // SAFETY: where this is preempted between the two bytes, both are those of the task again when it goes on.
+    // SAFETY: where this is preempted between the two bytes, both are those of the task again when it goes
+    // on.
     running(&unsafe { Masked::assume() })
 }
 
@@ -115,7 +120,8 @@ pub(crate) fn wake(masked: &Masked, task: &'static ControlBlock) -> bool {
     outranks
 }
 
-/// Makes `task` ready, which is in no list, if it outranks the head. Returns whether it does, and is the head now.
+/// Makes `task` ready, which is in no list, if it outranks the head. Returns whether it does, and is the head
+/// now.
 #[inline(always)]
 pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     let ready = &KERNEL.ready;
@@ -230,16 +236,16 @@ fn update_head_here(masked: &Masked) {
     ready.head.set(masked, head);
 }
 
-/// Finds the next head after the running task has [left](leave) its queue, in a critical section of its own. Returns
-/// `true`: a switch is due.
+/// Finds the next head after the running task has [left](leave) its queue, in a critical section of its own.
+/// Returns `true`: a switch is due.
 #[inline(never)]
 pub(crate) fn dispatch(task: &mut Task) -> bool {
     task.mask(update_head_here);
     true
 }
 
-/// Blocks the running task, in no list but linked as `link`, unless `is_over`, asked in the same critical section. Returns whether it has blocked:
-/// a switch is due then.
+/// Blocks the running task, in no list but linked as `link`, unless `is_over`, asked in the same critical
+/// section. Returns whether it has blocked: a switch is due then.
 #[inline(always)]
 pub(crate) fn block_unless(task: &mut Task, link: Link, is_over: impl FnOnce(&Masked) -> bool) -> bool {
     let blocks = task.mask(|masked| {
@@ -281,7 +287,8 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) {
     }
 }
 
-/// Undoes [`raise`]: the running task stands first in the queue of its priority again. Returns whether a switch is due.
+/// Undoes [`raise`]: the running task stands first in the queue of its priority again. Returns whether a
+/// switch is due.
 pub(crate) fn restore(task: &mut Task) -> bool {
     task.mask(|masked| {
         let task = running(masked);
@@ -294,7 +301,8 @@ pub(crate) fn restore(task: &mut Task) -> bool {
             traversal::end(masked);
         }
     });
-    // As between `leave` and `dispatch`: the head is this task still, unless an ISR wakes one that outranks the ceiling.
+    // As between `leave` and `dispatch`: the head is this task still, unless an ISR wakes one that outranks
+    // the ceiling.
     arch::irq_window();
     task.mask(|masked| {
         update_head(masked);

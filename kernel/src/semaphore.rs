@@ -27,7 +27,8 @@ impl Semaphore {
 
     /// Signals: wakes the first waiting task, or stores the signal when none waits.
     ///
-    /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its end.
+    /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its
+    /// end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
         context.post(self);
@@ -42,8 +43,9 @@ impl Semaphore {
         false
     }
 
-    /// The same where a task's loop calls it: the compiler saves only what is alive there. It takes up to 72 cycles less to
-    /// the woken task and back, and more flash; in a function that is called it saves all that a call preserves, each time.
+    /// The same where a task's loop calls it: the compiler saves only what is alive there. It takes up to 72
+    /// cycles less to the woken task and back, and more flash; in a function that is called it saves all that
+    /// a call preserves, each time.
     #[inline(always)]
     pub fn post_in_loop(&self, task: &mut Task) {
         if task.mask(|masked| self.post_masked(masked)) {
@@ -59,8 +61,9 @@ impl Semaphore {
         }
     }
 
-    /// The same by a call, which preserves what any call does: less flash where not a task's loop waits, but a function that is
-    /// called from several places. 10 cycles more where there is a signal, and about 120 where the task blocks.
+    /// The same by a call, which preserves what any call does: less flash where not a task's loop waits, but
+    /// a function that is called from several places. 10 cycles more where there is a signal, and about 120
+    /// where the task blocks.
     #[inline(never)]
     pub fn wait_by_call(&self, task: &mut Task) {
         if self.block(task) {

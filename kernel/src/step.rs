@@ -1,15 +1,16 @@
 //! Single steps: a suspended task runs for one instruction.
 //!
-//! The AVR runs one instruction after `reti` before it takes the next interrupt (ATmega128 datasheet, "Reset and Interrupt
-//! Handling"). So the task is made the head, an interrupt that stays pending is armed, the *trap*, and wherever that finds
-//! another than the task at work it returns: the kernel gets on by an instruction at a time. When it finds the task, that has
-//! made its step.
+//! The AVR runs one instruction after `reti` before it takes the next interrupt (ATmega128 datasheet, "Reset
+//! and Interrupt Handling"). So the task is made the head, an interrupt that stays pending is armed, the
+//! *trap*, and wherever that finds another than the task at work it returns: the kernel gets on by an
+//! instruction at a time. When it finds the task, that has made its step.
 //!
-//! The trap goes before all other interrupts. One that came first would return to the task, and let it run for another
-//! instruction.
+//! The trap goes before all other interrupts. One that came first would return to the task, and let it run
+//! for another instruction.
 //!
-//! For the time of its step the task is alone in the highest queue of ready tasks: a task of priority P0 can't step others.
-//! So whatever it does, it stays the head, or blocks. On the host no trap comes, and the task goes on until it blocks.
+//! For the time of its step the task is alone in the highest queue of ready tasks: a task of priority P0
+//! can't step others. So whatever it does, it stays the head, or blocks. On the host no trap comes, and the
+//! task goes on until it blocks.
 
 use crate::arch;
 use crate::context::{Context, Interrupt, Task};
@@ -27,20 +28,22 @@ pub static STEPPED: MaskedCell<Option<&'static ControlBlock>> = MaskedCell::new(
 static PRIORITY: MaskedCell<Option<Priority>> = MaskedCell::new(None);
 
 impl TaskHandle {
-    /// Runs one instruction of the task, which is suspended and does not wait. `arm` arms the trap: from there on the
-    /// vector declared by [`trap_interrupt!`](crate::trap_interrupt!) is pending, and no other interrupt goes before it.
+    /// Runs one instruction of the task, which is suspended and does not wait. `arm` arms the trap: from
+    /// there on the vector declared by [`trap_interrupt!`](crate::trap_interrupt!) is pending, and no other
+    /// interrupt goes before it.
     ///
-    /// What the task does with interrupts masked counts as one instruction, and so does all that it does while it has a mutex.
-    /// The first step of a task that blocked or yielded takes it no further than the kernel's return to it. A task that
-    /// blocks in a step stands before the others that wait for the same. One that has to wait for a mutex, ends, or changes
-    /// its own priority is not suspended any more; one that makes itself P0 keeps the priority that it had.
+    /// What the task does with interrupts masked counts as one instruction, and so does all that it does
+    /// while it has a mutex. The first step of a task that blocked or yielded takes it no further than the
+    /// kernel's return to it. A task that blocks in a step stands before the others that wait for the same.
+    /// One that has to wait for a mutex, ends, or changes its own priority is not suspended any more; one
+    /// that makes itself P0 keeps the priority that it had.
     ///
-    /// Other tasks and interrupts wait until the step is made, some 2500 cycles: the way to the task goes by an instruction at
-    /// a time.
+    /// Other tasks and interrupts wait until the step is made, some 2500 cycles: the way to the task goes by
+    /// an instruction at a time.
     ///
     /// # Errors
-    /// [`Refused::NotStarted`]; [`Refused::Busy`] unless it is suspended and waits for nothing, and where the caller is of
-    /// priority P0.
+    /// [`Refused::NotStarted`]; [`Refused::Busy`] unless it is suspended and waits for nothing, and where the
+    /// caller is of priority P0.
     pub fn step(self, task: &mut Task, arm: impl FnOnce(&Masked)) -> Result<(), Refused> {
         task.mask(|masked| {
             let control = self.control;
@@ -70,7 +73,8 @@ impl TaskHandle {
     }
 }
 
-/// The trap has found the task, which is the running one. Returns whether the step is made, and the trap to be disabled.
+/// The trap has found the task, which is the running one. Returns whether the step is made, and the trap to
+/// be disabled.
 #[doc(hidden)]
 pub fn stepped(interrupt: &mut Interrupt) -> bool {
     interrupt.mask(|masked| {

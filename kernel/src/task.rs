@@ -28,8 +28,9 @@ pub enum StartError {
 /// static BLINK: Stack<96> = Stack::new();
 /// ```
 ///
-/// A stack holds the task's own frames and, in the worst case, on top of them a voluntary context (4 bytes on the
-/// ATmega128, 22 where a call switches that seldom does) and an interrupt's (35 bytes): handlers run on the kernel's stack.
+/// A stack holds the task's own frames and, in the worst case, on top of them a voluntary context (4 bytes on
+/// the ATmega128, 22 where a call switches that seldom does) and an interrupt's (35 bytes): handlers run on
+/// the kernel's stack.
 #[repr(C)]
 pub struct Stack<const BYTES: usize> {
     control: ControlBlock,
@@ -56,11 +57,11 @@ impl<const BYTES: usize> Stack<BYTES> {
         TaskHandle { control: &self.control, bytes: BYTES }
     }
 
-    /// Makes a task on this stack ready; it runs `body`. What `body` captures moves onto the stack. A body that returns ends
-    /// its task, whatever it returns, and the stack can be started again.
+    /// Makes a task on this stack ready; it runs `body`. What `body` captures moves onto the stack. A body
+    /// that returns ends its task, whatever it returns, and the stack can be started again.
     ///
-    /// Linear in the size of the stack, of which each byte gets a watermark for [`TaskHandle::unused_stack`], with interrupts
-    /// enabled: start no task from an interrupt that may not take so long.
+    /// Linear in the size of the stack, of which each byte gets a watermark for [`TaskHandle::unused_stack`],
+    /// with interrupts enabled: start no task from an interrupt that may not take so long.
     ///
     /// # Errors
     /// [`StartError::Started`] when the stack is taken, [`StartError::TooSmall`] when it can't hold
@@ -108,8 +109,8 @@ impl ControlBlock {
 /// What a task's body returns that never does.
 pub type Never = core::convert::Infallible;
 
-/// The address of the running task's [`Stack`], which names it to whoever has the program's symbols. In a handler,
-/// that of the task which it interrupted; before any task ran, that of the kernel's idle task.
+/// The address of the running task's [`Stack`], which names it to whoever has the program's symbols. In a
+/// handler, that of the task which it interrupted; before any task ran, that of the kernel's idle task.
 pub fn running(masked: &Masked) -> usize {
     ptr::from_ref(ready::running(masked)).addr()
 }
@@ -155,16 +156,16 @@ static RUNS: MaskedCell<bool> = MaskedCell::new(false);
 
 /// Starts the kernel: `init` sets up devices and starts tasks with interrupts masked; then the highest runs.
 ///
-/// To be called once, by `main`. A task or an ISR that calls it again gets no second kernel: it goes no further, with
-/// interrupts as they are, and `init` is not called.
+/// To be called once, by `main`. A task or an ISR that calls it again gets no second kernel: it goes no
+/// further, with interrupts as they are, and `init` is not called.
 pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
     let runs = arch::critical(|masked| RUNS.replace(masked, true));
     while runs {
         core::hint::spin_loop();
     }
     arch::disable_interrupts();
-    // SAFETY: interrupts are masked until `run_head` starts the first task, and no task runs as this is the first call;
-    // `boot` is gone by then.
+    // SAFETY: interrupts are masked until `run_head` starts the first task, and no task runs as this is the
+    // first call; `boot` is gone by then.
     let boot = &mut unsafe { Boot::assume() };
     init(boot);
     boot.mask(|masked| {

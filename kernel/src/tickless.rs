@@ -1,8 +1,9 @@
 //! Tickless idle: while all tasks wait, the tick's timer interrupts only when the first deadline is due.
 //!
-//! The timer runs freely, and a compare unit interrupts at each tick. Before the idle task sleeps it moves the compare on, over all
-//! ticks at which nothing is due. Whatever interrupt ends the sleep counts the ticks that have passed, before its handler runs. So
-//! tasks and handlers find the time as it would be with a tick each time, and nothing else in the kernel knows of this.
+//! The timer runs freely, and a compare unit interrupts at each tick. Before the idle task sleeps it moves
+//! the compare on, over all ticks at which nothing is due. Whatever interrupt ends the sleep counts the ticks
+//! that have passed, before its handler runs. So tasks and handlers find the time as it would be with a tick
+//! each time, and nothing else in the kernel knows of this.
 
 use crate::critical::{Masked, MaskedCell};
 use crate::context::{Context, Interrupt};
@@ -53,7 +54,8 @@ pub unsafe fn before_sleep<T: TickTimer>() {
     AHEAD.set(masked, ahead);
 }
 
-/// Counts the ticks that have passed in the sleep, but for the one that interrupts: before the handler of any interrupt.
+/// Counts the ticks that have passed in the sleep, but for the one that interrupts: before the handler of any
+/// interrupt.
 ///
 /// # Safety
 /// Only for the entry of interrupts, with these masked.

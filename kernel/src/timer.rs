@@ -1,7 +1,7 @@
 //! Timers: signals at a later tick, delays, and periods without drift.
 //!
-//! Armed timers form a list by deadline. A tick counts one up and compares it with the first deadline, so it costs the
-//! same however many timers are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
+//! Armed timers form a list by deadline. A tick counts one up and compares it with the first deadline, so it
+//! costs the same however many timers are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
 
 use core::ptr;
 
@@ -15,7 +15,8 @@ use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::traversal;
 
-/// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's boards.
+/// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's
+/// boards.
 pub type Ticks = u16;
 
 /// The longest time from now to a deadline, in ticks: beyond it past and future can't be told apart.
@@ -24,8 +25,9 @@ pub const LONGEST: Ticks = 0x7fff;
 /// The present tick. A static of its own, as the tick's vector counts it; other vectors may read it.
 pub static TICKS: MaskedCell<Ticks> = MaskedCell::new(0);
 
-/// The deadline of the first timer, at which the tick becomes an interrupt like any other. While timers expire, and where
-/// none is armed, it lies in the past, or is the present tick. A static of its own, as the tick's vector compares it.
+/// The deadline of the first timer, at which the tick becomes an interrupt like any other. While timers
+/// expire, and where none is armed, it lies in the past, or is the present tick. A static of its own, as the
+/// tick's vector compares it.
 #[doc(hidden)]
 pub static NEXT_DEADLINE: MaskedCell<Ticks> = MaskedCell::new(Ticks::MAX);
 
@@ -70,7 +72,8 @@ pub struct Timer {
     target: MaskedCell<Target>,
 }
 
-/// A semaphore to post, or a blocked task to wake; or nothing. The highest bit, which no address in RAM has set, marks a task.
+/// A semaphore to post, or a blocked task to wake; or nothing. The highest bit, which no address in RAM has
+/// set, marks a task.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 struct Target(*const Semaphore);
@@ -126,8 +129,8 @@ impl Timer {
         }
     }
 
-    /// Posts `semaphore` in `ticks` ticks, from 1 to [`LONGEST`]: a number beyond counts as `LONGEST`, and 0 posts at once.
-    /// A timer that is armed is set anew.
+    /// Posts `semaphore` in `ticks` ticks, from 1 to [`LONGEST`]: a number beyond counts as `LONGEST`, and 0
+    /// posts at once. A timer that is armed is set anew.
     ///
     /// Linear in the number of armed timers, in steps.
     pub fn start(
@@ -159,8 +162,8 @@ impl Timer {
         !self.target.get(masked).0.is_null()
     }
 
-    /// Arms the timer to wake the running task if that is [blocked](Link::DELAYED) then. `false`, with nothing done, if
-    /// `deadline` has passed.
+    /// Arms the timer to wake the running task if that is [blocked](Link::DELAYED) then. `false`, with
+    /// nothing done, if `deadline` has passed.
     #[inline(never)]
     pub(crate) fn arm_for_task(&'static self, task: &mut Task, deadline: Ticks) -> bool {
         let target = task.mask(|masked| Target::task(ready::running(masked)));
@@ -258,8 +261,8 @@ impl Cursor {
 }
 
 impl Task {
-    /// Blocks for `ticks` ticks: from just under that long to that long, as the present tick is under way. With 0 ticks it
-    /// does not block.
+    /// Blocks for `ticks` ticks: from just under that long to that long, as the present tick is under way.
+    /// With 0 ticks it does not block.
     #[inline(always)]
     pub fn delay(&mut self, mut ticks: Ticks) {
         while ticks > LONGEST {
@@ -271,7 +274,8 @@ impl Task {
         self.delay_until(deadline);
     }
 
-    /// Blocks until the tick `deadline`, at most [`LONGEST`] ahead. Returns `false` at once if that has passed.
+    /// Blocks until the tick `deadline`, at most [`LONGEST`] ahead. Returns `false` at once if that has
+    /// passed.
     #[inline(always)]
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
         let timer = Timer::new();
@@ -286,7 +290,8 @@ impl Task {
 }
 
 impl Timer {
-    /// Blocks the running task, for which the timer was armed, unless it has expired already. Returns whether a switch is due.
+    /// Blocks the running task, for which the timer was armed, unless it has expired already. Returns whether
+    /// a switch is due.
     #[inline(never)]
     fn block(&self, task: &mut Task) -> bool {
         ready::block_unless(task, Link::DELAYED, |masked| !self.is_armed(masked))
@@ -306,7 +311,8 @@ impl Period {
         Period { deadline: now(task), length: length.clamp(1, LONGEST), missed: 0 }
     }
 
-    /// Blocks until the next deadline. One that has passed already is counted as missed, and the wait is over at once.
+    /// Blocks until the next deadline. One that has passed already is counted as missed, and the wait is over
+    /// at once.
     pub fn wait(&mut self, task: &mut Task) {
         self.deadline = self.deadline.wrapping_add(self.length);
         if !task.delay_until(self.deadline) {
@@ -333,8 +339,8 @@ fn compare_with_first(masked: &Masked) {
     NEXT_DEADLINE.set(masked, first.map_or(TICKS.get(masked), |first| first.deadline.get(masked)));
 }
 
-/// One tick, which the vector of [`tick_interrupt!`](crate::tick_interrupt!) counts on the AVR. Returns whether a deadline
-/// has come: then [`expire`] is to follow.
+/// One tick, which the vector of [`tick_interrupt!`](crate::tick_interrupt!) counts on the AVR. Returns
+/// whether a deadline has come: then [`expire`] is to follow.
 pub(crate) fn count_tick(masked: &Masked) -> bool {
     let now = TICKS.get(masked).wrapping_add(1);
     TICKS.set(masked, now);
@@ -343,8 +349,9 @@ pub(crate) fn count_tick(masked: &Masked) -> bool {
 
 /// Expires all timers that are due. The tick's interrupt calls it when the first deadline has come.
 ///
-/// Interrupts are enabled between the critical sections: no task runs meanwhile, and ISRs leave timers alone. The deadline
-/// that the tick compares with lies in the past until this is complete, so no tick comes here as well.
+/// Interrupts are enabled between the critical sections: no task runs meanwhile, and ISRs leave timers alone.
+/// The deadline that the tick compares with lies in the past until this is complete, so no tick comes here as
+/// well.
 #[doc(hidden)]
 pub extern "C" fn expire() {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
@@ -365,8 +372,8 @@ pub extern "C" fn expire() {
     interrupt.mask(compare_with_first);
 }
 
-/// Takes the first timer, which is due, from the list. Returns `None` if there is none, or the semaphore that is to be posted.
-/// A task that was to be woken has been.
+/// Takes the first timer, which is due, from the list. Returns `None` if there is none, or the semaphore that
+/// is to be posted. A task that was to be woken has been.
 #[inline(always)]
 fn expire_first(masked: &Masked) -> Option<Option<&'static Semaphore>> {
     let slot = &KERNEL.timers.first;

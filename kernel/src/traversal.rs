@@ -1,13 +1,15 @@
 //! Traversals of lists with interrupts enabled between the steps.
 //!
-//! To find a place in a list takes as long as the list. Each step is a critical section of its own, and between two steps
-//! another task may change any list. So whatever changes a list, and whatever makes a task block, invalidates the traversal
-//! under way; its task finds that at the next step and restarts, at most once for each task that preempts it. A traversal
-//! that is complete is invalid too: it may have begun after another one that must restart.
+//! To find a place in a list takes as long as the list. Each step is a critical section of its own, and
+//! between two steps another task may change any list. So whatever changes a list, and whatever makes a task
+//! block, invalidates the traversal under way; its task finds that at the next step and restarts, at most
+//! once for each task that preempts it. A traversal that is complete is invalid too: it may have begun after
+//! another one that must restart.
 //!
-//! An ISR does two things to lists. It wakes the first task of a wait queue, which a traversal sees by the queue's first, and
-//! it appends to queues of ready tasks, which disturbs no traversal. Neither has to invalidate one, so posting stays short.
-//! Event flags that an ISR sets do: a task may be about to wait for them.
+//! An ISR does two things to lists. It wakes the first task of a wait queue, which a traversal sees by the
+//! queue's first, and it appends to queues of ready tasks, which disturbs no traversal. Neither has to
+//! invalidate one, so posting stays short. Event flags that an ISR sets do: a task may be about to wait for
+//! them.
 
 use crate::KERNEL;
 use crate::critical::{Masked, MaskedCell};

@@ -1,4 +1,5 @@
-//! Wait queues: the tasks that wait for a semaphore, by priority, and in the order in which they came among equals.
+//! Wait queues: the tasks that wait for a semaphore, by priority, and in the order in which they came among
+//! equals.
 //!
 //! A queue is a list without a tail. To find a place in it takes as long as the list, in steps: see
 //! [`traversal`](crate::traversal).
@@ -12,8 +13,8 @@ use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::traversal;
 
-/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one invalidates
-/// traversals.
+/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one
+/// invalidates traversals.
 pub(crate) struct WakeCondition<'a> {
     set: &'a MaskedCell<u8>,
     flags: u8,
@@ -87,7 +88,8 @@ impl Cursor {
 }
 
 impl Semaphore {
-    /// Wakes the first waiter, or stores the signal where none waits. Returns whether another task is the head now.
+    /// Wakes the first waiter, or stores the signal where none waits. Returns whether another task is the
+    /// head now.
     #[inline(always)]
     pub(crate) fn signal(&self, masked: &Masked) -> bool {
         match self.word.first(masked) {
@@ -112,8 +114,8 @@ impl Semaphore {
         ready::preempt(masked, first) || self.wake_behind(masked, first)
     }
 
-    /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy waiter. One whose wait
-    /// is over passes the signal on.
+    /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy
+    /// waiter. One whose wait is over passes the signal on.
     #[inline(never)]
     fn wake_behind(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
         let mut waiter = first;
@@ -138,8 +140,8 @@ impl Semaphore {
         }
     }
 
-    /// Takes a signal, unless `condition` holds; else puts `waiter` into the queue, the running task or a proxy waiter of
-    /// it. All this in one critical section.
+    /// Takes a signal, unless `condition` holds; else puts `waiter` into the queue, the running task or a
+    /// proxy waiter of it. All this in one critical section.
     ///
     /// Linear in the number of waiting tasks that this one does not precede, in steps.
     #[inline(never)]
@@ -207,8 +209,8 @@ impl Semaphore {
         WaitOutcome::Blocked
     }
 
-    /// Puts `waiter` between `before`, or the beginning of the queue, and `next`. The running task leaves its queue of ready
-    /// tasks.
+    /// Puts `waiter` between `before`, or the beginning of the queue, and `next`. The running task leaves its
+    /// queue of ready tasks.
     #[inline(always)]
     fn insert(
         &self,

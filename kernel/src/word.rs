@@ -4,8 +4,8 @@ use crate::control_block::ControlBlock;
 use crate::critical::Masked;
 use crate::link::{Link, LinkCell};
 
-/// Two bytes on the AVR: a number up to 255, a link to the first task of the wait queue, or the end of a wait queue that
-/// the last task has left, which counts as no signals.
+/// Two bytes on the AVR: a number up to 255, a link to the first task of the wait queue, or the end of a wait
+/// queue that the last task has left, which counts as no signals.
 #[repr(transparent)]
 pub(crate) struct Word(LinkCell);
 

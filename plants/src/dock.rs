@@ -1,7 +1,8 @@
 //! A dock: its latch with motor and end switches, and what its infrared sees of another dock.
 //!
-//! Docks have no gender, and either of two can attach and detach both, as those of SuperBot can (SINGO: Shen, Kovac and
-//! Rubenstein, 2009). How that works inside is assumed: hooks that hold each other move as one, by whichever motor.
+//! Docks have no gender, and either of two can attach and detach both, as those of SuperBot can (SINGO: Shen,
+//! Kovac and Rubenstein, 2009). How that works inside is assumed: hooks that hold each other move as one, by
+//! whichever motor.
 
 /// The latch's way from one end to the other, in s. Assumed.
 const TRAVEL_SECONDS: f64 = 0.8;
@@ -74,7 +75,8 @@ const LOBE_DEGREES: f64 = 12.0;
 /// The distance, in mm, at which half of it is left. Assumed.
 const HALF_DISTANCE: f64 = 15.0;
 
-/// What a dock's receiver reads of its own light that a dock reflects `millimetres` away and `degrees` askew: 0 to 1023.
+/// What a dock's receiver reads of its own light that a dock reflects `millimetres` away and `degrees` askew:
+/// 0 to 1023.
 pub fn reflected(millimetres: f64, degrees: f64) -> u16 {
     let lobe = (-(degrees / LOBE_DEGREES).powi(2)).exp();
     (REFLECTED_AT_CONTACT * lobe / (1.0 + (millimetres / HALF_DISTANCE).powi(2))) as u16

@@ -18,7 +18,8 @@ const SLIDING_FRICTION: f64 = 0.08 * STALL_TORQUE;
 /// The torque that it takes to break the standing joint loose, in Nm. Assumed: half as much again.
 const STATIC_FRICTION: f64 = 1.5 * SLIDING_FRICTION;
 
-/// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees" says.
+/// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees"
+/// says.
 const STOP: f64 = 138.0;
 
 /// The electrical travel of the potentiometer, in degrees, over the converter's whole range. Assumed.
@@ -33,7 +34,8 @@ const REFERENCE_VOLTS: f64 = 5.0;
 /// The winding's resistance, in ohms.
 const RESISTANCE: f64 = SUPPLY_VOLTS / STALL_CURRENT;
 
-/// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s without load.
+/// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s
+/// without load.
 const TORQUE_CONSTANT: f64 = STALL_TORQUE / STALL_CURRENT;
 
 /// What may be wrong with a potentiometer.
@@ -105,7 +107,8 @@ impl Joint {
     }
 
     /// Drives the motor with `duty` of its supply, -1 to 1, for `seconds`; at most a millisecond at once.
-    /// Between pulses the bridge shorts the motor, so that the mean voltage is what counts; a duty of 0 brakes.
+    /// Between pulses the bridge shorts the motor, so that the mean voltage is what counts; a duty of 0
+    /// brakes.
     pub fn step(&mut self, duty: f64, seconds: f64) {
         let Surroundings { supply_volts, load_inertia, load_torque, friction, is_blocked } =
             self.surroundings;

@@ -1,4 +1,5 @@
-//! The body of a module: joints, latches and battery, wired to the pins of both MCUs as `board/src/superbot.rs` has it.
+//! The body of a module: joints, latches and battery, wired to the pins of both MCUs as
+//! `board/src/superbot.rs` has it.
 
 use plants::battery::{Battery, IDLE_AMPERES};
 use plants::dock::Latch;
@@ -50,8 +51,8 @@ const PORTC: u16 = 0x35;
 const PORTD: u16 = 0x32;
 const PORTB: u16 = 0x38;
 
-/// Timer1's registers and port C. The body alone follows these, so that simavr need not: it would count each pulse of the
-/// motors, 20,000 a second, and tell each pin of its level.
+/// Timer1's registers and port C. The body alone follows these, so that simavr need not: it would count each
+/// pulse of the motors, 20,000 a second, and tell each pin of its level.
 const FOLLOWED: [u16; 13] =
     [PORTC, ICR1, 0x47, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
 
@@ -96,7 +97,8 @@ pub struct Body {
     arrivals: Vec<(Dock, End)>,
     /// What was last shown of the switches at their ends: released, latched.
     switches: [[Option<bool>; 2]; 6],
-    /// What flows out of each dock while its power switch is closed, in A. What flows in reaches the battery by its charger.
+    /// What flows out of each dock while its power switch is closed, in A. What flows in reaches the battery
+    /// by its charger.
     pub dock_amperes: [f64; 6],
     /// What each dock sees reflected by something that is no dock of the robot, in counts of the converter.
     pub proximity: [u16; 6],
@@ -105,7 +107,8 @@ pub struct Body {
     pub battery: Battery,
     /// Of both boards, in degrees Celsius.
     pub celsius: [f64; 2],
-    /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity: as the robot lies.
+    /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity: as the
+    /// robot lies.
     pub(crate) acceleration: [f64; 3],
 }
 

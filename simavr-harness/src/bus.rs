@@ -144,8 +144,8 @@ impl Bus {
         self.counts
     }
 
-    /// Something, as a slave that lost count, holds SDA low until it has seen so many pulses on SCL. A master that sends
-    /// loses the bus by that, a STOP does not come through, and no START is possible.
+    /// Something, as a slave that lost count, holds SDA low until it has seen so many pulses on SCL. A master
+    /// that sends loses the bus by that, a STOP does not come through, and no START is possible.
     pub(crate) fn hold_data(&mut self, nodes: &mut [Mcu], clocks: u32) {
         self.data_held_for = clocks;
         for node in nodes {

@@ -205,8 +205,8 @@ impl Cpu {
     // --- Running --------------------------------------------------------------------------------
 
     /// Executes instructions until `deadline`, the next cycle timer, an interrupt to be served, a
-    /// sleep or a device's call for attention, whichever comes first; at least one instruction. `program` is what is in
-    /// flash, as far as it is decoded; `coverage` takes note of each instruction.
+    /// sleep or a device's call for attention, whichever comes first; at least one instruction. `program` is
+    /// what is in flash, as far as it is decoded; `coverage` takes note of each instruction.
     pub fn run(self, deadline: u64, program: &[Instruction], coverage: Option<&Coverage>) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive, and no reference into it exists across the call:

@@ -178,8 +178,8 @@ pub(crate) const LEVEL: u32 = 0xff;
 
 unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
     let parameter = parameter.cast::<Slot<D>>();
-    // SAFETY: as in `write`; the signal's pool leads to the instance. simavr changes a watched pin only while the
-    // program runs, and never inside the device that watches it.
+    // SAFETY: as in `write`; the signal's pool leads to the instance. simavr changes a watched pin only while
+    // the program runs, and never inside the device that watches it.
     let (cpu, slot) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter) };
     slot.device.pin_changed(cpu, value & LEVEL != 0);
     slot.arm(cpu, parameter);
@@ -245,8 +245,8 @@ unsafe extern "C" fn wrapped_write(
     }
 }
 
-/// The data address after the last register that simavr can hand to a handler. Some parts have a few more, which are
-/// memory to it.
+/// The data address after the last register that simavr can hand to a handler. Some parts have a few more,
+/// which are memory to it.
 pub(crate) fn io_end(cpu: Cpu) -> u16 {
     // SAFETY: the instance is alive by the invariant of `Cpu`, and the table is an array in it.
     IO_START + unsafe { (*cpu.as_ptr()).io.len() } as u16

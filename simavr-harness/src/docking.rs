@@ -7,8 +7,8 @@ use tasks::docking::latch::End;
 use crate::robot::Robot;
 
 impl Robot {
-    /// Brings attachments to where latches are by now, and shows docks that look what is before them. Returns what the
-    /// robot has changed of its wiring, in order.
+    /// Brings attachments to where latches are by now, and shows docks that look what is before them. Returns
+    /// what the robot has changed of its wiring, in order.
     pub(crate) fn settle_docks(&mut self) -> Vec<Change> {
         let mut changes = Vec::new();
         for module in 0..self.members.len() {

@@ -19,7 +19,8 @@ use crate::robot::{Delivery, Member, Robot};
 /// transmitter is on.
 pub const LONGEST_WINDOW: u64 = 4160;
 
-/// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms, whole windows.
+/// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms,
+/// whole windows.
 const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
 
 /// How often modules feel how they lie, in cycles: 104 ms.

@@ -1,8 +1,8 @@
-//! Executes a program on an instance of simavr faster than simavr does: instructions are decoded once for all MCUs that run
-//! the program.
+//! Executes a program on an instance of simavr faster than simavr does: instructions are decoded once for all
+//! MCUs that run the program.
 //!
-//! It does to the instance what simavr's own interpreter would, cycle by cycle, and leaves to that what is rare: SLEEP,
-//! WDR, ELPM, accesses beyond memory, whatever is no instruction.
+//! It does to the instance what simavr's own interpreter would, cycle by cycle, and leaves to that what is
+//! rare: SLEEP, WDR, ELPM, accesses beyond memory, whatever is no instruction.
 
 use std::cell::Cell;
 
@@ -36,8 +36,8 @@ impl Trace for () {
     fn note(&self, _: u32, _: u32) {}
 }
 
-/// Executes instructions as simavr's interpreter does, until the run ends or an instruction comes that it does not know.
-/// Returns whether the run has ended.
+/// Executes instructions as simavr's interpreter does, until the run ends or an instruction comes that it
+/// does not know. Returns whether the run has ended.
 pub(crate) fn run(cpu: Cpu, program: &[Instruction], trace: &impl Trace) -> bool {
     cpu.with_cells(|data| {
         let Some(registers) = data.first_chunk() else { return false };
@@ -528,7 +528,8 @@ impl Core<'_> {
         done
     }
 
-    /// Apart from the rest, and handed copies, so that what is needed for each instruction stays in the host's registers.
+    /// Apart from the rest, and handed copies, so that what is needed for each instruction stays in the
+    /// host's registers.
     #[inline(never)]
     fn read_io(&self, now: Now, address: u16) -> (Now, Option<u8>) {
         let Some(register) = self.data.get(usize::from(address)) else { return (now, None) };

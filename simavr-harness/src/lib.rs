@@ -5,7 +5,8 @@
 //!   [`Marker`]s. What simavr does otherwise than the datasheet is put right in `repair`. An image may
 //!   record its [`Coverage`].
 //! - [`Bus`] and [`lockstep`]: MCUs that share a two-wire bus.
-//! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they move.
+//! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they
+//!   move.
 //! - [`Robot`]: modules, and which dock is attached to which.
 //! - [`Engine`]: a robot running, on as many threads as there are.
 //! - [`bench`]: the kernel's figures, measured on single MCUs, and those of a module.

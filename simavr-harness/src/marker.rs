@@ -3,7 +3,8 @@
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
 
-/// One write to the part's register for markers: OCDR on the ATmega128 (I/O 0x22), GPIOR0 on the others (I/O 0x1e).
+/// One write to the part's register for markers: OCDR on the ATmega128 (I/O 0x22), GPIOR0 on the others (I/O
+/// 0x1e).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Marker {
     /// Cycle at which the `out` began; it takes one.

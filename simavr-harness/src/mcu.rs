@@ -96,7 +96,8 @@ pub enum Reset {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Accepted {
     pub vector: u8,
-    /// What that took: 4 cycles, or 8 if it ended a sleep; 5 or 10 on a part with a program counter of 3 bytes.
+    /// What that took: 4 cycles, or 8 if it ended a sleep; 5 or 10 on a part with a program counter of 3
+    /// bytes.
     pub response_cycles: u64,
 }
 
@@ -325,8 +326,8 @@ impl Mcu {
         found
     }
 
-    /// Runs up to the first instruction boundary at or after `cycle`, until the program writes a marker, which is then the
-    /// last one logged, or until it sleeps or ends. Returns the marker's value.
+    /// Runs up to the first instruction boundary at or after `cycle`, until the program writes a marker,
+    /// which is then the last one logged, or until it sleeps or ends. Returns the marker's value.
     pub fn run_to_stop(&mut self, cycle: u64) -> Option<u8> {
         self.markers.with(self.cpu, |markers| markers.stop = true);
         let seen = self.markers().len();
@@ -440,8 +441,8 @@ impl Mcu {
     }
 
     /// Does something to the MCU from outside, between two instructions. An interrupt raised by it
-    /// is served at once, before the next instruction, as one raised inside would be; but not where the last one enabled
-    /// interrupts, for then one more runs first (datasheet, "Reset and Interrupt Handling").
+    /// is served at once, before the next instruction, as one raised inside would be; but not where the last
+    /// one enabled interrupts, for then one more runs first (datasheet, "Reset and Interrupt Handling").
     fn act_from_outside<R>(&mut self, act: impl FnOnce(&mut Self) -> R) -> R {
         let waited = self.cpu.interrupt_waits();
         let result = act(self);
@@ -463,7 +464,8 @@ impl Mcu {
         self.cpu.pins(pin.port) & 1 << pin.bit != 0
     }
 
-    /// Changes the voltages at the analog inputs of an ATmega128. They stay through resets; AVCC and AREF are 5 V.
+    /// Changes the voltages at the analog inputs of an ATmega128. They stay through resets; AVCC and AREF are
+    /// 5 V.
     pub fn set_analog(&mut self, change: impl FnOnce(&mut Analog)) {
         let cpu = self.cpu;
         if let Some(adc) = &mut self.adc {
@@ -523,14 +525,16 @@ impl Mcu {
         self.complete_reset(now);
     }
 
-    /// Has every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits for the supply and
-    /// the crystal to settle (chapter "System Clock and Clock Options"). Unless this is called, resets take no time.
+    /// Has every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits
+    /// for the supply and the crystal to settle (chapter "System Clock and Clock Options"). Unless this is
+    /// called, resets take no time.
     pub fn set_start_up(&mut self, cycles: u64) {
         self.start_up = cycles;
     }
 
-    /// Has the program hang where it is, as if the next instruction jumped to itself, until the next reset. Interrupts are
-    /// served. Returns `false`, and changes nothing, while the MCU sleeps or its interrupts are masked.
+    /// Has the program hang where it is, as if the next instruction jumped to itself, until the next reset.
+    /// Interrupts are served. Returns `false`, and changes nothing, while the MCU sleeps or its interrupts
+    /// are masked.
     pub fn hang(&mut self) -> bool {
         let can_hang =
             self.cpu.core() == Core::Running && self.interrupts_enabled() && !self.enabled_just_now;
@@ -575,7 +579,8 @@ impl Mcu {
     // --- Serial ports ---------------------------------------------------------------------------
     // They are numbered: the USARTs first, then those made of pins.
 
-    /// Makes a serial port of two pins, which a program drives by software. It is numbered after those that there are.
+    /// Makes a serial port of two pins, which a program drives by software. It is numbered after those that
+    /// there are.
     pub fn add_serial_pins(&mut self, pins: SerialPins) {
         self.serial_pins.push(serial_pins::attach(self.cpu, pins));
     }
@@ -596,8 +601,8 @@ impl Mcu {
         usart.transmitter_is_on(self.cpu).then(|| usart.frame_cycles(self.cpu))
     }
 
-    /// Takes the characters that serial port `number` has sent since the last call: a USART's once they have begun, those
-    /// of pins once they have ended.
+    /// Takes the characters that serial port `number` has sent since the last call: a USART's once they have
+    /// begun, those of pins once they have ended.
     pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
         let cpu = self.cpu;
         match number.checked_sub(self.usarts.len()) {
@@ -609,8 +614,8 @@ impl Mcu {
         }
     }
 
-    /// Lets a character come in at serial port `number`: received by a USART at the end of its frame, edge by edge at
-    /// pins.
+    /// Lets a character come in at serial port `number`: received by a USART at the end of its frame, edge by
+    /// edge at pins.
     pub fn receive(&mut self, number: usize, character: Character) {
         self.act_from_outside(|mcu| {
             let cpu = mcu.cpu;

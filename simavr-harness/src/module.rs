@@ -66,7 +66,8 @@ pub struct Module {
     is_on: bool,
 }
 
-/// The serial port that serves each dock, in the order of [`Dock::ALL`]: the MCU, and the port's number on it.
+/// The serial port that serves each dock, in the order of [`Dock::ALL`]: the MCU, and the port's number on
+/// it.
 const DOCK_PORTS: [(Controller, usize); 6] = [
     (Controller::Master, 0),    // Front
     (Controller::Slave, 0),     // Back

@@ -12,8 +12,8 @@ pub struct Part {
     pub ram_end: u16,
     /// Bytes of a return address: 3 on a part with more than 128 KB of flash.
     pub return_address: u16,
-    /// A register without any effect: writes to it are markers. The on-chip debug register OCDR, or the general purpose
-    /// register GPIOR0 on parts that have one.
+    /// A register without any effect: writes to it are markers. The on-chip debug register OCDR, or the
+    /// general purpose register GPIOR0 on parts that have one.
     pub(crate) marker: u16,
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
@@ -192,8 +192,8 @@ impl Part {
         })
     }
 
-    /// Cycles from the end of an instruction to the first one at the vector of an interrupt (chapter "Reset and Interrupt
-    /// Handling"): 2, and one for each byte of the program counter that is pushed.
+    /// Cycles from the end of an instruction to the first one at the vector of an interrupt (chapter "Reset
+    /// and Interrupt Handling"): 2, and one for each byte of the program counter that is pushed.
     pub(crate) fn response_cycles(&self) -> u64 {
         2 + u64::from(self.return_address)
     }

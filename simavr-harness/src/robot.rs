@@ -191,8 +191,8 @@ impl Robot {
         self.change(&Change::Attach(one, other))
     }
 
-    /// Lets something happen to the robot now. Characters that have left a dock already still arrive. Docks that are attached
-    /// are latched, and those that come off are released.
+    /// Lets something happen to the robot now. Characters that have left a dock already still arrive. Docks
+    /// that are attached are latched, and those that come off are released.
     ///
     /// # Errors
     /// It can't happen to a robot that is wired so.
@@ -259,8 +259,8 @@ impl Robot {
     }
 
     fn join(&mut self, one: Face, other: Face) {
-        // What is sent by pins is known only at its end, and what is received there begins with an edge: modules can
-        // run apart for the length of a window only if these come late.
+        // What is sent by pins is known only at its end, and what is received there begins with an edge:
+        // modules can run apart for the length of a window only if these come late.
         let ends_on_pins = [one, other].into_iter().filter(|end| Module::is_on_pins(end.dock)).count();
         let delay = ends_on_pins as u64 * LONGEST_WINDOW;
         for (from, peer) in [(one, other), (other, one)] {
@@ -320,7 +320,8 @@ impl Robot {
         self.port(from).map(|port| port.channel.counts())
     }
 
-    /// Sets what goes wrong with what leaves by this dock, whatever is attached there. Returns `false` if nothing is.
+    /// Sets what goes wrong with what leaves by this dock, whatever is attached there. Returns `false` if
+    /// nothing is.
     pub fn set_faults(&mut self, from: Face, faults: Faults) -> bool {
         let is_attached = self.port(from).is_some();
         self.for_links(Links::From(from), |old| *old = faults.clone());

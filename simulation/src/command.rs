@@ -6,7 +6,8 @@ use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
 use tasks::message::TaskCode;
 
-/// The bytes on the wire of a message to HORMONE that comes in at a dock. `number` tells it from the one before.
+/// The bytes on the wire of a message to HORMONE that comes in at a dock. `number` tells it from the one
+/// before.
 pub fn command(at: Dock, number: u8, payload: &[u8]) -> Vec<u8> {
     // A dock takes what bears its own number and epoch for its own light.
     let dock = if at == Dock::Front { Dock::Back } else { Dock::Front };

@@ -25,7 +25,8 @@ pub struct Discovery {
     pub found_after: Option<u64>,
     /// The longest that a module took to notice that a neighbour was gone, in cycles.
     pub lost_after: Option<u64>,
-    /// How often a module that knew its neighbours gave one up, or found it again, though nothing had happened to either.
+    /// How often a module that knew its neighbours gave one up, or found it again, though nothing had
+    /// happened to either.
     pub lapses: u64,
 }
 
@@ -100,7 +101,8 @@ impl Discovery {
     }
 }
 
-/// Whether a module knows its neighbours as the wiring has them. One without power has none to be wrong about.
+/// Whether a module knows its neighbours as the wiring has them. One without power has none to be wrong
+/// about.
 fn is_right(robot: &impl Robot, wiring: &Wiring, module: usize) -> bool {
     let knows = |status: Status| status.neighbours() == Some(wiring.neighbours(module));
     !robot.is_on(module) || robot.status(module).is_some_and(knows)

@@ -62,8 +62,8 @@ impl Scenario {
     /// The robot in `text`, in TOML.
     ///
     /// # Errors
-    /// The text is no TOML, has unknown fields or values out of range, or asks for what can't be. The error shows the
-    /// line.
+    /// The text is no TOML, has unknown fields or values out of range, or asks for what can't be. The error
+    /// shows the line.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: File =
             toml::from_str(text).map_err(|error| FileError(error.to_string().trim_end().into()))?;

@@ -1,12 +1,13 @@
-//! Whether a robot walks: in each half Period every leg swings or holds, not as it did in the one before, and not as the
-//! other leg of its branch does (paper, section 7), and every module of the trunk keeps straight. Modules that no hormone
-//! can reach are not looked at, nor those for which Table 1 has no rule, nor a robot that was ordered to walk by another gait.
-//! A robot that is turned over has to lift its feet the other way within a Period.
+//! Whether a robot walks: in each half Period every leg swings or holds, not as it did in the one before, and
+//! not as the other leg of its branch does (paper, section 7), and every module of the trunk keeps straight.
+//! Modules that no hormone can reach are not looked at, nor those for which Table 1 has no rule, nor a robot
+//! that was ordered to walk by another gait. A robot that is turned over has to lift its feet the other way
+//! within a Period.
 //!
-//! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again, and a few
-//! milliseconds for each module between a walker and its head; where frames are lost, discovery and hops have as many times
-//! more as a frame and its ACK take tries. What is wrong meanwhile tells how long it took, and what is wrong later is a
-//! violation.
+//! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again,
+//! and a few milliseconds for each module between a walker and its head; where frames are lost, discovery and
+//! hops have as many times more as a frame and its ACK take tries. What is wrong meanwhile tells how long it
+//! took, and what is wrong later is a violation.
 
 use std::collections::VecDeque;
 
@@ -26,9 +27,9 @@ const DISCOVERY: u64 = 300 * MILLISECOND;
 /// How long a hormone may take from a module to the next.
 const HOP: u64 = 5 * MILLISECOND;
 
-/// A robot that is turned by no more than this is on its feet, and by no less than that on its back, in degrees: whatever a leg
-/// lifts, by 30 degrees, its accelerometer is past the bounds of [`UpsideDown`](hormone::sense::Sense::UpsideDown). Between
-/// them either way to lift a foot is right.
+/// A robot that is turned by no more than this is on its feet, and by no less than that on its back, in
+/// degrees: whatever a leg lifts, by 30 degrees, its accelerometer is past the bounds of
+/// [`UpsideDown`](hormone::sense::Sense::UpsideDown). Between them either way to lift a foot is right.
 const ON_FEET: f64 = 74.0;
 const ON_BACK: f64 = 151.0;
 

@@ -43,14 +43,15 @@ pub(crate) fn is_deaf_while_it_sends(dock: Dock) -> bool {
     SOFTWARE_DOCKS.contains(dock)
 }
 
-/// The least time, in cycles, that a hormone can take from one module to the next between these docks: that of its
-/// frame, and of a transfer in each module where it crosses the bus.
+/// The least time, in cycles, that a hormone can take from one module to the next between these docks: that
+/// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
     let pace = Pace { name: 1, data: Data::A, rhythm: 0, lifetime: None };
     let payload = Hormone::Pace(pace).to_payload().bytes().len() as u64;
     // Control, epoch and CRC-16 beside the payload; of COBS the delimiter.
     let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / BAUD;
-    // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and STOP.
+    // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and
+    // STOP.
     let transfer = (2 + 9 * (payload + 5)) * u64::from(CLOCK_HZ) / I2C_HZ;
     let transfers = [from, to].into_iter().filter(|dock| is_on_slave(*dock)).count();
     frame + transfers as u64 * transfer

@@ -111,8 +111,8 @@ impl Hops {
         self.overtaken + self.under_way.values().flatten().filter(overdue).count() as u64
     }
 
-    /// The hop latency's mean and maximum, in cycles: from one module's HORMONE taking a hormone up, or generating it,
-    /// to the next module's. `None` before the first.
+    /// The hop latency's mean and maximum, in cycles: from one module's HORMONE taking a hormone up, or
+    /// generating it, to the next module's. `None` before the first.
     pub fn latency(&self) -> Option<(f64, u64)> {
         let mean = self.latency_sum as f64 / self.delivered as f64;
         (self.delivered > 0).then_some((mean, self.latency_max))

@@ -3,8 +3,8 @@
 //! - [`Wiring`]: which dock is attached to which. [`Shape`]: wirings by name.
 //! - [`Scenario`]: a robot, and the [`Change`]s that happen to it; from a file or not.
 //! - [`Robot`]: what a robot that runs can be asked for. [`Deed`]: what a behaviour did, and when.
-//! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from module to module, [`Discovery`] how soon modules know their
-//!   neighbours, [`Gait`] the legs.
+//! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
+//!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] the legs.
 //! - [`arq`]: a link's protocol alone, on a line on which anything may happen.
 //!
 //! All time is in cycles of the robot's clock, 16 MHz, since power-up.

@@ -1,12 +1,13 @@
-//! Where the docks of a robot are, and which way is up in each module, by the angles of its joints: its modules as rigid
-//! bodies, and nothing else. There is no ground, and bodies do not collide. A ring is cut open to be measured: what its joints
-//! do has no effect on each other.
+//! Where the docks of a robot are, and which way is up in each module, by the angles of its joints: its
+//! modules as rigid bodies, and nothing else. There is no ground, and bodies do not collide. A ring is cut
+//! open to be measured: what its joints do has no effect on each other.
 //!
-//! A module is two cubes in a row. In the middle of each a joint bends it, and between them a third joint rolls. The frame
-//! of a module has its origin between the cubes; x points to the Front, y to the Left, z to the Up of a straight module. The
-//! frame of a dock has its origin in the middle of the dock's face, x points outwards, and z is what lies on z of the
-//! dock that is attached to it; but a Back is attached to a Left or a Right by a quarter turn, as a leg is: its hip turns
-//! about z of the body, and rolled by 90 degrees its half with the Front dock has its Up where the body has it.
+//! A module is two cubes in a row. In the middle of each a joint bends it, and between them a third joint
+//! rolls. The frame of a module has its origin between the cubes; x points to the Front, y to the Left, z to
+//! the Up of a straight module. The frame of a dock has its origin in the middle of the dock's face, x points
+//! outwards, and z is what lies on z of the dock that is attached to it; but a Back is attached to a Left or
+//! a Right by a quarter turn, as a leg is: its hip turns about z of the body, and rolled by 90 degrees its
+//! half with the Front dock has its Up where the body has it.
 
 use std::collections::VecDeque;
 use std::f64::consts::FRAC_PI_2;
@@ -58,9 +59,9 @@ impl Wiring {
         facing
     }
 
-    /// What the accelerometers of all modules at rest read along x, y and z of their halves with the Front dock, in multiples
-    /// of the acceleration of gravity, with `angles` of each module. Each body lies as its module of lowest number does that is
-    /// no leg: turned about its x by `roll` degrees.
+    /// What the accelerometers of all modules at rest read along x, y and z of their halves with the Front
+    /// dock, in multiples of the acceleration of gravity, with `angles` of each module. Each body lies as its
+    /// module of lowest number does that is no leg: turned about its x by `roll` degrees.
     pub fn accelerations(&self, roll: f64, angles: impl Fn(usize) -> Angles) -> Vec<[f64; 3]> {
         let up = DQuat::from_rotation_x(-roll.to_radians()) * DVec3::Z;
         let mut accelerations = vec![[0.0; 3]; self.modules()];
@@ -81,8 +82,8 @@ impl Wiring {
         accelerations
     }
 
-    /// The frames of all modules of the body that a module is one of, seen from that one: the shortest way to each counts.
-    /// None of the body `is_found` before, and all after.
+    /// The frames of all modules of the body that a module is one of, seen from that one: the shortest way to
+    /// each counts. None of the body `is_found` before, and all after.
     fn poses(
         &self,
         first: usize,
@@ -124,12 +125,14 @@ fn dock(angles: Angles, dock: Dock) -> DAffine3 {
     half * DAffine3::from_mat3(orientation(dock)) * DAffine3::from_translation(DVec3::X * (EDGE / 2.0))
 }
 
-/// The frame of the half with the Front dock in that of its module: the master's board, and with it the accelerometer.
+/// The frame of the half with the Front dock in that of its module: the master's board, and with it the
+/// accelerometer.
 fn front_half([front, ..]: Angles) -> DAffine3 {
     DAffine3::from_translation(DVec3::X * (EDGE / 2.0)) * DAffine3::from_rotation_y(-front.to_radians())
 }
 
-/// How a dock is turned in its half. On z of all docks round a module lies its Up, on that of Up and Down its Front.
+/// How a dock is turned in its half. On z of all docks round a module lies its Up, on that of Up and Down its
+/// Front.
 fn orientation(dock: Dock) -> DMat3 {
     let [outwards, up] = match dock {
         Dock::Front => [DVec3::X, DVec3::Z],

@@ -60,8 +60,8 @@ pub trait Robot {
     /// A hash of the whole state: equal runs have equal hashes.
     fn state_hash(&self) -> u64;
 
-    /// Whether a module's view of its neighbours and of its type equals the wiring. One without power has none to be
-    /// wrong.
+    /// Whether a module's view of its neighbours and of its type equals the wiring. One without power has
+    /// none to be wrong.
     fn is_right(&self, module: usize) -> bool {
         !self.is_on(module)
             || self.status(module).is_some_and(|status| {

@@ -10,8 +10,9 @@ use crate::wiring::{Face, Wiring};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
-    /// A head, branches with two legs each, spines, a tail (paper, section 7): for N modules (N - 2) / 4 branches, each
-    /// followed by a spine, and the spines that are left before the tail. 100 modules have 24 branches and 26 spines.
+    /// A head, branches with two legs each, spines, a tail (paper, section 7): for N modules (N - 2) / 4
+    /// branches, each followed by a spine, and the spines that are left before the tail. 100 modules have 24
+    /// branches and 26 spines.
     Centipede,
     /// A line, the Back of each module at the Front of the next: a caterpillar or a snake.
     Chain,
@@ -21,8 +22,8 @@ pub enum Shape {
     FourLegs,
     /// A centipede of three branches; modules more than 11 are spines before the tail.
     SixLegs,
-    /// A module with a chain at each of its Front, Back, Left and Right, as even as can be, the Back of each arm's modules
-    /// towards the middle but for the one at Back: the butterfly stroke.
+    /// A module with a chain at each of its Front, Back, Left and Right, as even as can be, the Back of each
+    /// arm's modules towards the middle but for the one at Back: the butterfly stroke.
     Cross,
 }
 
@@ -71,7 +72,8 @@ impl Shape {
         }
     }
 
-    /// The wiring of so many modules. Indices run from head to tail, each branch followed by its left and its right leg.
+    /// The wiring of so many modules. Indices run from head to tail, each branch followed by its left and its
+    /// right leg.
     ///
     /// # Errors
     /// The shape needs more modules.
@@ -102,8 +104,8 @@ impl Builder {
     }
 }
 
-/// A head, so many branches with their legs and a spine behind each, as far as there are modules for spines, then the
-/// other spines and a tail.
+/// A head, so many branches with their legs and a spine behind each, as far as there are modules for spines,
+/// then the other spines and a tail.
 fn centipede(modules: usize, branches: usize) -> Wiring {
     let mut builder = Builder(Wiring::new(modules));
     let mut spines = modules.saturating_sub(2 + 3 * branches);

@@ -15,7 +15,8 @@ const ACK_TIMEOUT: u64 = 30;
 /// One that was, and brought no piece in so many.
 const PATIENCE: u64 = 250;
 
-/// When nothing new has come for so many, the text is asked for from its beginning: the module may have been reset.
+/// When nothing new has come for so many, the text is asked for from its beginning: the module may have been
+/// reset.
 const STUCK: u64 = 2000;
 
 /// After so many milliseconds of silence what has come of a frame is all that comes.
@@ -32,7 +33,8 @@ pub struct Transcript {
     pub is_complete: bool,
 }
 
-/// Asks a module's console for a text. It hears bytes as they come in at a dock, and says what is to be sent there.
+/// Asks a module's console for a text. It hears bytes as they come in at a dock, and says what is to be sent
+/// there.
 pub struct Terminal {
     topic: Topic,
     request: Request,
@@ -118,7 +120,8 @@ impl Terminal {
         }
     }
 
-    /// It is at this dock, which takes what bears its own number for a reflection, if the epoch is the same too.
+    /// It is at this dock, which takes what bears its own number for a reflection, if the epoch is the same
+    /// too.
     fn face(&mut self, dock: Dock) {
         self.label.signature.dock = if dock == Dock::Front { Dock::Back } else { Dock::Front };
     }

@@ -109,7 +109,8 @@ fn the_outcome_depends_on_the_seed_only() {
 
 #[test]
 fn a_robot_comes_right_after_whatever_happens_to_it() {
-    // Head 0, branch 1 with legs 2 and 3, spine 4, branch 5 with legs 6 and 7, spine 8, ..., spines 16 to 18, tail 19.
+    // Head 0, branch 1 with legs 2 and 3, spine 4, branch 5 with legs 6 and 7, spine 8, ..., spines 16 to 18,
+    // tail 19.
     for (name, events) in [
         (
             "legs off and on",
@@ -163,7 +164,8 @@ fn a_robot_that_wakes_up_on_its_back_walks() {
     }
 }
 
-/// A chain has no legs, but its trunk walks: what happens to it in the file of this name disturbs that, and it comes right.
+/// A chain has no legs, but its trunk walks: what happens to it in the file of this name disturbs that, and
+/// it comes right.
 #[test]
 fn a_chain_recovers_from_changes() {
     let scenario = Scenario::from_toml(include_str!("../../robots/changes.toml")).expect("the file is right");
@@ -243,7 +245,8 @@ fn a_reset_before_the_power_comes_brings_it_no_sooner() {
     assert!(robot.is_right(module));
 }
 
-/// A tail's Back is on its slave: the approach goes on while its master starts over, and joints stay where they are.
+/// A tail's Back is on its slave: the approach goes on while its master starts over, and joints stay where
+/// they are.
 #[test]
 fn docks_of_the_other_mcu_go_on_when_one_is_reset() {
     let closing = |event: &str| {

@@ -279,7 +279,8 @@ fn where_frames_are_lost_a_robot_has_more_time_to_begin_and_no_more_to_walk_on()
     let lossy = Change::Loss { links: Links::All, probability: 0.5 };
     let (mut script, mut observer) = Script::discovered();
     observer.changed(&script.happens(lossy.clone()));
-    // Four tries: 1 s, and 1.2 s for discovery, and 20 ms or 40 ms for hops to the branch, and to its legs and the spine.
+    // Four tries: 1 s, and 1.2 s for discovery, and 20 ms or 40 ms for hops to the branch, and to its legs
+    // and the spine.
     script.passes(&mut observer, 2_190 * MILLISECOND);
     assert_eq!(observer.gait.violations, 0);
     script.passes(&mut observer, 2_250 * MILLISECOND);
@@ -352,7 +353,8 @@ fn hormones_are_followed_over_their_wires() {
 fn what_the_robot_changes_itself_counts_as_a_change() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    // The tail lets go: what it says before that is looked at as it was, and after it has nobody to hear from.
+    // The tail lets go: what it says before that is looked at as it was, and after it has nobody to hear
+    // from.
     let change = Change::Detach(Face { module: 4, dock: Back });
     change.apply(&mut script.wiring).unwrap();
     let at = 9 * PERIOD / 2;

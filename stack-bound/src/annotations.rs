@@ -7,14 +7,15 @@ use thiserror::Error;
 
 use crate::Image;
 
-/// A text file of notes, one a line; a line that begins with `#` is a comment. Functions are named as this tool names them.
+/// A text file of notes, one a line; a line that begins with `#` is a comment. Functions are named as this
+/// tool names them.
 ///
 /// ```text
 /// hormone::task::ac_send::run => board::debug::mark
 /// factorial = 40
 /// ```
-/// The first says where an indirect call leads; a caller with several has a line for each. The second says that a function
-/// uses at most so many bytes, with all that it calls: nobody checks that.
+/// The first says where an indirect call leads; a caller with several has a line for each. The second says
+/// that a function uses at most so many bytes, with all that it calls: nobody checks that.
 #[derive(Default)]
 pub struct Annotations {
     /// By the caller's name, where its indirect calls lead.

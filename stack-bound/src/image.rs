@@ -13,7 +13,8 @@ const DATA: u64 = 0x80_0000;
 /// The section in which the kernel's `Stack::start` leaves a record for each task.
 const TASKS: &str = ".debug_tasks";
 
-/// What the name of the function begins with in which a task begins; the task's body follows, what it returns, and `>`.
+/// What the name of the function begins with in which a task begins; the task's body follows, what it
+/// returns, and `>`.
 const ENTRY: &str = "kernel::arch::avr::start::enter::<";
 
 /// The part of `e_flags` that names the architecture, and the one whose program counter has 3 bytes.

@@ -1,26 +1,29 @@
 //! How much stack each task of a program for the AVR needs at most, computed from the image that is flashed.
 //!
 //! # How
-//! Every way through the machine code is followed, with what is known of the stack pointer and the registers: pushes,
-//! pops, calls, and frames that are made by writing the stack pointer. A function's use is known once that of all it
-//! calls is. The compiler could tell the frames of its functions (`-Zemit-stack-sizes`), but not those of assembly,
-//! nor which function calls which after link-time optimisation. The image has all of it, as it will run.
+//! Every way through the machine code is followed, with what is known of the stack pointer and the registers:
+//! pushes, pops, calls, and frames that are made by writing the stack pointer. A function's use is known once
+//! that of all it calls is. The compiler could tell the frames of its functions (`-Zemit-stack-sizes`), but
+//! not those of assembly, nor which function calls which after link-time optimisation. The image has all of
+//! it, as it will run.
 //!
-//! A task's stack holds, in the worst case, what its closure captured, its functions at their deepest, and one interrupt.
-//! That interrupt's handler runs on the kernel's stack, the rest of SRAM, for which the start-up code, `main` and all
-//! handlers are followed in the same way. There interrupts nest wherever the machine code enables them, and in a handler, too.
-//! So each vector is followed twice: from a task's stack, and from the kernel's, where it stays. Which tasks there are, the kernel's `Stack::start` writes into a section of
-//! the ELF file.
+//! A task's stack holds, in the worst case, what its closure captured, its functions at their deepest, and
+//! one interrupt. That interrupt's handler runs on the kernel's stack, the rest of SRAM, for which the
+//! start-up code, `main` and all handlers are followed in the same way. There interrupts nest wherever the
+//! machine code enables them, and in a handler, too. So each vector is followed twice: from a task's stack,
+//! and from the kernel's, where it stays. Which tasks there are, the kernel's `Stack::start` writes into a
+//! section of the ELF file.
 //!
 //! # What is taken for granted
-//! - A call preserves Y, and pops what it pushed below its return address. (Of functions it follows, the second is checked.)
+//! - A call preserves Y, and pops what it pushed below its return address. (Of functions it follows, the
+//!   second is checked.)
 //! - Nobody writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
-//! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up to one that masks
-//!   them. Whoever writes SREG writes what he has read there.
-//! - Where a function enables interrupts in a handler, none of those that occur comes to the same place: the tick does not expire
-//!   timers while it expires timers.
-//! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has saved. An
-//!   interrupt compares SP with `__heap_start` to know whether it has found a task's stack.
+//! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up
+//!   to one that masks them. Whoever writes SREG writes what he has read there.
+//! - Where a function enables interrupts in a handler, none of those that occur comes to the same place: the
+//!   tick does not expire timers while it expires timers.
+//! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has
+//!   saved. An interrupt compares SP with `__heap_start` to know whether it has found a task's stack.
 
 mod annotations;
 mod image;
@@ -40,8 +43,8 @@ pub use report::{Stack, Step};
 use program::{Found, Program, SWITCH};
 use usage::{Usage, Use};
 
-/// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds this against
-/// what is seen in simavr.
+/// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds
+/// this against what is seen in simavr.
 const REGISTERS: u32 = 33;
 
 /// The stacks of a program: of its tasks, and of the kernel.
@@ -71,7 +74,8 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     if program.problems.is_empty() { Ok(stacks) } else { Err(program.problems.into_iter().collect()) }
 }
 
-/// What interrupts use of the stack that they find; and `kernel` is raised to what they use of the kernel's when they move there.
+/// What interrupts use of the stack that they find; and `kernel` is raised to what they use of the kernel's
+/// when they move there.
 fn interrupts(program: &mut Program, kernel: &mut Usage) -> Usage {
     let mut usage = Usage::default();
     for vector in program.image.vectors() {

@@ -1,4 +1,5 @@
-//! `superbot-stack-bound IMAGE [NOTES]`: prints what each stack of an image needs, and fails if one is too small or cannot be bounded.
+//! `superbot-stack-bound IMAGE [NOTES]`: prints what each stack of an image needs, and fails if one is too
+//! small or cannot be bounded.
 
 use std::error::Error;
 use std::ffi::OsString;

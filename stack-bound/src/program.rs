@@ -11,7 +11,8 @@ use crate::state::State;
 use crate::usage::{Usage, Use};
 use crate::{Annotations, Image};
 
-/// The function that leaves a stack for another task's. Nothing else may load a stack pointer that is not known.
+/// The function that leaves a stack for another task's. Nothing else may load a stack pointer that is not
+/// known.
 pub const SWITCH: &str = "kernel_switch";
 
 /// Whose stack an interrupt finds.
@@ -179,7 +180,8 @@ impl<'a> Program<'a> {
                 let targets = self.targets(address, &state)?;
                 targets.into_iter().map(|target| ((target, stack_pointer), state.clone())).collect()
             }
-            // Where an interrupt asks whether it has found a task's stack: these lie below all else that is free.
+            // Where an interrupt asks whether it has found a task's stack: these lie below all else that is
+            // free.
             Instruction::BranchIfSameOrHigher(target) if compared == Some(image.variables_end) => {
                 let next = if self.found == Found::Kernel { target } else { next };
                 vec![((next, stack_pointer), state)]
@@ -250,7 +252,8 @@ impl<'a> Program<'a> {
         state.targets().or_else(noted).ok_or_else(|| Problem::Indirect { function: name.to_owned(), address })
     }
 
-    /// At a place `bytes` more are on the stack, and then what `callee` uses, perhaps with interrupts enabled throughout.
+    /// At a place `bytes` more are on the stack, and then what `callee` uses, perhaps with interrupts enabled
+    /// throughout.
     fn note(
         &self,
         (address, stack_pointer): Place,

@@ -6,7 +6,8 @@ use crate::Image;
 use crate::image::Task;
 use crate::usage::Use;
 
-/// What the kernel lays on a stack for its task to start from besides a return address, gone when that runs, in bytes.
+/// What the kernel lays on a stack for its task to start from besides a return address, gone when that runs,
+/// in bytes.
 const FIRST_CONTEXT: u16 = 4;
 
 /// A stack, and what needs most of it. Printed, it is a line and one for each step.

@@ -30,7 +30,8 @@ pub struct State {
 }
 
 impl State {
-    /// At the start of a function. Interrupts count as masked, as most callers have them: a call with interrupts enabled sees to that.
+    /// At the start of a function. Interrupts count as masked, as most callers have them: a call with
+    /// interrupts enabled sees to that.
     pub fn at_start() -> Self {
         State {
             registers: Registers::at_start(),
@@ -80,7 +81,8 @@ impl State {
         }
     }
 
-    /// After a call has come back, which preserves these registers, a bit each, and perhaps enables interrupts.
+    /// After a call has come back, which preserves these registers, a bit each, and perhaps enables
+    /// interrupts.
     pub fn after_call(mut self, preserved: u32, enables_interrupts: bool) -> Self {
         self.registers.forget(!(preserved | PRESERVED));
         if enables_interrupts {

@@ -79,7 +79,8 @@ impl Usage {
         deepest
     }
 
-    /// What interrupts use that nest in one another: each window is open once, and in the last one is the deepest interrupt.
+    /// What interrupts use that nest in one another: each window is open once, and in the last one is the
+    /// deepest interrupt.
     pub fn nested(&self, is_closed: impl Fn(&str) -> bool) -> Use {
         let open = self.windows.iter().filter(|(function, _)| is_closed(function));
         open.fold(Use::default(), |nested, (_, within)| nested.then(within)).then(&self.deepest)

@@ -78,7 +78,8 @@ fn tasks_with_a_program_counter_of_three_bytes() {
     assert_eq!(steps(kernel)[1..], [("an interrupt", 3), ("kernel_switch", 9), ("odd", 3)]);
 }
 
-/// In `main`, with a byte pushed, two interrupts: one enables them 5 bytes deep, and the other is the deepest.
+/// In `main`, with a byte pushed, two interrupts: one enables them 5 bytes deep, and the other is the
+/// deepest.
 #[test]
 fn interrupts_that_nest() {
     let bounds = bounds(&build("nested.S", "atmega128"), "");

@@ -12,8 +12,8 @@ pub trait Transmit {
     /// Whether a frame is coming in. The line is half duplex, so to send now would be to drown it.
     fn is_busy(&self, task: &mut Task) -> bool;
 
-    /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost; so where a character
-    /// is just coming in it may wait for its end.
+    /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost;
+    /// so where a character is just coming in it may wait for its end.
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]);
 }
 
@@ -22,8 +22,8 @@ pub trait Receive {
     /// From now on posts `signal` when there is something to [`receive`](Self::receive).
     fn listen(&mut self, task: &mut Task, signal: &'static Semaphore);
 
-    /// Copies what has come to `buffer`. Once that is a whole frame, up to the zero byte that ends it, returns its length
-    /// in bytes, zero included; until then the same buffer has to be given again.
+    /// Copies what has come to `buffer`. Once that is a whole frame, up to the zero byte that ends it,
+    /// returns its length in bytes, zero included; until then the same buffer has to be given again.
     ///
     /// A frame whose end was lost ends when the next one begins.
     ///
@@ -59,8 +59,8 @@ pub trait Bus {
     /// Starts to send once more what was sent last.
     fn send_again(&mut self, task: &mut Task);
 
-    /// Frees the bus, on which a transfer has taken too long: something may hold it, or this side may take it for busy
-    /// when it is not. The transfer has no outcome. Spends a quarter of a millisecond.
+    /// Frees the bus, on which a transfer has taken too long: something may hold it, or this side may take it
+    /// for busy when it is not. The transfer has no outcome. Spends a quarter of a millisecond.
     fn free(&mut self, task: &mut Task);
 
     /// The outcome of the transfer that was started last, once.
@@ -73,7 +73,8 @@ pub trait Bus {
 
 /// The motors of an MCU's joints, and what is measured of them. Joints are named by their indices.
 pub trait JointMotors {
-    /// From now on, each millisecond: puts the drives into effect, begins to measure the joints, and posts `period`.
+    /// From now on, each millisecond: puts the drives into effect, begins to measure the joints, and posts
+    /// `period`.
     fn begin(&mut self, task: &mut Task, period: &'static Semaphore);
 
     /// Ends that. The last drives are put into effect, and stay.
@@ -117,7 +118,8 @@ pub trait Peripherals {
     /// Has `quantity` measured.
     fn look(&mut self, task: &mut Task, quantity: Quantity);
 
-    /// What was measured, in the quantity's unit, once that is done; `None` also for a quantity that is none of this MCU.
+    /// What was measured, in the quantity's unit, once that is done; `None` also for a quantity that is none
+    /// of this MCU.
     fn seen(&mut self, task: &mut Task, quantity: Quantity) -> Option<i16>;
 
     /// The end switches of the latch at `dock`.
@@ -129,7 +131,8 @@ pub trait Peripherals {
     /// Closes the power switch of `dock`, or opens it. Too much current through it opens it as well.
     fn set_power(&mut self, task: &mut Task, dock: Dock, is_on: bool);
 
-    /// The docks whose switches have been opened for their currents since this was last asked: a bit for each place.
+    /// The docks whose switches have been opened for their currents since this was last asked: a bit for each
+    /// place.
     fn take_tripped(&mut self, task: &mut Task) -> u8;
 
     /// Switches the light of all docks here on or off.

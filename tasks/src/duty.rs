@@ -1,7 +1,7 @@
 //! Whether a periodic task keeps its period, for whoever feeds the watchdog to ask.
 //!
-//! A task that hangs in a loop needs no duty to be noticed: no task below it runs any more, and the lowest periodic one feeds
-//! the watchdog. One that waits for what never comes does.
+//! A task that hangs in a loop needs no duty to be noticed: no task below it runs any more, and the lowest
+//! periodic one feeds the watchdog. One that waits for what never comes does.
 
 use kernel::{Context, LONGEST, MaskedCell, Ticks, now};
 

@@ -4,9 +4,11 @@ use kernel::{Context, Full, Queue, Semaphore, Task, Ticks, Timer};
 
 use crate::message::{Buffered, Letter};
 
-/// A task's queue, and the semaphore that it waits on: for a message, a timer or whatever else is posted there.
+/// A task's queue, and the semaphore that it waits on: for a message, a timer or whatever else is posted
+/// there.
 ///
-/// A task with several things to wait for looks at all of them each time it is woken; a wake-up for nothing does no harm.
+/// A task with several things to wait for looks at all of them each time it is woken; a wake-up for nothing
+/// does no harm.
 pub struct Mailbox {
     queue: Queue<Letter>,
     wake: Semaphore,

@@ -208,7 +208,8 @@ pub struct Letter {
     from: Address,
     /// Payload bytes in bits 4..0, the [`Kind`] in bits 7 and 6: a letter lives in RAM by the dozen.
     length: u8,
-    /// As many bytes of it as `length` says are written: to clear the others would cost more than to write these.
+    /// As many bytes of it as `length` says are written: to clear the others would cost more than to write
+    /// these.
     payload: [MaybeUninit<u8>; MAX_PAYLOAD],
 }
 
@@ -270,8 +271,8 @@ impl Letter {
     pub fn payload(&self) -> &[u8] {
         let length = usize::from(self.length & !Kind::BITS);
         let written = self.payload.get(..length).unwrap_or(&[]);
-        // SAFETY: `write` and `push` alone set the length, to the number of bytes that they have written; a message has no more
-        // than there is room for.
+        // SAFETY: `write` and `push` alone set the length, to the number of bytes that they have written; a
+        // message has no more than there is room for.
         unsafe { &*(ptr::from_ref(written) as *const [u8]) }
     }
 

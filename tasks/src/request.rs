@@ -1,7 +1,8 @@
 //! What behaviours ask of devices, and what devices answer: the payloads of the messages between them.
 //!
-//! A request goes to the task of its device ([`Request::task`]), on whichever MCU that runs. What the device has to tell,
-//! at once or later, goes to the task that last asked it something, and what concerns the whole module to HORMONE.
+//! A request goes to the task of its device ([`Request::task`]), on whichever MCU that runs. What the device
+//! has to tell, at once or later, goes to the task that last asked it something, and what concerns the whole
+//! module to HORMONE.
 
 use crate::dock::Dock;
 use crate::docking::latch::{self, End};
@@ -38,7 +39,8 @@ pub enum Request {
     Power { dock: Dock, is_on: bool },
     /// Charge the battery through whichever dock is closed, or stop that.
     Charge { is_on: bool },
-    /// From the task with the battery to its counterpart: shed what this no longer allows, take up what it does.
+    /// From the task with the battery to its counterpart: shed what this no longer allows, take up what it
+    /// does.
     Allow(Allowance),
 }
 
@@ -139,7 +141,8 @@ impl Report {
         }
     }
 
-    /// The joint, and its state, of a payload that is [`Report::Joint`]: for who wants no other, in a tenth of the flash.
+    /// The joint, and its state, of a payload that is [`Report::Joint`]: for who wants no other, in a tenth
+    /// of the flash.
     pub fn of_joint(payload: &[u8]) -> Option<(Axis, joint::State)> {
         let &[0x11, axis, state, _, _] = payload else { return None };
         Some((Axis::from_index(axis)?, joint::State::from_code(state)?))
@@ -188,8 +191,8 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
 
-    /// Every payload, as far as values are told apart: what is read from one is written as one that reads the same, and
-    /// no two mean the same.
+    /// Every payload, as far as values are told apart: what is read from one is written as one that reads the
+    /// same, and no two mean the same.
     #[test]
     fn every_payload_is_one_request_or_one_report_or_nothing() {
         let (mut requests, mut reports) = (HashSet::new(), HashSet::new());

@@ -98,8 +98,8 @@ impl Router {
         }
     }
 
-    /// Decides by the address alone. A neighbour reaches behaviours of this module and nothing else, and this module those of
-    /// a neighbour (paper, section 5); what came over the bridge does not go back over it.
+    /// Decides by the address alone. A neighbour reaches behaviours of this module and nothing else, and this
+    /// module those of a neighbour (paper, section 5); what came over the bridge does not go back over it.
     pub fn route(&self, to: Address, source: Source) -> Route {
         let task = to.task();
         let dock = to.dock();

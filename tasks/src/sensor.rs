@@ -1,7 +1,8 @@
-//! The nineteen sensors of a module (paper, section 3, which does not name them; `docs/decisions.md` tells why these).
+//! The nineteen sensors of a module (paper, section 3, which does not name them; `docs/decisions.md` tells
+//! why these).
 //!
-//! A behaviour asks the task of the sensor's device, on whichever MCU that runs; the task has the converter look and
-//! answers ([`request`](crate::request)).
+//! A behaviour asks the task of the sensor's device, on whichever MCU that runs; the task has the converter
+//! look and answers ([`request`](crate::request)).
 
 use crate::dock::Dock;
 use crate::message::TaskCode;
@@ -21,8 +22,8 @@ pub enum Sensor {
     BatteryVoltage,
     /// In 0.1 degree Celsius.
     BatteryTemperature,
-    /// Along the axes of the half with the Front dock, in thousandths of the acceleration of gravity: x to the Front, y to the
-    /// Left, z up. At rest the axis that points up reads 1000.
+    /// Along the axes of the half with the Front dock, in thousandths of the acceleration of gravity: x to
+    /// the Front, y to the Left, z up. At rest the axis that points up reads 1000.
     AccelerationX,
     AccelerationY,
     AccelerationZ,
@@ -98,8 +99,8 @@ impl Scale {
         value.clamp(i16::MIN.into(), i16::MAX.into()) as i16
     }
 
-    /// The least reading whose value is at least `value`, for limits that are compared with readings. For constants only:
-    /// it divides.
+    /// The least reading whose value is at least `value`, for limits that are compared with readings. For
+    /// constants only: it divides.
     pub const fn reading(self, value: i16) -> u16 {
         assert!(self.slope > 0, "readings must rise with the value");
         let above = (value as i32 * 64 + self.slope as i32 - 1).div_euclid(self.slope as i32);

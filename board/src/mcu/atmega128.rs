@@ -4,8 +4,8 @@
 use avr_device::atmega128a::TC0;
 use avr_device::atmega128a::{AC, CPU, EXINT, TC2};
 
-/// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register in I/O
-/// Memory"). Without one it does nothing.
+/// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register
+/// in I/O Memory"). Without one it does nothing.
 pub(crate) const MARK: u8 = 0x22;
 
 /// EIMSK: INT4.
@@ -21,7 +21,8 @@ pub(crate) fn set_up() {
 /// Interrupts each time that Timer0 has counted 64 clocks `top` + 1 times.
 #[cfg(not(feature = "tickless"))]
 pub(crate) fn start_tick(top: u8) {
-    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; none uses an interrupt.
+    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; none uses an
+    // interrupt.
     let timer = unsafe { TC0::steal() };
     timer.ocr0().write(|w| w.set(top));
     timer.timsk().modify(|_, w| w.ocie0().set_bit());

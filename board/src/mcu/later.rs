@@ -1,5 +1,5 @@
-//! What the ATmega328P, the ATmega1284P and the ATmega2560 have in common. Chapters are those of the ATmega328P's
-//! datasheet; the others' have the same.
+//! What the ATmega328P, the ATmega1284P and the ATmega2560 have in common. Chapters are those of the
+//! ATmega328P's datasheet; the others' have the same.
 
 use super::registers::{AC, CPU, EXINT, TC2};
 

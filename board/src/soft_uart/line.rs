@@ -96,8 +96,8 @@ pub fn pulse_begins(masked: &Masked) {
     set_pulse(ENCODER.get(masked).next(|| next_byte(masked)));
 }
 
-/// The interrupt INT7 where the line is high and was to rise: it needs few registers, and saves no more. If the line has fallen
-/// again, that interrupts anew.
+/// The interrupt INT7 where the line is high and was to rise: it needs few registers, and saves no more. If
+/// the line has fallen again, that interrupts anew.
 #[doc(hidden)]
 #[inline(always)]
 pub fn line_rises(masked: &Masked) {

@@ -3,11 +3,11 @@
 //! The timer counts clocks, of which a bit has 417. Nothing that matters for a bit's time is done by a
 //! program:
 //!
-//! - *Receiving.* The capture unit takes the time of each edge. The interrupt that follows has to read it within two
-//!   bits: if a second edge has come by then, that was a bit after the first.
-//! - *Sending.* A character is a row of pulses, low and then high. A compare unit makes both edges of each, at the clocks
-//!   that its double-buffered registers hold (fast PWM up to OCR3A). The interrupt at a pulse's beginning has to set the
-//!   next one before the pulse ends, at least two bits later.
+//! - *Receiving.* The capture unit takes the time of each edge. The interrupt that follows has to read it
+//!   within two bits: if a second edge has come by then, that was a bit after the first.
+//! - *Sending.* A character is a row of pulses, low and then high. A compare unit makes both edges of each,
+//!   at the clocks that its double-buffered registers hold (fast PWM up to OCR3A). The interrupt at a pulse's
+//!   beginning has to set the next one before the pulse ends, at least two bits later.
 //!
 //! The timer's own interrupts would come behind the tick, USART0 and the converter. Both pins therefore are
 //! external interrupts as well, INT5 and INT7, which come before all of these. They wait for at most one

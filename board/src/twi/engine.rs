@@ -190,7 +190,8 @@ impl Engine {
     }
 
     fn store(&mut self) -> Answer {
-        // Addressed while the last packet was still there, which was taken before the first byte came: so that is acknowledged.
+        // Addressed while the last packet was still there, which was taken before the first byte came: so
+        // that is acknowledged.
         if self.incoming == Incoming::Free {
             self.incoming = Incoming::Filling { length: 0 };
         }
@@ -231,8 +232,8 @@ impl Engine {
         Answer { stops: true, signals: is_under_way, ..Answer::GO_ON }
     }
 
-    /// Takes notice of what went over the bus without an [`answer`](Self::answer): of the packet that goes out `sent`
-    /// bytes are sent, and of the one that comes `received` are stored.
+    /// Takes notice of what went over the bus without an [`answer`](Self::answer): of the packet that goes
+    /// out `sent` bytes are sent, and of the one that comes `received` are stored.
     #[inline(always)]
     pub fn catch_up(&mut self, sent: u8, received: u8) {
         match self.outgoing {
@@ -252,8 +253,8 @@ impl Engine {
         }
     }
 
-    /// Takes notice of the end of packets that had an answer without the engine: of the one that goes out, and how, and of the
-    /// one that comes.
+    /// Takes notice of the end of packets that had an answer without the engine: of the one that goes out,
+    /// and how, and of the one that comes.
     pub fn settle(&mut self, sent: Option<Transfer>, is_received: bool) {
         if let Some(outcome) = sent {
             self.end(outcome);
@@ -263,8 +264,8 @@ impl Engine {
         }
     }
 
-    /// The bytes that can be sent without an answer, from a START on, as they are acknowledged: the first one's index,
-    /// and how many.
+    /// The bytes that can be sent without an answer, from a START on, as they are acknowledged: the first
+    /// one's index, and how many.
     #[inline(always)]
     pub fn sendable(&self) -> (u8, u8) {
         match self.outgoing {
@@ -274,8 +275,8 @@ impl Engine {
         }
     }
 
-    /// The bytes that can be stored without an answer, from the own address on, and acknowledged: where, and how many. The
-    /// last one that fits is not among them, for it is not acknowledged.
+    /// The bytes that can be stored without an answer, from the own address on, and acknowledged: where, and
+    /// how many. The last one that fits is not among them, for it is not acknowledged.
     #[inline(always)]
     pub fn storable(&self) -> (u8, u8) {
         match self.incoming {

@@ -22,8 +22,8 @@ static IS_ENDED: Semaphore = Semaphore::new(0);
 #[derive(Clone, Copy)]
 struct Lent(*mut [Operation<'static>]);
 
-// SAFETY: the task that lends them waits until its transaction ends; one that is killed in there leaves them on its stack,
-// which stays as it is. Only the interrupt handler uses them meanwhile.
+// SAFETY: the task that lends them waits until its transaction ends; one that is killed in there leaves them
+// on its stack, which stays as it is. Only the interrupt handler uses them meanwhile.
 unsafe impl Send for Lent {}
 
 const NO_OPERATIONS: *mut [Operation<'static>] =
@@ -61,8 +61,8 @@ impl Master {
 }
 
 impl i2c::ErrorType for WithTask<'_, Master> {
-    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that struck while the transaction waited
-    /// for the bus. A lost arbitration is no error: the transaction is tried again.
+    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that struck while the transaction
+    /// waited for the bus. A lost arbitration is no error: the transaction is tried again.
     type Error = ErrorKind;
 }
 

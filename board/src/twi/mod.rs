@@ -1,9 +1,9 @@
 //! The two-wire serial interface: packets between the two MCUs of a module by `Twi`, and other devices on the
 //! same bus by `I2c`.
 //!
-//! Multi-master: either MCU sends as a master and receives as a slave. [`stream`], [`engine`] and [`transaction`] decide,
-//! the interrupt obeys. Between TWINT being set and its being cleared the interface holds SCL low, so an
-//! interrupt that comes late makes the transfer slow, never wrong.
+//! Multi-master: either MCU sends as a master and receives as a slave. [`stream`], [`engine`] and
+//! [`transaction`] decide, the interrupt obeys. Between TWINT being set and its being cleared the interface
+//! holds SCL low, so an interrupt that comes late makes the transfer slow, never wrong.
 
 #[cfg_attr(not(target_arch = "avr"), expect(dead_code, reason = "the vector alone holds the bus"))]
 mod control;

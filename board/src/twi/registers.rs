@@ -16,7 +16,8 @@ const BIT_RATE: u8 = {
 
 #[inline(always)]
 fn registers() -> TWI {
-    // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it comes.
+    // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it
+    // comes.
     unsafe { TWI::steal() }
 }
 
@@ -62,10 +63,11 @@ pub fn set_control(_: &Masked, bits: u8) {
     registers().twcr().write(|w| unsafe { w.bits(bits) });
 }
 
-/// Sets `bits` of TWCR, and leaves a status that waits for its answer, and a STOP that is under way, as they are.
+/// Sets `bits` of TWCR, and leaves a status that waits for its answer, and a STOP that is under way, as they
+/// are.
 ///
-/// A START that is asked for while this MCU has the bus waits for the STOP: the interrupt, whose answers decide
-/// what comes next, sees to it.
+/// A START that is asked for while this MCU has the bus waits for the STOP: the interrupt, whose answers
+/// decide what comes next, sees to it.
 pub fn request(masked: &Masked, bits: u8) {
     set_control(masked, registers().twcr().read().bits() & !INTERRUPT | bits);
 }

@@ -1,5 +1,5 @@
-//! The status codes of the two-wire serial interface, without the prescaler bits of TWSR (ATmega128 datasheet,
-//! "Two-wire Serial Interface", tables of status codes).
+//! The status codes of the two-wire serial interface, without the prescaler bits of TWSR (ATmega128
+//! datasheet, "Two-wire Serial Interface", tables of status codes).
 
 /// The bits of TWSR that are the status; the others set the prescaler.
 pub const MASK: u8 = 0xf8;

@@ -7,10 +7,10 @@
 //!        └─ arbitration lost ─┘
 //! ```
 //!
-//! A transaction is a sequence of runs: operations that follow each other and go the same way. Each begins with
-//! a START and the device's address; the operations within one need neither. An arbitration is lost at the
-//! first bit in which two masters differ. Up to there the device has seen nothing but the winner's transaction,
-//! so this one can begin again.
+//! A transaction is a sequence of runs: operations that follow each other and go the same way. Each begins
+//! with a START and the device's address; the operations within one need neither. An arbitration is lost at
+//! the first bit in which two masters differ. Up to there the device has seen nothing but the winner's
+//! transaction, so this one can begin again.
 
 use embedded_hal::i2c::ErrorKind::{Bus, NoAcknowledge};
 use embedded_hal::i2c::NoAcknowledgeSource::{Address, Data};
@@ -78,8 +78,8 @@ impl Transaction {
         }
     }
 
-    /// Whether `status`, TWSR without its prescaler bits, is this transaction's to answer. A START is not, if a
-    /// packet waits for it.
+    /// Whether `status`, TWSR without its prescaler bits, is this transaction's to answer. A START is not, if
+    /// a packet waits for it.
     pub fn is_concerned(&self, status: u8, packet_waits: bool) -> bool {
         match self.state {
             State::Waiting => status == status::START && !packet_waits || status == status::BUS_ERROR,

@@ -15,8 +15,8 @@ pub const DOUBLE_SPEED: u8 = 1 << 1;
 
 /// UCSRnB: what the receiver and the transmitter need while nothing is sent.
 pub const RECEIVING: u8 = 1 << 7 | 1 << 4 | 1 << 3; // RXCIE, RXEN, TXEN
-/// UCSRnB: UDRn is filled whenever it is empty. The receiver goes on, and hears a reflection: the link knows its own
-/// frames.
+/// UCSRnB: UDRn is filled whenever it is empty. The receiver goes on, and hears a reflection: the link knows
+/// its own frames.
 pub const SENDING: u8 = RECEIVING | 1 << 5; // UDRIE
 /// UCSRnB: the last byte is on its way.
 pub const FINISHING: u8 = RECEIVING | 1 << 6; // TXCIE

@@ -20,8 +20,8 @@ kernel::interrupt! {
     }
 }
 
-/// The turns since the last call, from a task or a handler. A turn between the two steps would be lost, so both are one
-/// section.
+/// The turns since the last call, from a task or a handler. A turn between the two steps would be lost, so
+/// both are one section.
 fn take_turns(context: &mut impl Context) -> u16 {
     context.mask(|masked| {
         let turns = TURNS.get(masked);

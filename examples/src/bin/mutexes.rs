@@ -1,4 +1,5 @@
-//! Who holds a mutex runs at its ceiling: a higher task waits for one such section at most, never for one in between.
+//! Who holds a mutex runs at its ceiling: a higher task waits for one such section at most, never for one in
+//! between.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

@@ -1,5 +1,5 @@
-//! Requests at any dock, answers of inspectors, want of room and lost answers, in any order: the console sends what it was asked
-//! for, to whom it was asked by, and nothing else.
+//! Requests at any dock, answers of inspectors, want of room and lost answers, in any order: the console
+//! sends what it was asked for, to whom it was asked by, and nothing else.
 #![no_main]
 
 use console::dialogue::Dialogue;

@@ -1,4 +1,5 @@
-//! Holding (Table 1): the foot stays on the ground "while rotating the hip to compensate the swing actions of other legs".
+//! Holding (Table 1): the foot stays on the ground "while rotating the hip to compensate the swing actions of
+//! other legs".
 
 use super::posture;
 

@@ -1,5 +1,6 @@
-//! The serpentine's wave: the body lies on its side, so that Motor0 and Motor2 bend it in the plane of the ground. In step s of
-//! 16 they are at 30 cos(s pi / 8) and, half a module behind, 30 cos((s + 2) pi / 8) degrees.
+//! The serpentine's wave: the body lies on its side, so that Motor0 and Motor2 bend it in the plane of the
+//! ground. In step s of 16 they are at 30 cos(s pi / 8) and, half a module behind, 30 cos((s + 2) pi / 8)
+//! degrees.
 
 use super::posture;
 

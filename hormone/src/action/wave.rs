@@ -1,5 +1,5 @@
-//! The wave of the laboratory's caterpillar: in step s of 20 Motor0 is at 20 cos(s pi / 10) degrees and Motor2, half a module
-//! behind it, at 20 cos((s + 2) pi / 10).
+//! The wave of the laboratory's caterpillar: in step s of 20 Motor0 is at 20 cos(s pi / 10) degrees and
+//! Motor2, half a module behind it, at 20 cos((s + 2) pi / 10).
 
 use super::posture;
 

@@ -260,7 +260,8 @@ fn a_leg_that_lies_on_its_back_lifts_the_other_way_until_it_does_not_or_nobody_s
     for (leg, action_to) in [(LEFT_LEG, [Swing, Holding]), (RIGHT_LEG, [Holding, Swing])] {
         for answers in rows(9) {
             let mut controller = module(&leg);
-            // Beats since it was said last that it lies on its back; `None` once it was said that it does not.
+            // Beats since it was said last that it lies on its back; `None` once it was said that it does
+            // not.
             let mut said: Option<usize> = None;
             for (beat, &answer) in answers.iter().enumerate() {
                 let data = [A, B][beat % 2];

@@ -1,4 +1,5 @@
-//! The butterfly stroke: a body with a pair of arms, which swing forward together and pull the body after them together.
+//! The butterfly stroke: a body with a pair of arms, which swing forward together and pull the body after
+//! them together.
 //!
 //! All arms of the body, if there are more pairs than one, keep the same stroke.
 

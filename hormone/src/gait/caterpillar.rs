@@ -1,7 +1,7 @@
 //! The caterpillar: a vertical wave runs through a chain (the laboratory's simulator ReMod3D).
 //!
-//! There the head counts 20 steps, and the module n places behind it is 4 n steps ahead. Five letters are four steps
-//! apart: each module is one letter ahead of the one before it, and one wave is five modules long.
+//! There the head counts 20 steps, and the module n places behind it is 4 n steps ahead. Five letters are
+//! four steps apart: each module is one letter ahead of the one before it, and one wave is five modules long.
 
 use super::Leader;
 use crate::action::Action::Wave;

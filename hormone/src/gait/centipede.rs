@@ -7,8 +7,8 @@
 //! through the spine modules as it is": by the table's row every leg behind the first spine would get
 //! the same data twice a Period and never alternate.
 //!
-//! A leg whose accelerometer says that it lies on its back lifts its foot the other way, so a robot that is turned over walks
-//! on. Nobody tells it; the hip goes on as before, and ahead is where it was.
+//! A leg whose accelerometer says that it lies on its back lifts its foot the other way, so a robot that is
+//! turned over walks on. Nobody tells it; the hip goes on as before, and ahead is where it was.
 
 use super::Leader;
 use crate::action::Action::{Holding, Straight, Swing, SwingOver};

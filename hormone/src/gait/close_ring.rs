@@ -1,6 +1,6 @@
-//! From a chain of six to a ring: all bend until the tail's Back comes to the head's Front, and the tail's dock grasps it. For
-//! bending there are two beats at least, for grasping three: a search and the latch. What was in vain is tried again in the
-//! next Period.
+//! From a chain of six to a ring: all bend until the tail's Back comes to the head's Front, and the tail's
+//! dock grasps it. For bending there are two beats at least, for grasping three: a search and the latch. What
+//! was in vain is tried again in the next Period.
 //!
 //! Then the head has a neighbour in front, is a spine like all others, and has them roll.
 

@@ -1,7 +1,7 @@
 //! The walk on four legs: one leg in the air at a time, three on the ground.
 //!
-//! The legs of the hind pair are a letter ahead of the front ones, right ones half a Period behind left ones. So they
-//! swing in the order left hind, left front, right hind, right front.
+//! The legs of the hind pair are a letter ahead of the front ones, right ones half a Period behind left ones.
+//! So they swing in the order left hind, left front, right hind, right front.
 
 use super::Leader;
 use crate::action::Action::{Holding, Straight, Swing, SwingOver};

@@ -1,7 +1,8 @@
 //! The serpentine: a chain lies on its side, and a wave runs through it in the plane of the ground.
 //!
-//! Four letters, as the four data values of CONRO's chain: each module is a quarter of the Period ahead of the one
-//! before it, and one wave is four modules long. That the body lies on its side, and how far it bends, is our decision.
+//! Four letters, as the four data values of CONRO's chain: each module is a quarter of the Period ahead of
+//! the one before it, and one wave is four modules long. That the body lies on its side, and how far it
+//! bends, is our decision.
 
 use super::Leader;
 use crate::action::Action::Undulate;

@@ -1,7 +1,8 @@
-//! The walk on six legs: one leg in the air at a time, a wave along each side from the hind leg to the front one.
+//! The walk on six legs: one leg in the air at a time, a wave along each side from the hind leg to the front
+//! one.
 //!
-//! Each pair is two letters ahead of the one before it, right legs half a Period behind left ones. For the faster walk on
-//! three legs at a time there is the centipede.
+//! Each pair is two letters ahead of the one before it, right legs half a Period behind left ones. For the
+//! faster walk on three legs at a time there is the centipede.
 
 use super::Leader;
 use crate::action::Action::{Holding, Straight, Swing, SwingOver};

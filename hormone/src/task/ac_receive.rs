@@ -9,7 +9,8 @@ use crate::probe::Probe;
 use crate::time::reached;
 use crate::topology::to_bytes;
 
-/// How often silent neighbours are looked for, in ticks of 1 ms; see [`Topology::expire`](crate::topology::Topology::expire).
+/// How often silent neighbours are looked for, in ticks of 1 ms; see
+/// [`Topology::expire`](crate::topology::Topology::expire).
 pub const LOOK: Ticks = 20;
 
 /// Takes in a message from a neighbour. `None` if it is no probe.
@@ -29,7 +30,8 @@ pub fn receive(task: &mut Task, message: &Letter, shared: &mut AdaptiveCommunica
     Some(())
 }
 
-/// Looks for silent neighbours if it is time, and tells HORMONE what is new. Returns when it will be time again.
+/// Looks for silent neighbours if it is time, and tells HORMONE what is new. Returns when it will be time
+/// again.
 #[inline(never)]
 pub fn look(task: &mut Task, shared: &mut AdaptiveCommunication, api: Api) -> Ticks {
     let time = now(task);

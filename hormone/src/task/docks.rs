@@ -19,8 +19,8 @@ impl Docks {
         Docks { asked: None }
     }
 
-    /// Asks for what the present action wants of a dock: once, when the action begins. What finds no room is asked for the
-    /// next time.
+    /// Asks for what the present action wants of a dock: once, when the action begins. What finds no room is
+    /// asked for the next time.
     #[inline(never)] // else its message would lie under those that HORMONE sends
     pub fn ask(&mut self, task: &mut Task, api: Api, wanted: Option<Docking>) {
         if wanted == self.asked {

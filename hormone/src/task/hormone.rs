@@ -64,7 +64,8 @@ impl Behaviour {
         self.due = now(task);
     }
 
-    /// Counts a message to a behaviour that could not be read. A flood of them shall not keep the module busy.
+    /// Counts a message to a behaviour that could not be read. A flood of them shall not keep the module
+    /// busy.
     pub fn malformed(&mut self, task: &mut Task) {
         self.controller.malformed();
         let time = now(task);

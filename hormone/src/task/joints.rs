@@ -32,7 +32,8 @@ impl Joints {
         }
     }
 
-    /// Has each joint turn to its angle of `posture`, if that is news to it. What finds no room is told the next time.
+    /// Has each joint turn to its angle of `posture`, if that is news to it. What finds no room is told the
+    /// next time.
     pub fn turn(&mut self, task: &mut Task, api: Api, posture: Posture) {
         let [front, roll, back] = &mut self.told;
         tell(task, api, Axis::Front, posture.motor0, front);

@@ -1,4 +1,5 @@
-//! What the kernel needs of a machine: this contract, which each port fulfils under the same names. A port is one folder.
+//! What the kernel needs of a machine: this contract, which each port fulfils under the same names. A port is
+//! one folder.
 //!
 //! | name | contract |
 //! |---|---|

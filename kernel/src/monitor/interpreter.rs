@@ -12,8 +12,8 @@ const ROW: usize = 16;
 /// Bytes of a return address.
 const PROGRAM_COUNTER: u16 = if cfg!(target_feature = "eijmpcall") { 3 } else { 2 };
 
-/// Where a preempted context holds what, from its lowest byte on: r17 down to r2, r29, r28, r27 down to r18, r1, SREG, r0, r30,
-/// r31, PC with its high byte first.
+/// Where a preempted context holds what, from its lowest byte on: r17 down to r2, r29, r28, r27 down to r18,
+/// r1, SREG, r0, r30, r31, PC with its high byte first.
 const STATUS: u16 = 29;
 const PC: u16 = 33;
 
@@ -48,8 +48,8 @@ macro_rules! say {
     }};
 }
 
-/// Does what `line` says, and puts the reply: lines that end in CR LF. What is wrong is said in a line that begins with `?`, and
-/// then nothing was done.
+/// Does what `line` says, and puts the reply: lines that end in CR LF. What is wrong is said in a line that
+/// begins with `?`, and then nothing was done.
 pub fn obey(line: &[u8], machine: &mut impl Machine) {
     if let Err(mistake) = command(line, machine) {
         explain(machine, mistake);

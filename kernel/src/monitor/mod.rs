@@ -1,4 +1,5 @@
-//! A monitor: looks at memory and tasks, and steers these, by commands over a serial line. `docs/monitor.md` has the commands.
+//! A monitor: looks at memory and tasks, and steers these, by commands over a serial line. `docs/monitor.md`
+//! has the commands.
 //!
 //! [`obey`] is the whole interpreter: it knows a [`Machine`], no device. [`run`] is the task around it.
 

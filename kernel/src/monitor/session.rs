@@ -8,7 +8,8 @@ use crate::context::{Context, Task};
 use crate::control::{Refused, TaskHandle};
 use crate::task::Never;
 
-/// Reads commands from `line`, and replies there, for good. `step` runs one instruction of a task: see [`TaskHandle::step`].
+/// Reads commands from `line`, and replies there, for good. `step` runs one instruction of a task: see
+/// [`TaskHandle::step`].
 ///
 /// A line ends in CR or LF. After each reply comes a prompt, `> `.
 ///
@@ -82,7 +83,8 @@ impl<L: Line, S: FnMut(&mut Task, TaskHandle) -> Result<(), Refused>> Machine fo
     }
 
     fn read(&mut self, address: u16) -> u8 {
-        // SAFETY: any address of the data space can be read; one where nothing is gives a value without meaning.
+        // SAFETY: any address of the data space can be read; one where nothing is gives a value without
+        // meaning.
         unsafe { ptr::with_exposed_provenance::<u8>(address.into()).read_volatile() }
     }
 

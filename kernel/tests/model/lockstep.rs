@@ -20,8 +20,8 @@ use model::world::{Belongings, TASKS, World, priority};
 
 use crate::jobs::{self, BODIES};
 
-/// Plays `script` on a kernel with the objects of `real` and on a reference with those of `supposed`, which should be the
-/// same. Gives the script back, and what was played.
+/// Plays `script` on a kernel with the objects of `real` and on a reference with those of `supposed`, which
+/// should be the same. Gives the script back, and what was played.
 pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<Played, Box<Disagreement>>) {
     let arrangement = real.arrangement();
     // The objects are the kernel's for ever, as statics are. So this is a few hundred bytes that stay.
@@ -218,8 +218,8 @@ impl<S: Script> Lockstep<S> {
         self.returned(id, Outcome::Nothing);
     }
 
-    /// The next call of task `id`, and what strikes inside of it. Before it come the interrupts that strike the task where
-    /// it is.
+    /// The next call of task `id`, and what strikes inside of it. Before it come the interrupts that strike
+    /// the task where it is.
     fn next_call(self: &Rc<Self>, id: TaskId) -> Option<(Call, Option<Strike>)> {
         loop {
             match self.next(Some(id))? {

@@ -1,5 +1,5 @@
-//! The kernel against a plain reference, written from its documentation: calls drawn by lot by the million, and every
-//! sequence of calls of a small system.
+//! The kernel against a plain reference, written from its documentation: calls drawn by lot by the million,
+//! and every sequence of calls of a small system.
 //!
 //! | variable | |
 //! |---|---|
@@ -35,7 +35,8 @@ fn setting(name: &str, otherwise: u64) -> u64 {
     }
 }
 
-/// Draws a setup and a script by lot and plays it, on a kernel altered by `alter`. Returns how many calls agreed.
+/// Draws a setup and a script by lot and plays it, on a kernel altered by `alter`. Returns how many calls
+/// agreed.
 fn play_seed(seed: u64, alter: impl Fn(&mut Setup)) -> Result<u64, Box<Disagreement>> {
     let mut rng = fastrand::Rng::with_seed(seed);
     let supposed = Setup::random(&mut rng, TASKS);
@@ -61,8 +62,8 @@ fn millions_of_calls_drawn_by_lot_do_what_the_reference_does() {
     println!("{calls} calls");
 }
 
-/// Priorities of three tasks, and the ceiling of a mutex: equals, one above two, each above another; and a ceiling that the
-/// highest is above.
+/// Priorities of three tasks, and the ceiling of a mutex: equals, one above two, each above another; and a
+/// ceiling that the highest is above.
 const ARRANGEMENTS: [([Priority; 3], Priority); 4] =
     [([P3, P3, P3], P3), ([P3, P2, P3], P2), ([P4, P3, P2], P2), ([P4, P3, P2], P3)];
 

@@ -1,8 +1,9 @@
 //! Sizes, from the images as they are linked.
 //!
-//! The kernel's flash is measured twice on a program with every call of it once: its own functions, as other kernels' flash
-//! is measured; and with the calls that are compiled into the program, and what that does with their results. Of all six
-//! categories of AvrX's calls it has the EEPROM and single steps, too, with what `board` does for them.
+//! The kernel's flash is measured twice on a program with every call of it once: its own functions, as other
+//! kernels' flash is measured; and with the calls that are compiled into the program, and what that does with
+//! their results. Of all six categories of AvrX's calls it has the EEPROM and single steps, too, with what
+//! `board` does for them.
 
 use super::{BenchError, Counted, Flash, Measured, TestImages, unmeasurable};
 

@@ -1,9 +1,11 @@
-//! What a program that calls the kernel takes of the flash more than one without a kernel: how much of it is the kernel's.
+//! What a program that calls the kernel takes of the flash more than one without a kernel: how much of it is
+//! the kernel's.
 //!
-//! Of other kernels it is known how much their own functions take as they are linked, without the program that calls them.
-//! Here many a call is compiled into its caller: that much is the program's. What the program's crate does not define is
-//! the kernel's: what is generic and built for the program, too, and what only the kernel needs of `board`, of the
-//! compiler's library and of the start-up code. Of the interrupts only the one that the program declares is its own.
+//! Of other kernels it is known how much their own functions take as they are linked, without the program
+//! that calls them. Here many a call is compiled into its caller: that much is the program's. What the
+//! program's crate does not define is the kernel's: what is generic and built for the program, too, and what
+//! only the kernel needs of `board`, of the compiler's library and of the start-up code. Of the interrupts
+//! only the one that the program declares is its own.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;

@@ -1,4 +1,5 @@
-//! What interrupts cost: from the acceptance of one to the task that it wakes, or back to the task that it struck.
+//! What interrupts cost: from the acceptance of one to the task that it wakes, or back to the task that it
+//! struck.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -136,7 +137,8 @@ fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     Ok(measured)
 }
 
-/// Up to the mark `end`: the longest time from the acceptance of an interrupt until the code that it struck goes on.
+/// Up to the mark `end`: the longest time from the acceptance of an interrupt until the code that it struck
+/// goes on.
 fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<Range<u64>> {
     let mut longest = None;
     let mut struck = None;

@@ -8,8 +8,8 @@ use crate::masked::{MaskedWindow, OpenedBy};
 /// So long runs an image that does not end, in cycles: 0.25 s.
 const RUN: u64 = 4_000_000;
 
-/// How the names of images begin that show drivers and the tasks above them; and single steps, which hold up all interrupts for
-/// thousands of cycles, masked or not.
+/// How the names of images begin that show drivers and the tasks above them; and single steps, which hold up
+/// all interrupts for thousands of cycles, masked or not.
 const OTHERS: [&str; 6] = ["board_", "bench_bridge_", "bench_link_", "devices", "flood_", "step"];
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
@@ -31,8 +31,8 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
     ])
 }
 
-/// The masked windows of all test images in `directory`, longest first: one entry for each place and cause, with its
-/// image. What a program does before its first task runs is not among them.
+/// The masked windows of all test images in `directory`, longest first: one entry for each place and cause,
+/// with its image. What a program does before its first task runs is not among them.
 ///
 /// # Errors
 /// The directory or an image can't be read.

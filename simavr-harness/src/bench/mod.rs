@@ -1,4 +1,5 @@
-//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`. Those of a module are in
+//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`. Those of a
+//! module are in
 //! [`module`].
 //!
 //! Cycles are those of the ATmega128, the response to an interrupt included, the marks around a stretch
@@ -100,8 +101,8 @@ pub enum BenchError {
     Unmeasurable { image: String, reason: String },
 }
 
-/// Measures every figure on the test images in `directory`, in the order of [`FIGURES`]. A figure of which the kernel
-/// does not have the subject yet is left out.
+/// Measures every figure on the test images in `directory`, in the order of [`FIGURES`]. A figure of which
+/// the kernel does not have the subject yet is left out.
 ///
 /// # Errors
 /// An image is not there, or does not do what is to be measured.

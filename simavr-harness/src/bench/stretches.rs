@@ -35,7 +35,8 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
         .collect()
 }
 
-/// The longest stretch of each number: from the last mark at its beginning to the next at its end, without the marks.
+/// The longest stretch of each number: from the last mark at its beginning to the next at its end, without
+/// the marks.
 fn longest_stretches(
     images: &TestImages,
     image: &str,

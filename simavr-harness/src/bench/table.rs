@@ -1,9 +1,10 @@
 //! The figures to reach, and those of other kernels for the ATmega128.
 //!
-//! The peers' figures were measured once, in simavr as ours are: single-stepped, ATmega128 at 16 MHz, built by avr-gcc
-//! 5.4.0 with -Os, net of the marks, the 4 cycles of interrupt response included. Where a peer has two ways to do the
-//! same, the better is given. Their flash is that of their own functions, as linked; what scmRTOS's templates become in the
-//! program is not in it.
+//! The peers' figures were measured once, in simavr as ours are: single-stepped, ATmega128 at 16 MHz, built
+//! by avr-gcc
+//! 5.4.0 with -Os, net of the marks, the 4 cycles of interrupt response included. Where a peer has two ways
+//! to do the same, the better is given. Their flash is that of their own functions, as linked; what scmRTOS's
+//! templates become in the program is not in it.
 
 /// A figure of the kernel.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,5 @@
-//! What an interpreter other than simavr's needs of an instance: the core's state, memory as cells, and the I/O registers
-//! with their handlers.
+//! What an interpreter other than simavr's needs of an instance: the core's state, memory as cells, and the
+//! I/O registers with their handlers.
 
 use std::cell::Cell;
 
@@ -53,8 +53,8 @@ impl Cpu {
         }
     }
 
-    /// Whether the core does no more than one instruction before the harness has to look: it sleeps or has stopped, an
-    /// interrupt waits, or the last instruction enabled interrupts.
+    /// Whether the core does no more than one instruction before the harness has to look: it sleeps or has
+    /// stopped, an interrupt waits, or the last instruction enabled interrupts.
     pub fn must_pause(self) -> bool {
         // SAFETY: the instance is alive by the type's invariant.
         unsafe { (*self.as_ptr()).state as u32 != ffi::cpu_Running || (*self.as_ptr()).interrupt_state != 0 }
@@ -66,8 +66,8 @@ impl Cpu {
         unsafe { (*self.as_ptr()).interrupt_state = -1 }
     }
 
-    /// A run that has ended at `cycle` for no more than that interrupts were enabled goes on if none waits and no timer
-    /// is due. Returns where it ends then.
+    /// A run that has ended at `cycle` for no more than that interrupts were enabled goes on if none waits
+    /// and no timer is due. Returns where it ends then.
     pub fn go_on(self, cycle: u64) -> Option<u64> {
         if !self.enabled_just_now() {
             return None;
@@ -87,8 +87,8 @@ impl Cpu {
 
     /// Calls `visit` on the whole data space, in which handlers may write meanwhile.
     pub fn with_cells<R>(self, visit: impl FnOnce(&[Cell<u8>]) -> R) -> R {
-        // SAFETY: simavr allocates `ramend + 1` bytes, which stay where they are until the instance is freed. Cells
-        // may be written by others while they are lent.
+        // SAFETY: simavr allocates `ramend + 1` bytes, which stay where they are until the instance is freed.
+        // Cells may be written by others while they are lent.
         visit(unsafe { std::slice::from_raw_parts((*self.as_ptr()).data.cast(), self.data_size()) })
     }
 
@@ -129,7 +129,8 @@ impl Cpu {
         let Some((handler, parameter)) = reader.and_then(|reader| Some((reader.c?, reader.param))) else {
             return self.data(address);
         };
-        // SAFETY: the handler gets its own parameter, and no reference into the instance exists across the call.
+        // SAFETY: the handler gets its own parameter, and no reference into the instance exists across the
+        // call.
         let value = unsafe { handler(self.as_ptr(), address, parameter) };
         self.set_data(address, value);
         value
@@ -149,8 +150,8 @@ impl Cpu {
         if usize::from(address) >= self.flash_size() {
             return None;
         }
-        // SAFETY: simavr allocates more than `flash_size` bytes, changes `value` during the call only, and no reference
-        // into the instance exists across it.
+        // SAFETY: simavr allocates more than `flash_size` bytes, changes `value` during the call only, and no
+        // reference into the instance exists across it.
         unsafe {
             let mut value = *(*self.as_ptr()).flash.add(address.into());
             ffi::avr_ioctl(self.as_ptr(), READ_FLASH, (&raw mut value).cast());
@@ -160,8 +161,8 @@ impl Cpu {
 
     /// The entry of an I/O register in simavr's table; `None` where it has none.
     fn io_register<'a>(self, address: u16) -> Option<&'a ffi::avr_t__bindgen_ty_3> {
-        // SAFETY: the instance is alive by the type's invariant; the reference is used in this file only, and no
-        // longer than until a handler is called.
+        // SAFETY: the instance is alive by the type's invariant; the reference is used in this file only, and
+        // no longer than until a handler is called.
         let registers = unsafe { &(*self.as_ptr()).io };
         registers.get(usize::from(address - IO_START))
     }

@@ -45,8 +45,8 @@ impl Cpu {
         let control = unsafe { &mut *self.control() };
         assert_eq!(control.number, snapshot.number, "a snapshot is of one instance");
         (control.fault, control.driven) = (snapshot.fault, snapshot.driven);
-        // SAFETY: the bytes were this structure's, so it has that size, and pointers among them are right: nothing
-        // that they point to is freed before the instance is.
+        // SAFETY: the bytes were this structure's, so it has that size, and pointers among them are right:
+        // nothing that they point to is freed before the instance is.
         unsafe {
             let size = snapshot.structure.len();
             snapshot.structure.as_ptr().copy_to_nonoverlapping(self.as_ptr().cast(), size);
@@ -60,7 +60,8 @@ impl Cpu {
 
     /// The instance's IRQs, always in the same order.
     fn irqs(self) -> impl Iterator<Item = *mut simavr_ffi::avr_irq_t> {
-        // SAFETY: the pool is part of the instance; its table has `count` entries, null where an IRQ was freed.
+        // SAFETY: the pool is part of the instance; its table has `count` entries, null where an IRQ was
+        // freed.
         let all = unsafe {
             let pool = &raw const (*self.as_ptr()).irq_pool;
             match (*pool).count as usize {

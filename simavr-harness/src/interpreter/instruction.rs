@@ -8,11 +8,11 @@ pub const X: u8 = 26;
 pub const Y: u8 = 28;
 pub const Z: u8 = 30;
 
-/// One instruction, in groups of at most three where it is frequent: then the host finds its way to it through a few
-/// decisions, which it predicts better than the target of one jump to all instructions.
+/// One instruction, in groups of at most three where it is frequent: then the host finds its way to it
+/// through a few decisions, which it predicts better than the target of one jump to all instructions.
 ///
-/// Registers are numbered 0 to 31, a pair by its lower one; places in the data space have their data address, places in
-/// flash their word.
+/// Registers are numbered 0 to 31, a pair by its lower one; places in the data space have their data address,
+/// places in flash their word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Instruction {
@@ -298,8 +298,8 @@ impl From<Store> for Instruction {
     }
 }
 
-/// Decodes what is in flash, word by word: any of them may be jumped to. Nothing of a program that may write its own
-/// flash.
+/// Decodes what is in flash, word by word: any of them may be jumped to. Nothing of a program that may write
+/// its own flash.
 pub fn decode(flash: &[u8]) -> Vec<Instruction> {
     let words: Vec<u16> = flash.chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect();
     if words.contains(&STORE_PROGRAM_MEMORY) {
@@ -310,8 +310,8 @@ pub fn decode(flash: &[u8]) -> Vec<Instruction> {
     instructions.map(|(at, (&opcode, second))| instruction(at, opcode, second, words.len())).collect()
 }
 
-/// The instruction at word `at` of a program of so many `words`. `second` is the next word: its own, or the next
-/// instruction's first.
+/// The instruction at word `at` of a program of so many `words`. `second` is the next word: its own, or the
+/// next instruction's first.
 pub(crate) fn instruction(at: usize, opcode: u16, second: u16, words: usize) -> Instruction {
     let d = (opcode >> 4 & 0x1f) as u8;
     let r = (opcode >> 5 & 0x10 | opcode & 0xf) as u8;

@@ -14,7 +14,8 @@ const CARRIES: u8 = CARRY | HALF_CARRY;
 /// The flags that only instructions for them change.
 const KEPT: u8 = TRANSFER | INTERRUPT;
 
-/// SREG, in three parts: most instructions set one or two of them afresh and need not wait for what was there before.
+/// SREG, in three parts: most instructions set one or two of them afresh and need not wait for what was there
+/// before.
 #[derive(Clone, Copy, Debug)]
 pub struct Status {
     carries: u8,
@@ -68,8 +69,8 @@ impl Status {
         difference as u8
     }
 
-    /// The flags of a sum or a difference of `a` and `b`. Where a bit of it is not what the operands' own would make
-    /// there, a carry or a borrow came into it.
+    /// The flags of a sum or a difference of `a` and `b`. Where a bit of it is not what the operands' own
+    /// would make there, a carry or a borrow came into it.
     fn sum(&mut self, a: u8, b: u8, result: u32) {
         let into = u32::from(a) ^ u32::from(b) ^ result;
         self.carries = (into >> 8) as u8 & CARRY | (into << 1) as u8 & HALF_CARRY;

@@ -34,8 +34,8 @@ impl Seen {
     }
 }
 
-/// Executes each opcode from states drawn by chance, here and in simavr. Returns how many opcodes the interpreter
-/// executed.
+/// Executes each opcode from states drawn by chance, here and in simavr. Returns how many opcodes the
+/// interpreter executed.
 fn compare(part: &Part) -> usize {
     const AT: u32 = 0x100;
     let [ours, simavrs] = [(); 2].map(|()| {

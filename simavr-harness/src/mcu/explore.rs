@@ -3,10 +3,11 @@
 use super::Mcu;
 
 impl Mcu {
-    /// Lets `trial` do with the MCU what it likes, then takes the MCU back to this moment. Returns what `trial` did.
+    /// Lets `trial` do with the MCU what it likes, then takes the MCU back to this moment. Returns what
+    /// `trial` did.
     ///
-    /// Flash, EEPROM, the converter and what the MCU has on its serial links and its two-wire bus are not taken back: this is for
-    /// programs that leave those alone.
+    /// Flash, EEPROM, the converter and what the MCU has on its serial links and its two-wire bus are not
+    /// taken back: this is for programs that leave those alone.
     ///
     /// # Panics
     /// When `trial` puts another MCU in the place of this one.

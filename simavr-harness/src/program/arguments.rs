@@ -7,7 +7,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
 use simulation::Shape;
 
-/// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed with.
+/// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
+/// with.
 #[derive(Parser)]
 #[command(version)]
 pub struct Arguments {
@@ -25,7 +26,8 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Sim {
-    /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, or a robot file (.toml).
+    /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, or a robot file
+    /// (.toml).
     #[arg(default_value = "centipede", value_parser = source)]
     pub robot: Source,
 
@@ -33,7 +35,8 @@ pub struct Sim {
     #[arg(long, default_value = "simavr")]
     pub engine: EngineName,
 
-    /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs 11, cross 5.
+    /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs
+    /// 11, cross 5.
     #[arg(long, value_parser = modules)]
     pub modules: Option<usize>,
 

@@ -16,7 +16,8 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 
-/// Exit status 0: the robot did as it should, or the figures are printed. 1: it did not. 2: nothing could be run.
+/// Exit status 0: the robot did as it should, or the figures are printed. 1: it did not. 2: nothing could be
+/// run.
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),

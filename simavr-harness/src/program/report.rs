@@ -54,7 +54,8 @@ pub struct Report {
     pub gait_violations: u64,
     /// The most that the legs of a branch started apart.
     pub leg_skew_us_max: Option<f64>,
-    /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in Periods.
+    /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in
+    /// Periods.
     pub recovery_periods_max: Option<f64>,
     /// `None` where no MCU is simulated.
     pub cpu_load: Option<CpuLoad>,
@@ -204,7 +205,8 @@ impl Report {
         if self.gait_violations > 0 {
             faults.push(format!("the gait was wrong {} times", self.gait_violations));
         }
-        // Where frames are lost or modules come and go hormones may be given up; what the legs made of it is counted above.
+        // Where frames are lost or modules come and go hormones may be given up; what the legs made of it is
+        // counted above.
         if is_calm && self.hormones_lost > 0 {
             faults.push(format!("{} hormones were lost", self.hormones_lost));
         }

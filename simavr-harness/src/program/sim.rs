@@ -15,7 +15,8 @@ use super::display::Display;
 use super::json;
 use super::report::{Console, CpuLoad, Report};
 
-/// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes each dock once.
+/// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
+/// each dock once.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
 /// The most modules that simavr runs: more would take more memory than most machines have.

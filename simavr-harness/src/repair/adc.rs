@@ -1,9 +1,10 @@
-//! The converter (chapter "Analog-to-Digital Converter"), in the place of simavr's: a conversion takes its time, the
-//! first one longer, and begins with the converter's own clock.
+//! The converter (chapter "Analog-to-Digital Converter"), in the place of simavr's: a conversion takes its
+//! time, the first one longer, and begins with the converter's own clock.
 //!
 //! A pin may carry the output of an analog multiplexer, addressed by three pins of the MCU.
 //!
-//! Simplified: the voltage is taken as the conversion begins, not 1.5 clocks later; differential inputs read 0.
+//! Simplified: the voltage is taken as the conversion begins, not 1.5 clocks later; differential inputs read
+//! 0.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};

@@ -1,5 +1,6 @@
-//! The EEPROM (chapter "EEPROM Data Memory"), in the place of simavr's: a write takes its time, in which the EEPROM can't be
-//! read nor the address changed, EE_READY lasts as long as none is under way, and the core waits as the chip's does.
+//! The EEPROM (chapter "EEPROM Data Memory"), in the place of simavr's: a write takes its time, in which the
+//! EEPROM can't be read nor the address changed, EE_READY lasts as long as none is under way, and the core
+//! waits as the chip's does.
 //!
 //! Simplified: later parts than the ATmega128 can also erase or write alone; here they always do both.
 

@@ -1,6 +1,6 @@
-//! External interrupts at the pins of compare units (chapter "External Interrupts"): they come of the pin's edges
-//! whoever makes them. simavr hands an interrupt the level that a compare unit gives to a pin with a flag in it, and
-//! so misses the rising edges.
+//! External interrupts at the pins of compare units (chapter "External Interrupts"): they come of the pin's
+//! edges whoever makes them. simavr hands an interrupt the level that a compare unit gives to a pin with a
+//! flag in it, and so misses the rising edges.
 
 use crate::cpu::Cpu;
 

@@ -1,8 +1,8 @@
-//! Timer3 (chapter "16-bit Timer/Counter"), in the place of simavr's: simavr's misses a match that lies within an
-//! instruction of the counter's overflow, and its fast PWM has no double-buffered registers.
+//! Timer3 (chapter "16-bit Timer/Counter"), in the place of simavr's: simavr's misses a match that lies
+//! within an instruction of the counter's overflow, and its fast PWM has no double-buffered registers.
 //!
-//! Modelled is what the robot's serial line in software uses: the MCU's own clock, the normal mode (0) and fast PWM up
-//! to OCR3A (15). In other modes the counter stands still.
+//! Modelled is what the robot's serial line in software uses: the MCU's own clock, the normal mode (0) and
+//! fast PWM up to OCR3A (15). In other modes the counter stands still.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -62,8 +62,8 @@ pub(crate) struct Timer3 {
     capture_level: bool,
 }
 
-/// Puts the harness's timer in the place of simavr's. Its vectors stand in a row, `capture` first. `None`: the part has no
-/// such vectors.
+/// Puts the harness's timer in the place of simavr's. Its vectors stand in a row, `capture` first. `None`:
+/// the part has no such vectors.
 pub(crate) fn attach(cpu: Cpu, capture: u8) -> Option<Attached<Timer3>> {
     let timer = Timer3 {
         capture: cpu.vector(capture)?,

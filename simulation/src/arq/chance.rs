@@ -40,8 +40,8 @@ pub struct Counts {
     pub violations: Vec<Violation>,
 }
 
-/// A million messages over links that lose each frame with probability `loss`: of twenty pairs of a Back and a Front, half of
-/// them each way.
+/// A million messages over links that lose each frame with probability `loss`: of twenty pairs of a Back and
+/// a Front, half of them each way.
 pub fn million_at_loss(loss: f64) -> Counts {
     let rates = Rates { lose: loss, ..Rates::default() };
     let mut all = Counts::default();

@@ -1,6 +1,6 @@
-//! The ARQ of a link alone: two ends of the robot's own code over a line that loses, corrupts, duplicates, delays and
-//! reflects, and ends that are reset. Every message arrives exactly once and in order, or its sender is told: a [`Violation`]
-//! says that it was not so.
+//! The ARQ of a link alone: two ends of the robot's own code over a line that loses, corrupts, duplicates,
+//! delays and reflects, and ends that are reset. Every message arrives exactly once and in order, or its
+//! sender is told: a [`Violation`] says that it was not so.
 //!
 //! There is no clock: whoever drives a [`Link`] chooses what happens next. [`drive`] does so by lot.
 

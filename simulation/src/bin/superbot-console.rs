@@ -1,5 +1,5 @@
-//! The program behind `./x console`: a [`Terminal`] at a serial port with an infrared transceiver, held before a dock that has no
-//! neighbour. Prints what the module tells.
+//! The program behind `./x console`: a [`Terminal`] at a serial port with an infrared transceiver, held
+//! before a dock that has no neighbour. Prints what the module tells.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};

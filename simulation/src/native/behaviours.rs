@@ -57,8 +57,8 @@ pub struct Doing {
 }
 
 impl Behaviours {
-    /// The behaviours of a module whose clock starts at `first_tick`. `seed` should differ from module to module and from
-    /// boot to boot.
+    /// The behaviours of a module whose clock starts at `first_tick`. `seed` should differ from module to
+    /// module and from boot to boot.
     pub fn new(first_tick: u64, gait: GaitName, seed: u16) -> Self {
         let controller = Controller::new(gait.gait(), seed, 0);
         Behaviours {

@@ -1,4 +1,5 @@
-//! How the modules of the robot lie, as their accelerometers tell: with joints that are where they were told to be.
+//! How the modules of the robot lie, as their accelerometers tell: with joints that are where they were told
+//! to be.
 
 use super::Native;
 use crate::hardware::MILLISECOND;

@@ -1,9 +1,9 @@
-//! A robot without microcontrollers: the behaviours, the links' ARQ and the routers of the modules themselves, natively and
-//! in virtual time.
+//! A robot without microcontrollers: the behaviours, the links' ARQ and the routers of the modules
+//! themselves, natively and in virtual time.
 //!
-//! What tasks do on the MCUs in zero time or with a timer is the same code; around it stands a model of what takes time:
-//! frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There is no CPU that two things
-//! want at once, and no interrupt.
+//! What tasks do on the MCUs in zero time or with a timer is the same code; around it stands a model of what
+//! takes time: frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There
+//! is no CPU that two things want at once, and no interrupt.
 
 mod behaviours;
 mod docking;
@@ -123,10 +123,11 @@ impl Native {
 
     /// Runs all modules up to `end`.
     ///
-    /// In a window modules do not depend on each other. They need not all be run through one window before the next: a
-    /// module may be in a later window than those of higher index, as long as its neighbours are through the one before.
-    /// So tiles of modules are run through all windows one after the other, each tile shifted down by the greatest
-    /// distance of neighbours from window to window, and a module's memory is in the cache for as long as it is in the tile.
+    /// In a window modules do not depend on each other. They need not all be run through one window before
+    /// the next: a module may be in a later window than those of higher index, as long as its neighbours are
+    /// through the one before. So tiles of modules are run through all windows one after the other, each tile
+    /// shifted down by the greatest distance of neighbours from window to window, and a module's memory is in
+    /// the cache for as long as it is in the tile.
     fn run_tiles(&mut self, end: u64) {
         let count = self.modules.len();
         let windows = self.now / LOOKAHEAD..end.div_ceil(LOOKAHEAD);

@@ -243,7 +243,8 @@ impl Module {
         }
     }
 
-    /// Hands a message on as the router says. Returns whether it is dealt with: there was room, or nobody wants it.
+    /// Hands a message on as the router says. Returns whether it is dealt with: there was room, or nobody
+    /// wants it.
     fn deliver(&mut self, now: u64, mcu: Mcu, message: Letter, source: Source) -> bool {
         let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
         match router.route(message.to(), source) {
@@ -322,7 +323,8 @@ pub fn mcu_of(dock: Dock) -> Mcu {
     if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
 }
 
-/// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they were put in.
+/// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they were
+/// put in.
 fn insert(inputs: &mut Vec<(u64, Input)>, at: u64, input: Input) {
     let place = inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
     inputs.insert(place, (at, input));

@@ -93,7 +93,8 @@ pub struct Port {
     /// Whether the message under way was sent before.
     is_repeated: bool,
     waiting: Option<Waiting>,
-    /// Until when the sending task waits for the line: the end of what it sends itself, or the tick after what comes in.
+    /// Until when the sending task waits for the line: the end of what it sends itself, or the tick after
+    /// what comes in.
     busy_until: u64,
     /// The last frame that was sent, and the one before.
     sent: [Range<u64>; 2],

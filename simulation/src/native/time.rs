@@ -8,8 +8,8 @@ pub const TICK: u64 = MILLISECOND;
 /// A character on the wire: ten bits of 416 cycles, as the USARTs are set up.
 pub const CHARACTER: u64 = 4160;
 
-/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the one that is
-/// not the CRC's. One frame in 40 takes one byte more.
+/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
+/// one that is not the CRC's. One frame in 40 takes one byte more.
 const OVERHEAD: u64 = 5;
 
 /// What a module does reaches no other one sooner: that hears it at the end of a frame's first character.
@@ -25,16 +25,17 @@ pub const fn ack() -> u64 {
     OVERHEAD * CHARACTER
 }
 
-/// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8 beside the
-/// payload; nine bits each, and START and STOP, at 400 kHz.
+/// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8
+/// beside the payload; nine bits each, and START and STOP, at 400 kHz.
 pub fn transfer(payload: usize) -> u64 {
     (2 + 9 * (5 + payload as u64)) * 40
 }
 
-// What the programs take in simavr, read off the events and characters of a chain of three; tests/simavr holds both
-// engines together.
+// What the programs take in simavr, read off the events and characters of a chain of three; tests/simavr
+// holds both engines together.
 
-/// From a module's power, or from the end of a reset, to its first tick. Folding SRAM to a nonce takes most of it.
+/// From a module's power, or from the end of a reset, to its first tick. Folding SRAM to a nonce takes most
+/// of it.
 pub const START: u64 = micros(3000);
 
 /// From the end of a frame until what it brings is in the mailbox that it is for, and an ACK goes out.
@@ -56,7 +57,8 @@ pub const CROSS_AFTER: u64 = micros(90);
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
 pub const WAKE: u64 = micros(115);
 
-/// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take the first on.
+/// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take
+/// the first on.
 pub const ACT: u64 = micros(185);
 pub const NEXT: u64 = micros(320);
 

@@ -83,8 +83,8 @@ impl Crc8 {
 
     /// Takes in one byte.
     ///
-    /// The polynomial is x^8 + x^2 + x + 1, so x^8 leaves the remainder x^2 + x + 1. A byte times that reaches two bits
-    /// above itself, and those come down in the same way.
+    /// The polynomial is x^8 + x^2 + x + 1, so x^8 leaves the remainder x^2 + x + 1. A byte times that
+    /// reaches two bits above itself, and those come down in the same way.
     const fn update(&mut self, byte: u8) {
         const fn times_x8(byte: u8) -> u8 {
             byte ^ byte << 1 ^ byte << 2

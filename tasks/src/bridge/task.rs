@@ -19,11 +19,12 @@ const RETRY_LIMIT: u8 = 20;
 /// The pause before that, in ticks of 1 ms.
 const PAUSE: Ticks = 1;
 
-/// How long a transfer may take, in ticks of 1 ms. The longest takes 0.6 ms, and as much again behind the other MCU's; the
-/// rest is for what both MCUs have to do besides.
+/// How long a transfer may take, in ticks of 1 ms. The longest takes 0.6 ms, and as much again behind the
+/// other MCU's; the rest is for what both MCUs have to do besides.
 const TRANSFER_AT_MOST: Ticks = 5;
 
-/// One side of the bridge. A `static`: its task runs on it, and readers of RAM find the [`BridgeCounters`] at its start.
+/// One side of the bridge. A `static`: its task runs on it, and readers of RAM find the [`BridgeCounters`] at
+/// its start.
 #[repr(C)]
 pub struct Bridge {
     counters: BridgeCounters<Counter>,

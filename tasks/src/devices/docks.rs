@@ -95,8 +95,8 @@ impl Docks {
         }
     }
 
-    /// Searches for the neighbour's dock before `dock`, and latches. Refused as [`latch`](Self::latch) is, and while
-    /// nobody knows where the joint is.
+    /// Searches for the neighbour's dock before `dock`, and latches. Refused as [`latch`](Self::latch) is,
+    /// and while nobody knows where the joint is.
     pub fn approach<const N: usize>(
         &mut self,
         task: &mut Task,
@@ -174,7 +174,8 @@ impl Docks {
         }
     }
 
-    /// One period of [`PERIOD_MS`](crate::docking::latch::PERIOD_MS). Returns whether any motor runs or a search goes on.
+    /// One period of [`PERIOD_MS`](crate::docking::latch::PERIOD_MS). Returns whether any motor runs or a
+    /// search goes on.
     pub fn step<const N: usize, P: Peripherals>(
         &mut self,
         task: &mut Task,

@@ -1,8 +1,9 @@
-//! The tasks of an MCU's devices besides links, bus and the joints' control: docking motors, guidance, sensors, power.
+//! The tasks of an MCU's devices besides links, bus and the joints' control: docking motors, guidance,
+//! sensors, power.
 //!
-//! Each is a small state machine that takes requests and is stepped, and runs to completion: they share one stack, one
-//! mailbox and one [task](task). Stacks of their own would take about 200 bytes each, and there are ten of these tasks
-//! on the master.
+//! Each is a small state machine that takes requests and is stepped, and runs to completion: they share one
+//! stack, one mailbox and one [task](task). Stacks of their own would take about 200 bytes each, and there
+//! are ten of these tasks on the master.
 //!
 //! | file | what |
 //! |---|---|

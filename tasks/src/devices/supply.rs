@@ -60,8 +60,8 @@ impl Supply {
         }
     }
 
-    /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns what may be switched on if that
-    /// has.
+    /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns what may be
+    /// switched on if that has.
     pub fn look(
         &mut self,
         task: &mut Task,
@@ -76,8 +76,8 @@ impl Supply {
         let level = self.battery.look(voltage);
         let allowance = self.allowance();
         let is_news = allowance != before;
-        // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and again, for the
-        // other MCU may have been reset.
+        // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and
+        // again, for the other MCU may have been reset.
         if is_news || allowance != Allowance::ALL {
             desk.request(task, TaskCode::POWER, Request::Allow(allowance));
         }

@@ -33,8 +33,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was reset, others do not
-    /// know it yet.
+    /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was
+    /// reset, others do not know it yet.
     pub const fn of(axis: Axis) -> Self {
         Client { axis, client: TaskCode::HORMONE, told: State::Moving }
     }
@@ -52,8 +52,8 @@ struct Devices<P, const N: usize> {
     allowance: Allowance,
 }
 
-/// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order. `alive` is called
-/// every [`ALIVE`] ticks or sooner.
+/// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order.
+/// `alive` is called every [`ALIVE`] ticks or sooner.
 pub fn run<P: Peripherals, const N: usize>(
     task: &mut Task,
     mailbox: &'static Mailbox,
@@ -175,7 +175,8 @@ impl<P: Peripherals, const N: usize> Devices<P, N> {
         self.motors.order(task, index, Order::Turn { angle, speed });
     }
 
-    /// Tells of the joints that have changed their state by themselves. One that a search turns is that search's business.
+    /// Tells of the joints that have changed their state by themselves. One that a search turns is that
+    /// search's business.
     fn tell_joints(&mut self, task: &mut Task) {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             let Some(state) = self.motors.state(task, index) else { continue };

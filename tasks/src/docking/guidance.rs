@@ -38,7 +38,8 @@ pub struct Guidance {
 }
 
 impl Guidance {
-    /// A search that begins at `angle`, in 0.1 degree. It ends with [`Next::Latch`] where at least `near` counts are reflected.
+    /// A search that begins at `angle`, in 0.1 degree. It ends with [`Next::Latch`] where at least `near`
+    /// counts are reflected.
     pub const fn new(angle: i16, near: u16) -> Self {
         Guidance { near, angle, best_angle: angle, best: 0, turn: FIRST_TURN, turns_left: MOST_TURNS }
     }

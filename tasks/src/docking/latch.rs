@@ -120,7 +120,8 @@ impl DockingMotor {
         self.state = State::Between;
     }
 
-    /// One period. `is_strained`: the motor's current is above its limit. Returns where to drive the latch; `None` is off.
+    /// One period. `is_strained`: the motor's current is above its limit. Returns where to drive the latch;
+    /// `None` is off.
     pub fn step(&mut self, switches: EndSwitches, is_strained: bool) -> Option<End> {
         let at = match switches {
             EndSwitches { is_released: true, is_latched: true } => {

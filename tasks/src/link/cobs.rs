@@ -81,8 +81,8 @@ impl Default for WireBuffer {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct NotCobs;
 
-/// Undoes COBS in place: `wire` is what came up to a delimiter and that delimiter. `each` sees every byte of the frame in
-/// turn.
+/// Undoes COBS in place: `wire` is what came up to a delimiter and that delimiter. `each` sees every byte of
+/// the frame in turn.
 ///
 /// Every distance but the leading one stands where the frame has a zero, so the frame is all behind
 /// that one once those are put back; in the reduced form its last byte stands in the delimiter's place.

@@ -18,8 +18,8 @@
 //! - A neighbour's system tasks have no place in a frame, nor has any module behind it.
 //! - The CRC covers all before it and goes most significant byte first.
 //!
-//! COBS adds two bytes, or three to one frame in 40: a hormone of 2 payload bytes takes 7 or 8 on the wire, an ACK 5 or 6.
-//! At 38400 baud a byte takes 260 us.
+//! COBS adds two bytes, or three to one frame in 40: a hormone of 2 payload bytes takes 7 or 8 on the wire,
+//! an ACK 5 or 6. At 38400 baud a byte takes 260 us.
 
 use super::cobs::{self, NotCobs, WireBuffer};
 use super::crc::Crc16;

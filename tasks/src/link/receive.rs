@@ -1,4 +1,5 @@
-//! The receiving tasks of the docks (paper, section 5): they take frames off their lines and deliver what these bring.
+//! The receiving tasks of the docks (paper, section 5): they take frames off their lines and deliver what
+//! these bring.
 //!
 //! Each runs to completion for what has come at its dock, so they share a stack.
 
@@ -13,9 +14,10 @@ use crate::message::{Address, Message, TaskCode};
 use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
 
-/// Who speaks after a silence of this many ticks of 1 ms may be another module than before, whose first message is no
-/// repetition whatever its label. A neighbour that is there probes every 40 ms. (A silence of a few ms more than a multiple
-/// of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs remains.)
+/// Who speaks after a silence of this many ticks of 1 ms may be another module than before, whose first
+/// message is no repetition whatever its label. A neighbour that is there probes every 40 ms. (A silence of a
+/// few ms more than a multiple of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs
+/// remains.)
 pub const SILENCE: Ticks = 400;
 
 /// The receiving task of a dock.
@@ -67,8 +69,8 @@ impl<Line: Receive> Incoming<Line> {
     }
 }
 
-/// Runs the receiving tasks of `docks`, which wait on `signal`. The seed of each should differ from dock to dock and from boot
-/// to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
+/// Runs the receiving tasks of `docks`, which wait on `signal`. The seed of each should differ from dock to
+/// dock and from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
 pub fn run<Line: Receive, const N: usize>(
     task: &mut Task,
     mut docks: [Incoming<Line>; N],

@@ -12,8 +12,9 @@ use super::port::Port;
 use crate::device::Transmit;
 use crate::message::{Buffered, Kind, Letter};
 
-/// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that heard the
-/// message was not sending, so the ACK is the next that it sends; once something comes in, its end is waited for.
+/// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that
+/// heard the message was not sending, so the ACK is the next that it sends; once something comes in, its end
+/// is waited for.
 pub const ACK_TIMEOUT: Ticks = 3;
 
 /// Runs the sending task of `port`. `seed` should differ from dock to dock and from module to module.
@@ -72,8 +73,9 @@ struct Outstanding {
     deadline: Ticks,
 }
 
-/// A datagram that waits for its moment. Two ends of a half-duplex line that begin at once do not hear each other, and what
-/// is not acknowledged is not repeated: probes of modules in step would be lost again and again.
+/// A datagram that waits for its moment. Two ends of a half-duplex line that begin at once do not hear each
+/// other, and what is not acknowledged is not repeated: probes of modules in step would be lost again and
+/// again.
 struct Waiting {
     datagram: Buffered,
     moment: Ticks,
@@ -106,8 +108,8 @@ impl<Line: Transmit> Sender<Line> {
         Some(next)
     }
 
-    /// Sends a message for the first time, or lets it wait if it is a datagram. What comes back is still to be
-    /// acknowledged.
+    /// Sends a message for the first time, or lets it wait if it is a datagram. What comes back is still to
+    /// be acknowledged.
     fn begin(&mut self, task: &mut Task, message: Buffered) -> Option<Outstanding> {
         if message.kind() == Kind::Datagram {
             let moment = now(task).wrapping_add(Ticks::from(self.backoff.next_ms()));
@@ -138,7 +140,8 @@ impl<Line: Transmit> Sender<Line> {
         self.transmit(task, Frame::Datagram { signature, to, payload });
     }
 
-    /// Sees whether an outstanding message has arrived or its time is up. What comes back still is outstanding.
+    /// Sees whether an outstanding message has arrived or its time is up. What comes back still is
+    /// outstanding.
     fn look_after(&mut self, task: &mut Task, outstanding: Outstanding) -> Option<Outstanding> {
         if !self.port.with(task, |endpoint| endpoint.sender.is_busy()) {
             return None;

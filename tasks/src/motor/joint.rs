@@ -4,7 +4,8 @@ use super::pid::{Gains, Pid};
 use super::potentiometer::Potentiometer;
 use super::{DEGREE, FULL_DRIVE, Position, TENTH};
 
-/// Of the controller of every joint, found by trial on the assumed plant; `tests/host/tests/joint.rs` holds them to it.
+/// Of the controller of every joint, found by trial on the assumed plant; `tests/host/tests/joint.rs` holds
+/// them to it.
 const GAINS: Gains = Gains::new(12, 4, 12);
 
 /// The setpoint waits for a joint that lags further behind than this.
@@ -16,8 +17,8 @@ const LARGEST_STEP: u16 = 3 * DEGREE as u16;
 /// Readings in a row that must be bad before the potentiometer counts as broken. Meanwhile the motor is off.
 const BAD_READINGS: u8 = 3;
 
-/// The drive that a speed takes, as a shift of 1/256 units in a period: a free joint turns at 80 degrees per second with
-/// full drive.
+/// The drive that a speed takes, as a shift of 1/256 units in a period: a free joint turns at 80 degrees per
+/// second with full drive.
 const DRIVE_OF_SPEED: u32 = 3;
 
 /// Within this of its target a joint has arrived.
@@ -38,7 +39,8 @@ const REVIEW: u8 = 8;
 /// Reviews without way, while the drive is strong or the current at its limit, that make a stall: 248 ms.
 const STALL: u8 = 31;
 
-/// Reviews that find the joint at its target, where the one before found it, after which it is at rest: 96 ms.
+/// Reviews that find the joint at its target, where the one before found it, after which it is at rest: 96
+/// ms.
 const SETTLED: u8 = 12;
 
 /// How one joint is built and what it may do: the board says so.
@@ -58,7 +60,8 @@ pub struct Description {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 #[repr(u8)]
 pub enum Fault {
-    /// The potentiometer reads what no working one does: out of range, or further than the joint can have turned.
+    /// The potentiometer reads what no working one does: out of range, or further than the joint can have
+    /// turned.
     Potentiometer = 0,
     /// The motor drives and the joint does not move.
     Stall = 1,
@@ -159,8 +162,8 @@ impl Joint {
         }
     }
 
-    /// Turns the joint to `angle`, in 0.1 degree, at no more than `speed`, in degrees per second. An angle beyond an end
-    /// stop counts as that stop.
+    /// Turns the joint to `angle`, in 0.1 degree, at no more than `speed`, in degrees per second. An angle
+    /// beyond an end stop counts as that stop.
     pub fn turn_to(&mut self, angle: i16, speed: u8) {
         // Positions hold both end stops, so the product fits.
         let Description { lowest, highest, .. } = self.description;
@@ -201,7 +204,8 @@ impl Joint {
         matches!(self.state, State::Moving | State::Arrived)
     }
 
-    /// Whether nothing has to be done for the joint: it is off, or at rest with a drive that may stay as it is.
+    /// Whether nothing has to be done for the joint: it is off, or at rest with a drive that may stay as it
+    /// is.
     pub fn is_at_rest(&self) -> bool {
         !self.is_driven() || self.settled >= SETTLED
     }
@@ -293,7 +297,8 @@ impl Joint {
         if is_upward { drive } else { -drive }
     }
 
-    /// Lowers the ceiling by a sixteenth in each period with too much current, and raises it slowly in the others.
+    /// Lowers the ceiling by a sixteenth in each period with too much current, and raises it slowly in the
+    /// others.
     fn limit_current(&mut self, current: u16) {
         self.ceiling = if current > self.description.current_limit {
             self.ceiling - (self.ceiling >> 4)

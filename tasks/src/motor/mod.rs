@@ -7,7 +7,8 @@
 //! | [`joint`] | a joint: speed limit, current limit, end stops, what may go wrong |
 //! | [`task`] | the task that steps the joints of one MCU |
 //!
-//! All in 16-bit integers, with shifts for divisions. Positions are in 1/160 degree, a sixteenth of the unit of
+//! All in 16-bit integers, with shifts for divisions. Positions are in 1/160 degree, a sixteenth of the unit
+//! of
 //! [`TENTH`]: fine enough to lose nothing of a reading, and 200 degrees to either side fit 16 bits.
 
 pub mod joint;

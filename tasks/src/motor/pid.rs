@@ -5,7 +5,8 @@ use super::{DEGREE, FULL_DRIVE, Position};
 /// Gains are in sixteenths.
 const FRACTION: u32 = 4;
 
-/// An error counts up to here, 12 degrees: that much asks for more than full drive, and its product fits 16 bits.
+/// An error counts up to here, 12 degrees: that much asks for more than full drive, and its product fits 16
+/// bits.
 const LARGEST_ERROR: i16 = 12 * DEGREE;
 
 /// The integral is kept in 1/64 of a drive.
@@ -27,8 +28,8 @@ pub struct Gains {
 }
 
 impl Gains {
-    /// Drive for each unit of error, 1/64 drive for each unit of error and period, and drive for each unit that the
-    /// position is ahead of its smoothed value. Each 0 to 17, in sixteenths.
+    /// Drive for each unit of error, 1/64 drive for each unit of error and period, and drive for each unit
+    /// that the position is ahead of its smoothed value. Each 0 to 17, in sixteenths.
     ///
     /// Panics, when it is evaluated as a constant, if one is out of range.
     pub const fn new(proportional: i16, integral: i16, derivative: i16) -> Self {
@@ -54,12 +55,14 @@ impl Pid {
         Pid { integral: 0, smoothed: position }
     }
 
-    /// One period: the drive that takes `position` to `setpoint`, `ceiling` at most (0 to [`FULL_DRIVE`]) either way.
+    /// One period: the drive that takes `position` to `setpoint`, `ceiling` at most (0 to [`FULL_DRIVE`])
+    /// either way.
     ///
-    /// `feed_forward` is what a moving setpoint is known to take, so that the integral need not learn it and then
-    /// forget it: without, it carries the joint past a target that it comes to at a steady speed. The derivative is that of the position, so that a step of the setpoint gives no jerk. An error of less than
-    /// `tolerance` adds nothing to the integral, nor does one that would drive further into the ceiling: it does not
-    /// wind up.
+    /// `feed_forward` is what a moving setpoint is known to take, so that the integral need not learn it and
+    /// then forget it: without, it carries the joint past a target that it comes to at a steady speed. The
+    /// derivative is that of the position, so that a step of the setpoint gives no jerk. An error of less
+    /// than `tolerance` adds nothing to the integral, nor does one that would drive further into the ceiling:
+    /// it does not wind up.
     #[inline]
     pub fn step(
         &mut self,

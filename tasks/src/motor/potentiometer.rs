@@ -2,8 +2,8 @@
 
 use super::Position;
 
-/// A reading below this, or as near to full scale, is none of a working potentiometer: a broken wire or a short
-/// pulls the wiper to an end of the scale, and a joint's mechanical stops lie inside.
+/// A reading below this, or as near to full scale, is none of a working potentiometer: a broken wire or a
+/// short pulls the wiper to an end of the scale, and a joint's mechanical stops lie inside.
 const MARGIN: u16 = 24;
 
 /// The converter's full scale.
@@ -18,7 +18,8 @@ pub struct Potentiometer {
 }
 
 impl Potentiometer {
-    /// One that begins to read `zero` (0 to 1023) at 0 degrees, and whose position changes by `scale` for each count.
+    /// One that begins to read `zero` (0 to 1023) at 0 degrees, and whose position changes by `scale` for
+    /// each count.
     ///
     /// Panics, when it is evaluated as a constant, if a position would not fit its type.
     pub const fn new(zero: u16, scale: i16) -> Self {
@@ -38,8 +39,8 @@ impl Potentiometer {
         if !(MARGIN..=FULL_SCALE - MARGIN).contains(&reading) {
             return None;
         }
-        // No more than 16 bits, as `new` has made sure. The converter rounds down: the middle of all that it reads so
-        // is half a count higher.
+        // No more than 16 bits, as `new` has made sure. The converter rounds down: the middle of all that it
+        // reads so is half a count higher.
         Some((reading as i16).wrapping_sub(self.zero).wrapping_mul(self.scale).wrapping_add(self.scale / 2))
     }
 }

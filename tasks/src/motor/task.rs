@@ -1,4 +1,5 @@
-//! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a joint moves.
+//! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a
+//! joint moves.
 
 use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 
@@ -8,8 +9,8 @@ use crate::counter::{self, Counter};
 use crate::device::JointMotors;
 use crate::duty::Duty;
 
-/// The joints of one MCU as others see them. A `static`: their task runs on it, and readers of RAM find the [`Counters`] at its
-/// start.
+/// The joints of one MCU as others see them. A `static`: their task runs on it, and readers of RAM find the
+/// [`Counters`] at its start.
 #[repr(C)]
 pub struct Motors<const N: usize> {
     counters: Counters<Counter>,
@@ -134,8 +135,8 @@ const LATE_LOOK: Ticks = 2 * WATCH;
 
 /// Runs the task of `motors`. `news` is posted when a joint has changed its state by itself.
 ///
-/// Joints that are at rest need no computing: their drives stay as they are. They are looked at now and then, and controlled
-/// again as soon as one is moved or told to.
+/// Joints that are at rest need no computing: their drives stay as they are. They are looked at now and then,
+/// and controlled again as soon as one is moved or told to.
 pub fn run<const N: usize>(
     task: &mut Task,
     motors: &'static Motors<N>,

@@ -7,7 +7,8 @@ use super::battery::Level;
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Allowance {
     pub level: Level,
-    /// Whether the battery is being charged: what comes in comes through a dock, so docks may be closed, however empty it is.
+    /// Whether the battery is being charged: what comes in comes through a dock, so docks may be closed,
+    /// however empty it is.
     pub is_charging: bool,
 }
 

@@ -1,7 +1,7 @@
 //! How full the battery is, by its voltage.
 
-/// How full the battery is. Each level sheds one load more, in this order: what a robot can best do without goes first,
-/// and a module goes on talking to the last.
+/// How full the battery is. Each level sheds one load more, in this order: what a robot can best do without
+/// goes first, and a module goes on talking to the last.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 #[repr(u8)]
@@ -28,7 +28,8 @@ impl Level {
         }
     }
 
-    /// The voltage, in mV, below which the battery has this level or a lower one: two Li-ion cells are empty at 6 V.
+    /// The voltage, in mV, below which the battery has this level or a lower one: two Li-ion cells are empty
+    /// at 6 V.
     fn threshold(self) -> u16 {
         match self {
             Level::Good => u16::MAX,
@@ -78,8 +79,8 @@ impl Battery {
         self.level
     }
 
-    /// A look, a quarter of a second after the one before. `voltage` is in mV. Returns the level if it changed: by one
-    /// at a time.
+    /// A look, a quarter of a second after the one before. `voltage` is in mV. Returns the level if it
+    /// changed: by one at a time.
     pub fn look(&mut self, voltage: u16) -> Option<Level> {
         let below = self.level.below();
         let next = if voltage < below.threshold() {

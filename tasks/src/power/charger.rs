@@ -1,7 +1,8 @@
 //! Charging the battery from a neighbour, through a dock.
 //!
-//! The dock's switch joins the supplies of both modules; the charger takes from there what the battery gets. Whether the
-//! neighbour has power to give, the behaviours of both find out; here it shows as a current, or as none.
+//! The dock's switch joins the supplies of both modules; the charger takes from there what the battery gets.
+//! Whether the neighbour has power to give, the behaviours of both find out; here it shows as a current, or
+//! as none.
 
 /// What the charger is doing.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -44,8 +45,8 @@ const FULL: u16 = 8_400;
 /// The current, in mA, below which a battery at its full voltage takes no more.
 const TAPER: u16 = 80;
 
-/// The temperatures, in 0.1 degree Celsius, between which Li-ion cells may be charged; and what they must be inside by,
-/// to go on.
+/// The temperatures, in 0.1 degree Celsius, between which Li-ion cells may be charged; and what they must be
+/// inside by, to go on.
 const COLD: i16 = 0;
 const HOT: i16 = 450;
 const HYSTERESIS: i16 = 30;

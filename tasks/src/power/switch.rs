@@ -1,7 +1,7 @@
 //! A dock's power switch: it joins the module's supply to the neighbour's.
 //!
-//! The board opens a switch by itself, in the converter's interrupt, as soon as its current is out of bounds: no task
-//! could be held up so long. Here it is known why a switch is open.
+//! The board opens a switch by itself, in the converter's interrupt, as soon as its current is out of bounds:
+//! no task could be held up so long. Here it is known why a switch is open.
 
 /// A switch.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! A canary for the AVR's compiler: computations with one right result, whatever machine does them.
 //!
-//! The image beside this runs them on the AVR, the test `canary` of `tests/simavr` on the host, and compares. Each
-//! check computes with numbers that the compiler can't foresee, and comes down to a digest.
+//! The image beside this runs them on the AVR, the test `canary` of `tests/simavr` on the host, and compares.
+//! Each check computes with numbers that the compiler can't foresee, and comes down to a digest.
 #![no_std]
 
 mod control;

@@ -61,8 +61,8 @@ fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
     payload.iter().copied().chain(words).collect()
 }
 
-/// The text about `topic`, where each message is lost with this probability; an inspector for which that is said does not
-/// answer.
+/// The text about `topic`, where each message is lost with this probability; an inspector for which that is
+/// said does not answer.
 fn text(topic: Topic, silent: Option<Address>, loss: f64, random: &mut Random) -> String {
     let mut dialogue = Dialogue::new(SLAVE);
     let (mut text, mut expected, mut request) = (Vec::new(), Number::FIRST, Request::Begin(topic));
@@ -247,7 +247,8 @@ fn a_text_is_no_request_to_another_console() {
     }
 }
 
-/// A dock with a console behind it, as a terminal sees them: frames are lost both ways, and repeated by the terminal alone.
+/// A dock with a console behind it, as a terminal sees them: frames are lost both ways, and repeated by the
+/// terminal alone.
 struct Port {
     dialogue: Dialogue,
     random: Random,

@@ -69,7 +69,8 @@ fn a_motor_without_a_latch_is_given_up() {
 /// What a dock must reflect to be near enough to latch.
 const NEAR: u16 = 500;
 
-/// Searches for a dock `millimetres` away that the joint faces at `facing`. Returns how it ended, and the angle then.
+/// Searches for a dock `millimetres` away that the joint faces at `facing`. Returns how it ended, and the
+/// angle then.
 fn search(start: i16, facing: i16, millimetres: f64, mut noise: impl FnMut() -> i16) -> (Next, i16) {
     let mut angle = start;
     let mut guidance = Guidance::new(start, NEAR);

@@ -89,8 +89,8 @@ fn surroundings() -> impl Strategy<Value = Surroundings> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Up to twelve times the inertia, a third of the stall torque either way, half to one and a half times the
-    /// friction, a battery full or nearly empty.
+    /// Up to twelve times the inertia, a third of the stall torque either way, half to one and a half times
+    /// the friction, a battery full or nearly empty.
     #[test]
     fn a_step_in_other_surroundings(surroundings in surroundings(), speed in 20..=255_u8, is_up: bool) {
         let (from, to) = if is_up { (-10.0, 20.0) } else { (20.0, -10.0) };
@@ -100,8 +100,8 @@ proptest! {
         prop_assert!(overshoot <= 5.0 && error <= 0.3, "{} %, {}", overshoot, error);
     }
 
-    /// Whatever is asked for and whatever the converter reads: no overflow, no drive outside of its range, none over
-    /// an end stop, none in a joint that is off.
+    /// Whatever is asked for and whatever the converter reads: no overflow, no drive outside of its range,
+    /// none over an end stop, none in a joint that is off.
     #[test]
     fn any_reading_is_borne(
         orders in prop::collection::vec((any::<i16>(), any::<u8>(), 0..=1023_u16, 0..=1023_u16, 1..300_usize), 1..20),

@@ -115,8 +115,8 @@ fn no_byte_can_be_lost_or_inserted() {
     });
 }
 
-/// Fault (c): where a frame ends in 01 00 on the wire, as one does whose CRC ends in a zero byte, one wrong bit makes
-/// that two delimiters and leaves a shorter frame, which must not pass.
+/// Fault (c): where a frame ends in 01 00 on the wire, as one does whose CRC ends in a zero byte, one wrong
+/// bit makes that two delimiters and leaves a shorter frame, which must not pass.
 #[test]
 fn fault_c_a_byte_at_the_end_cannot_be_cut_off() {
     let to = TaskCode::HORMONE;

@@ -1,6 +1,7 @@
 //! Marks around a stretch of a program that is measured.
 //!
-//! Each is one piece of assembly that takes 2 cycles wherever it stands, and past which no access to memory moves.
+//! Each is one piece of assembly that takes 2 cycles wherever it stands, and past which no access to memory
+//! moves.
 
 use core::arch::asm;
 
@@ -29,7 +30,8 @@ pub fn busy() {
 
 macro_rules! exact_mark {
     ($value:expr) => {
-        // SAFETY: OCDR (ATmega128 datasheet, "On-chip Debug Related Register in I/O Memory") has no effect on the MCU.
+        // SAFETY: OCDR (ATmega128 datasheet, "On-chip Debug Related Register in I/O Memory") has no effect on
+        // the MCU.
         unsafe {
             asm!(
                 "ldi {scratch}, {value}", // 1

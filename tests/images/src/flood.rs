@@ -1,5 +1,6 @@
-//! A neighbour that floods a module: its one dock, at USART0, sends messages to the other's HORMONE as fast as they are
-//! acknowledged. Few of them are hormones. It may ask the other's console beside, again and again.
+//! A neighbour that floods a module: its one dock, at USART0, sends messages to the other's HORMONE as fast
+//! as they are acknowledged. Few of them are hormones. It may ask the other's console beside, again and
+//! again.
 
 use board::Board;
 use board::interrupts::Serves;
@@ -117,7 +118,8 @@ pub fn begin(
     FLOOD.start(boot, Priority::P6, move |task| flood(task, dock, api)).ok()
 }
 
-/// A message of 16 bytes and its acknowledgement take 8.7 ms. So the link is busy, and yet has room for probes.
+/// A message of 16 bytes and its acknowledgement take 8.7 ms. So the link is busy, and yet has room for
+/// probes.
 const PACE: Ticks = 9;
 
 /// So many messages to a hormone, which has a spine go straight.

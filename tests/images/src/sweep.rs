@@ -1,9 +1,10 @@
-//! What the images of the interrupt sweep share: the tasks that interrupts wake, the tasks that a path sends about, and
-//! the audit behind each path.
+//! What the images of the interrupt sweep share: the tasks that interrupts wake, the tasks that a path sends
+//! about, and the audit behind each path.
 //!
-//! A *path* is a stretch of kernel calls and switches between the marks [`OPEN`] and [`CLOSED`]. The sweep runs it over and over
-//! and raises interrupts anywhere in it. Whatever they wake uses the very objects that the path uses, at other priorities.
-//! Yet each path's own marks must come in the same order, and the audit must find every signal, message and count in its place.
+//! A *path* is a stretch of kernel calls and switches between the marks [`OPEN`] and [`CLOSED`]. The sweep
+//! runs it over and over and raises interrupts anywhere in it. Whatever they wake uses the very objects that
+//! the path uses, at other priorities. Yet each path's own marks must come in the same order, and the audit
+//! must find every signal, message and count in its place.
 
 use board::debug::mark;
 use core::array;
@@ -239,8 +240,8 @@ fn errands(
     }
 }
 
-/// Starts all tasks. The director, which is the lowest, runs the paths; the others do their part of the path whose
-/// number they get.
+/// Starts all tasks. The director, which is the lowest, runs the paths; the others do their part of the path
+/// whose number they get.
 pub fn start_all(
     boot: &mut Boot,
     director: impl FnOnce(&mut Task) + Send + 'static,

@@ -1,4 +1,5 @@
-//! Messages of 16 bytes that carry their number in each byte: one MCU sends them, another counts those that come in turn.
+//! Messages of 16 bytes that carry their number in each byte: one MCU sends them, another counts those that
+//! come in turn.
 
 use kernel::{Context, MaskedCell, Never, Task, Ticks};
 use tasks::mailbox::Mailbox;

@@ -8,8 +8,8 @@ use crate::reference::Reference;
 use crate::step::{Handler, Step, Strike};
 use crate::systems::System;
 
-/// All scripts of so many steps. They are told apart by which of the possible steps they take each time, and they come in
-/// the order of these numbers, as an odometer counts.
+/// All scripts of so many steps. They are told apart by which of the possible steps they take each time, and
+/// they come in the order of these numbers, as an odometer counts.
 pub struct Exhaustive {
     length: usize,
     /// All that can ever happen.
@@ -37,7 +37,8 @@ impl Exhaustive {
         Self::of(system, length, calls.map(|&call| Step::Call(call, None)))
     }
 
-    /// The same, where an interrupt may strike inside of one call in each. To make a message and to send it are two calls here.
+    /// The same, where an interrupt may strike inside of one call in each. To make a message and to send it
+    /// are two calls here.
     pub fn with_strikes(system: &System, length: usize) -> Self {
         let calls = system.calls.iter().filter(|call| !matches!(call, Call::Send { .. }));
         Self::of(system, length, calls.flat_map(|&call| struck(system, call)))

@@ -90,7 +90,8 @@ impl Chain {
 
     /// Keeps MCUs of a module in reset for `cycles`.
     ///
-    /// They are reset again and again before their start-up code, which needs far longer to clear SRAM, comes to `main`.
+    /// They are reset again and again before their start-up code, which needs far longer to clear SRAM, comes
+    /// to `main`.
     pub fn hold_in_reset(&mut self, module: usize, mcus: &[Controller], cycles: u64) {
         const STEP: u64 = 1000;
         for _ in 0..cycles / STEP {

@@ -71,8 +71,8 @@ impl Hormones {
     }
 
     /// # Panics
-    /// When one of them was lost or came twice, when A and B do not alternate at the tail, or when it received fewer
-    /// than `number`.
+    /// When one of them was lost or came twice, when A and B do not alternate at the tail, or when it
+    /// received fewer than `number`.
     pub fn assert_whole(&self, number: usize) {
         assert!(self.lost == 0 && self.unsent == 0, "{self:?}");
         assert!(self.at_tail.len() >= number, "{} hormones at the tail, not {number}", self.at_tail.len());

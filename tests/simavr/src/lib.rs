@@ -1,4 +1,5 @@
-//! What the tests in simavr share: where the images lie, and how what they do is held against what is expected.
+//! What the tests in simavr share: where the images lie, and how what they do is held against what is
+//! expected.
 
 pub mod chain;
 pub mod coverage;

@@ -1,7 +1,7 @@
 //! Marks: what a test image tells by writes to a register.
 //!
-//! The expectation of an image is a file: one line a mark, the mark in hexadecimal and the cycles since the one before.
-//! Marks must be equal; cycles must not be more, for simavr's repeat exactly.
+//! The expectation of an image is a file: one line a mark, the mark in hexadecimal and the cycles since the
+//! one before. Marks must be equal; cycles must not be more, for simavr's repeat exactly.
 
 use std::path::Path;
 

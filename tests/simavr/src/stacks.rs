@@ -16,8 +16,8 @@ const CONTROL_BLOCK: u16 = 6;
 /// Where in it the stack pointer lies.
 const STACK_POINTER: u16 = 1;
 
-/// In a first context, how far above the stack pointer the address of the task's code lies, in words: above Y, which is the
-/// address of what the task captured, and the program counter.
+/// In a first context, how far above the stack pointer the address of the task's code lies, in words: above
+/// Y, which is the address of what the task captured, and the program counter.
 fn entry_offset(part: &Part) -> u16 {
     1 + 2 + part.return_address
 }
@@ -41,8 +41,8 @@ impl Stack {
     }
 }
 
-/// The stacks of an image. Its tasks are found by what their control blocks hold before the first one runs; those that others start
-/// later are left out.
+/// The stacks of an image. Its tasks are found by what their control blocks hold before the first one runs;
+/// those that others start later are left out.
 ///
 /// # Panics
 /// When a bound cannot be computed.
@@ -101,8 +101,8 @@ fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Op
     })
 }
 
-/// Whether the function at `entry` is what is called at `address`, in bytes of flash: if it lies beyond 128 KB, the linker
-/// leads there by a `jmp`.
+/// Whether the function at `entry` is what is called at `address`, in bytes of flash: if it lies beyond 128
+/// KB, the linker leads there by a `jmp`.
 fn is_function(image: &Image, address: u32, entry: u32) -> bool {
     let word = |at: u32| {
         let bytes = image.flash().get(at as usize..)?.first_chunk()?;
@@ -115,8 +115,8 @@ fn is_function(image: &Image, address: u32, entry: u32) -> bool {
     address == entry || target() == Some(entry)
 }
 
-/// Runs an MCU that has just powered up to its `main`, and paints the kernel's stack. Those of tasks paint themselves when they
-/// are started.
+/// Runs an MCU that has just powered up to its `main`, and paints the kernel's stack. Those of tasks paint
+/// themselves when they are started.
 ///
 /// # Panics
 /// When the image has no `main`.

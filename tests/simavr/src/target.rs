@@ -62,8 +62,8 @@ impl Target {
         test_images().join(self.folder())
     }
 
-    /// Where its images lie among the test images, and its expectations among the others: the robot's MCU has no
-    /// folder of its own.
+    /// Where its images lie among the test images, and its expectations among the others: the robot's MCU has
+    /// no folder of its own.
     pub fn folder(&self) -> &'static str {
         if self.part.name == ATMEGA128.part.name { "" } else { self.part.name }
     }

@@ -114,8 +114,8 @@ fn a_panic_leaves_its_place_to_the_next_start() {
 /// The direction of the joint.
 const JOINT_DIRECTION: Pin = Pin { port: 'C', bit: 0 };
 
-/// What timer 1 and the pin of its output A are set up for, and the duty: that output is the speed of the joint. The pin
-/// itself would show little, for simavr only counts up where this mode counts up and down.
+/// What timer 1 and the pin of its output A are set up for, and the duty: that output is the speed of the
+/// joint. The pin itself would show little, for simavr only counts up where this mode counts up and down.
 fn joint_speed(mcu: &Mcu) -> [u16; 5] {
     const TCCR1A: u16 = 0x4f;
     const TCCR1B: u16 = 0x4e;
@@ -131,7 +131,8 @@ fn joint_speed(mcu: &Mcu) -> [u16; 5] {
 fn delays_last_and_outputs_switch() {
     let mut mcu = mcu("board_timer");
     let mut before = mcu.run_to_marker(1, 10 * MILLISECOND).expect("the task runs").cycle;
-    // Cycles that each delay may take: never less than asked for; 5 ms end on a tick, the others after a loop.
+    // Cycles that each delay may take: never less than asked for; 5 ms end on a tick, the others after a
+    // loop.
     let delays: [(u8, Range<u64>); 3] = [(2, 80_000..96_500), (3, 4_800..4_900), (4, 32..100)];
     for (mark, cycles) in delays {
         let now = mcu.run_to_marker(mark, 10 * MILLISECOND).expect("the delay ends").cycle;
@@ -140,7 +141,8 @@ fn delays_last_and_outputs_switch() {
     }
     mcu.run_to_marker(5, MILLISECOND).expect("the outputs are on");
     assert!(mcu.pin(JOINT_DIRECTION));
-    // Cleared on a match while counting up, set while counting down; up to ICR1 and down again, which makes 20 kHz.
+    // Cleared on a match while counting up, set while counting down; up to ICR1 and down again, which makes
+    // 20 kHz.
     assert_eq!(joint_speed(&mcu), [0x80, 0x11, 1 << 5, 400, 100]);
     mcu.run_to_marker(6, 4 * MILLISECOND).expect("the outputs are off");
     assert!(!mcu.pin(JOINT_DIRECTION));

@@ -36,7 +36,8 @@ fn count(engine: &Engine, side: Controller, offset: usize) -> u16 {
 /// The bus must carry messages again this long after a fault has ended.
 const RECOVERY: u64 = 20 * MILLISECOND;
 
-/// Asserts that messages come within `RECOVERY`, one at least, and that none is out of turn that was not lost before.
+/// Asserts that messages come within `RECOVERY`, one at least, and that none is out of turn that was not lost
+/// before.
 fn assert_in_service(engine: &mut Engine, when: &str) {
     let [before, lost] = ["IN_TURN", "OUT_OF_TURN"].map(|name| symbol(engine, Controller::Slave, name));
     engine.run_until(engine.cycle() + RECOVERY);

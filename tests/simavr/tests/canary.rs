@@ -1,5 +1,5 @@
-//! What the compiler makes of the same computations on the AVR and on the host is the same, at every level of optimisation
-//! and whatever interrupts them.
+//! What the compiler makes of the same computations on the AVR and on the host is the same, at every level of
+//! optimisation and whatever interrupts them.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -196,8 +196,8 @@ fn a_spine_tells_what_is_so() {
     }
 }
 
-/// What interrupts take of an idle MCU, in percent, which counts as idle: an interrupt's time is that of what it found. The
-/// most is the slave's, which each millisecond's tick wakes for the joints.
+/// What interrupts take of an idle MCU, in percent, which counts as idle: an interrupt's time is that of what
+/// it found. The most is the slave's, which each millisecond's tick wakes for the joints.
 const INTERRUPTS_OF_IDLENESS: f64 = 1.5;
 
 /// A module alone does the same all the time: what its inspectors find in 50 ms is so for a second.

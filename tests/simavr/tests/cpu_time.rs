@@ -14,12 +14,13 @@ const IDLE: &str = "6kernel4IDLE";
 /// Where in `Kernel` the running task stands.
 const RUNNING: u16 = 2;
 
-/// The image's stacks but for idle, in the order of its report; of an array the number of the one that is meant, and how many there are.
+/// The image's stacks but for idle, in the order of its report; of an array the number of the one that is
+/// meant, and how many there are.
 const STACKS: [(&str, u16, u16); 4] =
     [("CONTROL", 0, 1), ("WORKERS", 0, 2), ("WORKERS", 1, 2), ("REPORTER", 0, 1)];
 
-/// The most cycles of a switch between where its time is charged and where the running task is another one. With interrupts in
-/// between it may be more, but seldom.
+/// The most cycles of a switch between where its time is charged and where the running task is another one.
+/// With interrupts in between it may be more, but seldom.
 const SWITCH: u64 = 64;
 
 /// The most cycles from the last times that the report reads to its mark.

@@ -1,4 +1,5 @@
-//! Docks, sensors and power of a module on their plants: a behaviour on the master asks, devices of both MCUs report.
+//! Docks, sensors and power of a module on their plants: a behaviour on the master asks, devices of both MCUs
+//! report.
 
 use plants::dock::reflected;
 use plants::joint::Joint;

@@ -1,6 +1,6 @@
-//! The two engines, held against each other: simavr with the images, and the native one over its model of what takes
-//! time. The same types, the same hormones in the same order, legs that do the same, also when the robot is turned over, and
-//! times that lie close.
+//! The two engines, held against each other: simavr with the images, and the native one over its model of
+//! what takes time. The same types, the same hormones in the same order, legs that do the same, also when the
+//! robot is turned over, and times that lie close.
 
 use hormone::action::Action;
 use hormone::event::Event;
@@ -19,15 +19,15 @@ const DISCOVERY: u64 = 150 * MILLISECOND;
 /// Modules get their power within this time, in both engines at the same moments.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
-/// How far apart the engines may be in when a module does something with a hormone: on each hop a probe may be in the
-/// way in the one, and not in the other.
+/// How far apart the engines may be in when a module does something with a hormone: on each hop a probe may
+/// be in the way in the one, and not in the other.
 const APART_PER_HOP: u64 = 3 * MILLISECOND;
 
 /// How far apart their mean hop latencies may be, in parts of the longer.
 const LATENCY_APART: f64 = 0.05;
 
-/// Of so many hormones no more than one is repeated in either engine: nothing is lost here but what ends that send at
-/// once drown.
+/// Of so many hormones no more than one is repeated in either engine: nothing is lost here but what ends that
+/// send at once drown.
 const FEW_REPEATED: u64 = 20;
 
 /// How the robot is turned, and when: in the middle of a beat, and not when modules are looked at.

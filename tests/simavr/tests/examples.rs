@@ -1,5 +1,6 @@
-//! Each example has a page in docs/examples, which shows its program, what that prints, and what the kernel's part costs. What
-//! the page shows is held against the source, a run in simavr and the kernel's figures; `UPDATE_EXPECTED=1` writes it anew.
+//! Each example has a page in docs/examples, which shows its program, what that prints, and what the kernel's
+//! part costs. What the page shows is held against the source, a run in simavr and the kernel's figures;
+//! `UPDATE_EXPECTED=1` writes it anew.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -56,7 +57,8 @@ fn each_has_large_enough_stacks() {
     }
 }
 
-/// The page with `program` in its block of `rs`, `output` in its block of `text`, and the kernel's figures in its table.
+/// The page with `program` in its block of `rs`, `output` in its block of `text`, and the kernel's figures in
+/// its table.
 fn renewed(page: &str, program: &str, output: &str) -> String {
     let figures = FIGURES.lines().filter_map(|line| line.split_once(' ')).collect();
     let mut renewed = String::new();
@@ -80,7 +82,8 @@ fn renewed(page: &str, program: &str, output: &str) -> String {
     renewed
 }
 
-/// The row of a table, "| `figure` | value unit |", with the value that the figure has; any other line as it is.
+/// The row of a table, "| `figure` | value unit |", with the value that the figure has; any other line as it
+/// is.
 fn with_figure(line: &str, figures: &BTreeMap<&str, &str>) -> String {
     let row = line.strip_prefix("| `").and_then(|rest| {
         let (name, rest) = rest.split_once("` | ")?;

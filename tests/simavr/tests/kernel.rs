@@ -90,8 +90,9 @@ fn a_preempted_task_keeps_its_rampz() {
     }
 }
 
-/// "The instruction following SEI will be executed before any pending interrupts" (ATmega128 datasheet, "Reset and
-/// Interrupt Handling"), also when the outside acts right then: the kernel sets the stack pointer's two halves around it.
+/// "The instruction following SEI will be executed before any pending interrupts" (ATmega128 datasheet,
+/// "Reset and Interrupt Handling"), also when the outside acts right then: the kernel sets the stack
+/// pointer's two halves around it.
 #[test]
 fn the_instruction_after_sei_runs_before_an_interrupt_from_outside() {
     for target in TARGETS {

@@ -1,4 +1,5 @@
-//! A robot that changes its shape by its own docks, with the images that it is flashed with: robots/ring.toml.
+//! A robot that changes its shape by its own docks, with the images that it is flashed with:
+//! robots/ring.toml.
 
 use hormone::action::Action::{Curl, Grasp, Roll, Wave};
 use hormone::event::Event as Behaviour;
@@ -154,7 +155,8 @@ fn the_number_of_threads_makes_no_difference() {
     assert_eq!(one.engine.state_hash(), two.engine.state_hash());
 }
 
-/// The native engine, without latches and with joints that take no time, tells the same story at the same times.
+/// The native engine, without latches and with joints that take no time, tells the same story at the same
+/// times.
 #[test]
 fn both_engines_tell_the_same_story() {
     let Scenario { wiring, timeline } =

@@ -110,8 +110,8 @@ fn time_of(deeds: &[Deed], module: usize, event: Behaviour) -> u64 {
     deed.unwrap_or_else(|| panic!("module {module}: no {event:?}")).cycle
 }
 
-/// The run in which just that frame from the dock `from` was lost which made a hormone be repeated: one of the frames
-/// sent about the time of the deed `event`. The others are probes, which are not repeated.
+/// The run in which just that frame from the dock `from` was lost which made a hormone be repeated: one of
+/// the frames sent about the time of the deed `event`. The others are probes, which are not repeated.
 fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<Deed>) {
     let mut chain = Chain::new(MODULES, 1);
     run_to(&mut chain, |deed| deed.module == from.module && deed.event == event);
@@ -274,7 +274,8 @@ fn an_mcu_held_in_reset_is_missed_and_found_again() {
     }
 }
 
-/// Three frames of four are lost, both ways, for 40 s; the first half is for finding out that links are lossy.
+/// Three frames of four are lost, both ways, for 40 s; the first half is for finding out that links are
+/// lossy.
 #[test]
 fn every_module_keeps_the_beat_while_three_frames_of_four_are_lost() {
     const HALF_PERIOD: u64 = 500;

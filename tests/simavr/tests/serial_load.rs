@@ -7,7 +7,8 @@ use superbot_tests_simavr::{MILLISECOND, mcu, test_images};
 /// Cycles of a byte at 38400 baud, as the divisor makes it.
 const FRAME: u64 = 4160;
 
-/// The most that an interrupt of the UART in software may have to wait, less what it takes itself; see `board/README.md`.
+/// The most that an interrupt of the UART in software may have to wait, less what it takes itself; see
+/// `board/README.md`.
 const MASKED_AT_MOST: u64 = 550;
 
 #[test]

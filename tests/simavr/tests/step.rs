@@ -13,8 +13,8 @@ const TICK: u8 = 0x04;
 const PRESSED: u8 = 0x05;
 const WRONG: u8 = 0xff;
 
-/// What a task shows that steps through calls of the kernel: it yields, and then waits; passes its semaphore, its mutex and the
-/// post, which wakes a higher task at once; and has ended.
+/// What a task shows that steps through calls of the kernel: it yields, and then waits; passes its semaphore,
+/// its mutex and the post, which wakes a higher task at once; and has ended.
 const WALK: [u8; 7] = [0x10, 0x15, 0x11, 0x12, 0x16, 0x13, 0x14];
 
 /// Steps that the image makes.
@@ -32,7 +32,8 @@ fn saved_pc(mcu: &Mcu, target: &Target, control: u16) -> u32 {
     let stack_pointer = u16::from_le_bytes([byte(control + 1), byte(control + 2)]);
     assert!(stack_pointer & 0x8000 != 0, "an interrupt saved it");
     let context = stack_pointer & 0x7fff;
-    // Above 16 registers stand the other 16 and SREG, which an interrupt pushes first, and then the program counter.
+    // Above 16 registers stand the other 16 and SREG, which an interrupt pushes first, and then the program
+    // counter.
     let place = context + 16 + 17;
     let bytes = (0..target.part.return_address).map(|index| u32::from(byte(place + index)));
     2 * bytes.fold(0, |pc, byte| pc << 8 | byte)

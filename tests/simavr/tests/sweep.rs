@@ -13,7 +13,8 @@ fn no_interrupt_breaks_the_kernel() {
     assert!(total.single.boundaries > 10_000, "{total:?}");
 }
 
-/// Another MCU runs the same code but for a program counter of 3 bytes on the largest: a smaller part of the boundaries.
+/// Another MCU runs the same code but for a program counter of 3 bytes on the largest: a smaller part of the
+/// boundaries.
 #[test]
 fn no_interrupt_breaks_the_kernel_on_other_mcus() {
     for target in TARGETS.into_iter().skip(1) {
@@ -64,8 +65,8 @@ fn contexts_that_pile_up_are_found() {
 #[test]
 fn a_stale_head_is_found() {
     let subject = Subject::new(ATMEGA128, image("fault-stale-head/sweep_switch"));
-    // A tick wakes a task. As the context of the one that it preempts is saved, an external interrupt makes a higher one
-    // ready.
+    // A tick wakes a task. As the context of the one that it preempts is saved, an external interrupt makes a
+    // higher one ready.
     let findings = sweep(&subject, "sweep_switch", "yield to nobody", Order::Pair, 97);
     assert!(findings.failures.iter().any(|told| told.contains("where HIGH should be")), "{findings:?}");
     let subject = Subject::new(ATMEGA128, image("sweep_switch"));

@@ -4,8 +4,8 @@ use simavr_harness::{Mcu, Pin, State};
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, mcu};
 
-/// The most cycles that a mark may come later or earlier than a tick each time would have it: a twentieth of a tick, as a tick
-/// itself takes longer.
+/// The most cycles that a mark may come later or earlier than a tick each time would have it: a twentieth of
+/// a tick, as a tick itself takes longer.
 const APART: u64 = MILLISECOND / 20;
 
 const SECOND: u64 = 1000 * MILLISECOND;
@@ -56,7 +56,8 @@ fn whoever_ends_a_sleep_finds_the_time_as_it_is() {
             let told =
                 mcu.markers().iter().map(|mark| mark.value).find(|&value| value >= 0x80).expect("a mark");
             mcu.drive_pin(BUTTON, false);
-            // The first mark came some time after its tick, and from the press until the task asks for the time some time passes.
+            // The first mark came some time after its tick, and from the press until the task asks for the
+            // time some time passes.
             let tick = 1000 + (pressed - begun) / MILLISECOND;
             let is_near = within > MILLISECOND - 2 * APART;
             let expected = [tick, tick + u64::from(is_near)].map(|tick| 0x80 | (tick & 0x7f) as u8);

@@ -30,7 +30,8 @@ fn edge(decoder: &Decoder, time: u16, is_high: bool) -> Option<Event> {
     decoder.fall(time)
 }
 
-/// What a decoder makes of `edges`, if it is asked `late` ticks after the time that is set for a character's end.
+/// What a decoder makes of `edges`, if it is asked `late` ticks after the time that is set for a character's
+/// end.
 fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
     let decoder = Decoder::new();
     let (mut end, mut characters) = (None, Vec::new());

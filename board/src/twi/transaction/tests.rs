@@ -213,9 +213,9 @@ fn length(run: &[Kind]) -> usize {
     if run[0].reads() { usize::max(length, 1) } else { length }
 }
 
-/// What embedded-hal's contract says is to be seen, from its words: "Data from adjacent operations of the same
-/// type are sent after each other without an SP or SR. Between adjacent operations of a different type an SR and
-/// SAD+R/W is sent."
+/// What embedded-hal's contract says is to be seen, from its words: "Data from adjacent operations of the
+/// same type are sent after each other without an SP or SR. Between adjacent operations of a different type
+/// an SR and SAD+R/W is sent."
 fn contract(kinds: &[Kind]) -> Vec<Seen> {
     let (mut written, mut read) = (1.., READ_FROM..);
     let mut seen = vec![];

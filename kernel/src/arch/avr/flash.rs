@@ -3,7 +3,8 @@
 use core::arch::asm;
 use core::mem::{MaybeUninit, size_of};
 
-/// A copy of element `index` of a table in the low 64 KB of flash, or `None` past its end. 3 cycles a byte and about 20 more.
+/// A copy of element `index` of a table in the low 64 KB of flash, or `None` past its end. 3 cycles a byte
+/// and about 20 more.
 pub(crate) fn load<T: Copy>(table: &[T], index: usize) -> Option<T> {
     if index >= table.len() {
         return None;
@@ -12,8 +13,8 @@ pub(crate) fn load<T: Copy>(table: &[T], index: usize) -> Option<T> {
     let mut value = MaybeUninit::<T>::uninit();
     for offset in 0..size_of::<T>() {
         let byte: u8;
-        // SAFETY: `index` is in range, so the address lies in element `index`, which the contract of `Flash::new` places in
-        // program memory; `lpm` changes nothing but its destination register and Z.
+        // SAFETY: `index` is in range, so the address lies in element `index`, which the contract of
+        // `Flash::new` places in program memory; `lpm` changes nothing but its destination register and Z.
         unsafe {
             asm!(
                 "lpm {byte}, Z+", // 3: the byte at Z in the low 64 KB of flash

@@ -14,12 +14,13 @@ pub(crate) fn disable_interrupts() {
 /// `sei`: 1 cycle; the instruction after it still runs before any interrupt.
 #[inline(always)]
 pub(crate) fn enable_interrupts() {
-    // SAFETY: only `Task::mask` calls this, which has disabled them, in a task, which runs with interrupts enabled.
+    // SAFETY: only `Task::mask` calls this, which has disabled them, in a task, which runs with interrupts
+    // enabled.
     unsafe { asm!("sei", options(nostack)) }
 }
 
-/// Behind `sei` an interrupt occurs only after another instruction, so not at all if that is the `cli` of the next critical
-/// section. 1 cycle.
+/// Behind `sei` an interrupt occurs only after another instruction, so not at all if that is the `cli` of the
+/// next critical section. 1 cycle.
 #[inline(always)]
 pub(crate) fn irq_window() {
     // SAFETY: no effect.

@@ -7,9 +7,9 @@
 //! all 32 registers, SREG and the program counter, 35 bytes. Bit 15 of the saved stack pointer, which no
 //! SRAM address needs, tells which it is.
 //!
-//! The program counter takes 2 bytes, and 3 on an MCU with more than 128 KB of flash (ATmega2560): there each context
-//! takes one more. Figures here are for 2. Addresses of functions are words in 16 bits everywhere: to those beyond
-//! 128 KB the linker leads by a stub.
+//! The program counter takes 2 bytes, and 3 on an MCU with more than 128 KB of flash (ATmega2560): there each
+//! context takes one more. Figures here are for 2. Addresses of functions are words in 16 bits everywhere: to
+//! those beyond 128 KB the linker leads by a stub.
 //!
 //! ```text
 //!   voluntary: r28 r29 PC
@@ -17,22 +17,23 @@
 //! ```
 //!
 //! # Interrupts
-//! An interrupt pushes what a call may change and Y onto the stack it found (19 bytes with the PC), then moves
-//! to the kernel's stack, so that handlers cost no task any stack, and calls the handler. Where it finds the kernel's
-//! stack it stays there. Only if a task became the head are the other 16 registers saved, and that task's context is resumed
-//! instead.
+//! An interrupt pushes what a call may change and Y onto the stack it found (19 bytes with the PC), then
+//! moves to the kernel's stack, so that handlers cost no task any stack, and calls the handler. Where it
+//! finds the kernel's stack it stays there. Only if a task became the head are the other 16 registers saved,
+//! and that task's context is resumed instead.
 //!
-//! Those 16 registers are saved and loaded through a pointer, with SP at the top of the kernel's stack and interrupts
-//! enabled: one that occurs there lays nothing onto a task's stack. It leaves the switch to what it preempted, or begins it
-//! anew.
+//! Those 16 registers are saved and loaded through a pointer, with SP at the top of the kernel's stack and
+//! interrupts enabled: one that occurs there lays nothing onto a task's stack. It leaves the switch to what
+//! it preempted, or begins it anew.
 //!
 //! # Stacks
-//! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. The idle task has nothing
-//! to remember: it begins anew each time, with that stack empty.
+//! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. The idle
+//! task has nothing to remember: it begins anew each time, with that stack empty.
 //!
-//! RAMPZ, on an MCU that has it, is part of a preempted context: its bit 0 lies in bit 7 of SREG, which every interrupt finds
-//! clear. Where it has two bits (ATmega2560), that one tells whether any is set, and they lie in the upper half of the
-//! program counter's third byte. A voluntary context does not keep it: set it anew after a call that may block.
+//! RAMPZ, on an MCU that has it, is part of a preempted context: its bit 0 lies in bit 7 of SREG, which every
+//! interrupt finds clear. Where it has two bits (ATmega2560), that one tells whether any is set, and they lie
+//! in the upper half of the program counter's third byte. A voluntary context does not keep it: set it anew
+//! after a call that may block.
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
@@ -75,7 +76,7 @@ unsafe extern "C" {
 #[inline(always)]
 pub(crate) fn clock(_: &Masked) -> u16 {
     let low = (&raw const kernel_clock).cast::<u8>();
-    // SAFETY: a register of two bytes. Reading the low one keeps the high one as it was then (ATmega128 datasheet, "Accessing
-    // 16-bit Registers"), and interrupts are masked.
+    // SAFETY: a register of two bytes. Reading the low one keeps the high one as it was then (ATmega128
+    // datasheet, "Accessing 16-bit Registers"), and interrupts are masked.
     u16::from_le_bytes(unsafe { [low.read_volatile(), low.add(1).read_volatile()] })
 }

@@ -15,8 +15,8 @@ use crate::task;
 
 /// Resumes the head; idles while no task is ready.
 pub(crate) fn run_head(_: &Masked) -> ! {
-    // SAFETY: interrupts are masked, and nothing of what ran is needed again: a task that has ended, or `main`, whose stack is
-    // the kernel's from here on.
+    // SAFETY: interrupts are masked, and nothing of what ran is needed again: a task that has ended, or
+    // `main`, whose stack is the kernel's from here on.
     unsafe { kernel_run_head() }
 }
 
@@ -34,8 +34,8 @@ pub(crate) const fn fits(body: usize, bytes: usize) -> bool {
     bytes >= body + FIRST_CONTEXT
 }
 
-/// Lays `body` at the top of `memory`, its first context below, and the watermark into the rest. Returns the stack pointer.
-/// About 8 cycles a byte.
+/// Lays `body` at the top of `memory`, its first context below, and the watermark into the rest. Returns the
+/// stack pointer. About 8 cycles a byte.
 ///
 /// # Safety
 /// It must fit, and nothing else may use `memory`, which lies behind `task`.
@@ -108,8 +108,9 @@ unsafe extern "C" fn kernel_start_task() {
     }
 }
 
-/// Leaves a record for `stack-bound`, which computes how much stack each task needs: where a task's code begins, how
-/// many bytes it captured, how many its stack has. The section stays in the ELF file: no flash, no RAM, no cycle.
+/// Leaves a record for `stack-bound`, which computes how much stack each task needs: where a task's code
+/// begins, how many bytes it captured, how many its stack has. The section stays in the ELF file: no flash,
+/// no RAM, no cycle.
 #[inline(always)]
 fn record<F, R, const BYTES: usize>()
 where

@@ -1,5 +1,5 @@
-//! The context switch: entry and exit of interrupts, saving and resuming of contexts, and idling. It decides nothing but whether
-//! the head is the running task.
+//! The context switch: entry and exit of interrupts, saving and resuming of contexts, and idling. It decides
+//! nothing but whether the head is the running task.
 
 use core::arch::asm;
 use core::mem::offset_of;
@@ -24,11 +24,12 @@ unsafe extern "C" {
     pub fn kernel_enter_with_status();
 }
 
-/// Saves the running task's context and resumes the head's; returns when the task runs again. 45 cycles to a task that has
-/// switched so, too. If an ISR has made the switch first, this one is to the task itself, and comes back at once.
+/// Saves the running task's context and resumes the head's; returns when the task runs again. 45 cycles to a
+/// task that has switched so, too. If an ISR has made the switch first, this one is to the task itself, and
+/// comes back at once.
 ///
-/// Every register but Y is lost. So a function that inlines this saves what it must preserve: right for the loop of a task,
-/// which must preserve nothing.
+/// Every register but Y is lost. So a function that inlines this saves what it must preserve: right for the
+/// loop of a task, which must preserve nothing.
 #[inline(always)]
 pub(crate) fn switch(_: &mut Task) {
     // SAFETY: a task calls this, with interrupts enabled. All that changes meanwhile is declared.
@@ -64,8 +65,8 @@ pub(crate) fn switch_from_call(task: &mut Task) {
     reason = "other code jumps to them, and a function that is not inlined stands once"
 )]
 unsafe extern "C" fn kernel_switch() -> ! {
-    // SAFETY: a task calls this, with interrupts enabled. It returns as a call would, with Y and the stack as they were, when
-    // the task runs again; `switch` declares the rest.
+    // SAFETY: a task calls this, with interrupts enabled. It returns as a call would, with Y and the stack as
+    // they were, when the task runs again; `switch` declares the rest.
     unsafe {
         asm!(
             // Saves the running task's voluntary context.
@@ -79,8 +80,8 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "std Z+{sp}, r24",                    // 2: its stack pointer
             "std Z+{sp}+1, r25",                  // 2
             "rjmp kernel_run_head",               // 2
-            // Saves the other half of a preempted context, with interrupts enabled: the kernel's stack is empty, and Y leads to
-            // the task's.
+            // Saves the other half of a preempted context, with interrupts enabled: the kernel's stack is
+            // empty, and Y leads to the task's.
             "save:",
             #[cfg(feature = "fault-stale-head")]
             "lds r26, {kernel}+{head}",
@@ -156,8 +157,9 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "sei",                                // 1: takes effect after the next instruction,
             "sleep",                              // 1: so that no interrupt comes between the two
             "rjmp idle",                          // 2
-            // Half of a preempted context is loaded as the idle task: at the top of the kernel's stack, with interrupts enabled.
-            // One that occurs here finds that the idle task runs and the head should, and begins this anew.
+            // Half of a preempted context is loaded as the idle task: at the top of the kernel's stack, with
+            // interrupts enabled. One that occurs here finds that the idle task runs and the head should, and
+            // begins this anew.
             "resume_preempted:",
             "ldi r18, lo8({idle_task})",          // 1
             "ldi r19, hi8({idle_task})",          // 1

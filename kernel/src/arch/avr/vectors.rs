@@ -9,7 +9,8 @@
 ///     fn __vector_18(interrupt) { RECEIVED.post(interrupt); }
 /// }
 /// ```
-/// The names are the linker's: `__vector_` and the vector's number (ATmega128 datasheet, "Interrupts", counted from 0).
+/// The names are the linker's: `__vector_` and the vector's number (ATmega128 datasheet, "Interrupts",
+/// counted from 0).
 #[macro_export]
 macro_rules! interrupt {
     ($($(#[$attribute:meta])* fn $vector:ident($interrupt:ident) $body:block)*) => {$(
@@ -22,7 +23,8 @@ macro_rules! interrupt {
                 let $interrupt = &mut unsafe { $crate::Interrupt::assume() };
                 $body
             }
-            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may change.
+            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may
+            // change.
             unsafe { core::arch::asm!(
                 "push r31",               // 2
                 "push r30",               // 2
@@ -39,16 +41,17 @@ macro_rules! interrupt {
 
 /// Declares the vector that drives the kernel's tick.
 ///
-/// It counts the present tick up and compares it with the first deadline: 39 cycles a tick with the interrupt's own 6, or 45 in
-/// one tick of 256, however many timers are armed. Only when a timer is due does it become an interrupt like any other. It
-/// does what `timer::count_tick` does on the host.
+/// It counts the present tick up and compares it with the first deadline: 39 cycles a tick with the
+/// interrupt's own 6, or 45 in one tick of 256, however many timers are armed. Only when a timer is due does
+/// it become an interrupt like any other. It does what `timer::count_tick` does on the host.
 #[macro_export]
 macro_rules! tick_interrupt {
     ($vector:ident) => {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler may change.
+            // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler
+            // may change.
             unsafe { core::arch::asm!(
                 "push r31",               // 2
                 "push r30",               // 2
@@ -85,8 +88,9 @@ macro_rules! tick_interrupt {
     };
 }
 
-/// Declares the clock of tasks' times, for the feature `cpu-time`: the address of a 16-bit counter that runs through all its
-/// values, and two vectors that come half a turn apart. With one a turn, a whole turn might pass between two readings.
+/// Declares the clock of tasks' times, for the feature `cpu-time`: the address of a 16-bit counter that runs
+/// through all its values, and two vectors that come half a turn apart. With one a turn, a whole turn might
+/// pass between two readings.
 ///
 /// ```ignore
 /// kernel::clock_interrupts!(0x88, __vector_26, __vector_29);
@@ -103,8 +107,9 @@ macro_rules! clock_interrupts {
     };
 }
 
-/// Declares the vector that drives the kernel's tick where idle is tickless, for the feature `tickless`: that of the compare
-/// unit of a [`TickTimer`](crate::tickless::TickTimer). It takes the place of [`tick_interrupt!`](crate::tick_interrupt!).
+/// Declares the vector that drives the kernel's tick where idle is tickless, for the feature `tickless`: that
+/// of the compare unit of a [`TickTimer`](crate::tickless::TickTimer). It takes the place of
+/// [`tick_interrupt!`](crate::tick_interrupt!).
 #[cfg(feature = "tickless")]
 #[macro_export]
 macro_rules! tickless_interrupt {
@@ -125,8 +130,8 @@ macro_rules! tickless_interrupt {
     };
 }
 
-/// Declares the vector of the trap, for [`TaskHandle::step`](crate::TaskHandle::step): an interrupt that stays pending until the
-/// block disables it, and goes before all others that are enabled meanwhile.
+/// Declares the vector of the trap, for [`TaskHandle::step`](crate::TaskHandle::step): an interrupt that
+/// stays pending until the block disables it, and goes before all others that are enabled meanwhile.
 ///
 /// ```ignore
 /// kernel::trap_interrupt! { fn __vector_9(interrupt) { disable_the_trap(interrupt) } }
@@ -144,7 +149,8 @@ macro_rules! trap_interrupt {
                     $body
                 }
             }
-            // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt` restores all.
+            // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt`
+            // restores all.
             unsafe { core::arch::asm!(
                 "push r31",               // 2
                 "push r30",               // 2

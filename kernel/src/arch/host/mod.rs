@@ -35,7 +35,8 @@ pub(crate) const LINK_MARK: usize = 1 << (usize::BITS - 8);
 const FIRST_TASK: usize = 2;
 
 std::thread_local! {
-    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus [`FIRST_TASK`].
+    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus
+    /// [`FIRST_TASK`].
     static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
     /// The interrupt that is to occur inside of a kernel call.
     static ARRIVAL: RefCell<Option<Arrival>> = const { RefCell::new(None) };
@@ -68,8 +69,8 @@ pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut
     });
 }
 
-/// Runs the kernel: `init` starts the tasks, and whenever all of them are blocked, `on_idle` stands for the interrupt that
-/// comes then, until it returns `false`. Time stands still unless it calls [`tick`].
+/// Runs the kernel: `init` starts the tasks, and whenever all of them are blocked, `on_idle` stands for the
+/// interrupt that comes then, until it returns `false`. Time stands still unless it calls [`tick`].
 ///
 /// A task that panics ends the run, and the caller gets the panic.
 pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
@@ -100,7 +101,8 @@ pub fn tick(interrupt: &mut Interrupt) {
     }
 }
 
-/// An interrupt in the midst of a task: runs `handler`, then a task that became ready by it and outranks this one.
+/// An interrupt in the midst of a task: runs `handler`, then a task that became ready by it and outranks this
+/// one.
 pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
     // SAFETY: the calling task does nothing else meanwhile, as on the MCU.
     handler(&mut unsafe { Interrupt::assume() });
@@ -109,8 +111,8 @@ pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
     }
 }
 
-/// Makes a kernel call of a task, or a [`tick`], that an interrupt preempts at the end of its `sections`-th critical
-/// section, counted from 1, while that task runs. If there are fewer, the interrupt does not come.
+/// Makes a kernel call of a task, or a [`tick`], that an interrupt preempts at the end of its `sections`-th
+/// critical section, counted from 1, while that task runs. If there are fewer, the interrupt does not come.
 pub fn interrupted<R>(
     sections: usize,
     handler: impl FnOnce(&mut Interrupt) + 'static,
@@ -127,7 +129,8 @@ pub fn cancel_arrival() {
     ARRIVAL.set(None);
 }
 
-/// From the handler of [`interrupted`], or at the end of a job: another interrupt occurs so many critical sections later.
+/// From the handler of [`interrupted`], or at the end of a job: another interrupt occurs so many critical
+/// sections later.
 pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'static) {
     ARRIVAL.set(Some(Arrival { sections, handler: Box::new(handler) }));
 }
@@ -174,7 +177,8 @@ pub(crate) fn irq_window() {}
 /// As on the AVR: only in an ISR, between two of its critical sections.
 pub(crate) unsafe fn isr_window() {
     if let Some(Arrival { handler, .. }) = end_section() {
-        // SAFETY: the tick's interrupt, which calls this, does nothing else meanwhile, and switches at its end.
+        // SAFETY: the tick's interrupt, which calls this, does nothing else meanwhile, and switches at its
+        // end.
         handler(&mut unsafe { Interrupt::assume() });
     }
 }

@@ -1,4 +1,5 @@
-//! Garbage at full baud on all six docks of a module, and how soon the module is back in the robot when it ends.
+//! Garbage at full baud on all six docks of a module, and how soon the module is back in the robot when it
+//! ends.
 
 use simulation::{Change, Face, Links, Random, Robot, WiringError};
 use tasks::dock::Dock;
@@ -19,8 +20,8 @@ pub struct Babble {
     pub recovery: u64,
 }
 
-/// How many of the bytes are zeros, run by run: each ends what may be a frame, and wakes the dock's task. Chance alone makes
-/// it one in 256.
+/// How many of the bytes are zeros, run by run: each ends what may be a frame, and wakes the dock's task.
+/// Chance alone makes it one in 256.
 const ZEROS: [f64; 6] = [0.0, 1.0 / 256.0, 1.0 / 16.0, 0.25, 0.5, 1.0];
 
 /// How long the babble lasts, in turns of the joints' load.

@@ -9,12 +9,12 @@ use crate::engine::Engine;
 use crate::module::Controller;
 use crate::robot::RobotBuilder;
 
-/// Cycles that a message of 16 bytes takes on the wire at 400 kHz: START, address, 20 bytes with an acknowledgement each,
-/// STOP.
+/// Cycles that a message of 16 bytes takes on the wire at 400 kHz: START, address, 20 bytes with an
+/// acknowledgement each, STOP.
 const WIRE: u64 = (1 + 21 * 9 + 1) * SECOND / 400_000;
 
-/// The bridge's throughput in a second over what the wires can carry. A master sends messages to its slave as fast as the
-/// bridge takes them; the test images `bench_bridge_*` lie in `directory`.
+/// The bridge's throughput in a second over what the wires can carry. A master sends messages to its slave as
+/// fast as the bridge takes them; the test images `bench_bridge_*` lie in `directory`.
 ///
 /// # Errors
 /// An image is not there, or a message is lost.

@@ -1,5 +1,5 @@
-//! Whether the joints' control keeps time: something pulls at the joints, so that they are never at rest, and the pin that is
-//! high while the control computes is watched.
+//! Whether the joints' control keeps time: something pulls at the joints, so that they are never at rest, and
+//! the pin that is high while the control computes is watched.
 
 use tasks::motor::Axis;
 

@@ -14,9 +14,9 @@ use crate::repair::usart::Character;
 
 const BITS: f64 = 10.0;
 
-/// The link's throughput in a minute, when each bit is wrong with the probability `bit_errors`, over that of stop-and-wait
-/// with no time between a frame and its ACK, in which a lost frame or ACK costs no more than they take. The test images
-/// `bench_link_*` lie in `directory`.
+/// The link's throughput in a minute, when each bit is wrong with the probability `bit_errors`, over that of
+/// stop-and-wait with no time between a frame and its ACK, in which a lost frame or ACK costs no more than
+/// they take. The test images `bench_link_*` lie in `directory`.
 ///
 /// # Errors
 /// An image is not there, or no link.
@@ -69,8 +69,8 @@ fn carried(directory: &Path, bit_errors: f64, cycles: u64) -> Result<Carried, Be
     Ok(Carried { messages: in_turn(&ends[1])?.wrapping_sub(before), frame, ack })
 }
 
-/// What arrives of a character when each bit is wrong with this probability. Without its start bit, or its stop bit,
-/// it is none.
+/// What arrives of a character when each bit is wrong with this probability. Without its start bit, or its
+/// stop bit, it is none.
 fn carry(character: Character, bit_errors: f64, random: &mut Random) -> Option<Character> {
     let [start, stop] = [(); 2].map(|()| random.chance(bit_errors));
     let wrong = (0..8).fold(0, |wrong, bit| wrong | u8::from(random.chance(bit_errors)) << bit);

@@ -1,5 +1,5 @@
-//! The module's figures: what its joints do, what its lines carry, whether all is done in time while everything else is busy,
-//! and how soon the module is itself again after a fault.
+//! The module's figures: what its joints do, what its lines carry, whether all is done in time while
+//! everything else is busy, and how soon the module is itself again after a fault.
 
 mod babble;
 mod bridge;
@@ -33,8 +33,9 @@ pub use watchdog::watchdog_recovery;
 /// The figures of a module. Of two MCUs, and of several joints, the worse counts.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ModuleFigures {
-    /// How much later a period of the joints' control begins than another, at most, in us, while the module is saturated. A
-    /// period begins where it matters when it does: the last drives take effect, and the joints are measured for the next.
+    /// How much later a period of the joints' control begins than another, at most, in us, while the module
+    /// is saturated. A period begins where it matters when it does: the last drives take effect, and the
+    /// joints are measured for the next.
     pub pid_jitter_us_max: f64,
     /// Periods in which it did not begin, then.
     pub pid_missed: u64,
@@ -46,7 +47,8 @@ pub struct ModuleFigures {
     pub cpu_idle: f64,
     /// and saturated.
     pub cpu_saturated: f64,
-    /// Bytes that a UART in software got wrong, lost or sent wrongly, of a million and of those of the saturated module.
+    /// Bytes that a UART in software got wrong, lost or sent wrongly, of a million and of those of the
+    /// saturated module.
     pub soft_uart_errors: u64,
     /// What a link carries over the bound of stop-and-wait: on a good line,
     pub link_efficiency_0: f64,
@@ -54,8 +56,8 @@ pub struct ModuleFigures {
     pub link_efficiency_1e4: f64,
     /// and with one in 1,000.
     pub link_efficiency_1e3: f64,
-    /// Of a million messages over links that lose 30 % of the frames each way, those that were lost without notice, came twice
-    /// or out of turn. Without an MCU: the ARQ alone.
+    /// Of a million messages over links that lose 30 % of the frames each way, those that were lost without
+    /// notice, came twice or out of turn. Without an MCU: the ARQ alone.
     pub link_violations: usize,
     /// What the bridge carries over what its wires can.
     pub bridge_efficiency: f64,
@@ -63,7 +65,8 @@ pub struct ModuleFigures {
     pub babble_pid_missed: u64,
     /// and how long after that the module was back in the robot at most, in ms.
     pub babble_recovery_ms: f64,
-    /// How long it takes at most from a task's hanging, whichever it is, until the watchdog has its MCU back in the robot, in ms.
+    /// How long it takes at most from a task's hanging, whichever it is, until the watchdog has its MCU back
+    /// in the robot, in ms.
     pub watchdog_recovery_ms: f64,
 }
 
@@ -79,8 +82,8 @@ const MEASURED: usize = 0;
 /// Bytes that the UARTs in software have to carry.
 const SOFT_UART_BYTES: u64 = 1_000_000;
 
-/// Measures the figures on the robot's images in `directory` and the test images in `tests/` below, saturated for
-/// `seconds`.
+/// Measures the figures on the robot's images in `directory` and the test images in `tests/` below, saturated
+/// for `seconds`.
 ///
 /// # Errors
 /// An image is not there, or does not do what is to be measured.

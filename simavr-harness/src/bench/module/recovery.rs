@@ -15,8 +15,8 @@ const WATCHED: u64 = 2 * SECOND;
 /// How long a hormone may be under way to a neighbour, in cycles.
 const UNDER_WAY: u64 = 100 * MILLISECOND;
 
-/// Cycles from now on until each module's view of its neighbours equals the wiring, hormones get through, and what is asked
-/// each millisecond is so too, for good.
+/// Cycles from now on until each module's view of its neighbours equals the wiring, hormones get through, and
+/// what is asked each millisecond is so too, for good.
 pub fn recovery(engine: &mut Engine, mut is_back: impl FnMut(&Engine) -> bool) -> Result<u64, BenchError> {
     let start = engine.cycle();
     engine.take_deeds();

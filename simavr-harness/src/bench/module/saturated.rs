@@ -1,5 +1,5 @@
-//! A module whose neighbours at all docks send as fast as they can, one of which asks its console all the time, while something
-//! pulls at its joints.
+//! A module whose neighbours at all docks send as fast as they can, one of which asks its console all the
+//! time, while something pulls at its joints.
 
 use simulation::Face;
 use tasks::dock::Dock;

@@ -29,8 +29,8 @@ const OTHERS: [&str; 3] = ["FOR_USART0", "FOR_USART1", "FOR_BUS"];
 /// How often two modules are made, with other memories at power-up each time.
 const SEEDS: u64 = 4;
 
-/// Loads the lines until so many bytes have come on those in software, over all MCUs. The test images `board_serial_*` lie
-/// in `directory`.
+/// Loads the lines until so many bytes have come on those in software, over all MCUs. The test images
+/// `board_serial_*` lie in `directory`.
 ///
 /// # Errors
 /// An image is not there, or nothing comes.

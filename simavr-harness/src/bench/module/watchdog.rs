@@ -15,14 +15,15 @@ use crate::image::{Image, Place, Symbol};
 use crate::module::Controller;
 use crate::robot::RobotBuilder;
 
-/// For how long an MCU does nothing after a reset, by its fuses: 16,384 clocks and 65 ms (datasheet, "System Clock and Clock
-/// Options", "Crystal Oscillator").
+/// For how long an MCU does nothing after a reset, by its fuses: 16,384 clocks and 65 ms (datasheet, "System
+/// Clock and Clock Options", "Crystal Oscillator").
 const START_UP: u64 = 16_384 + 65 * MILLISECOND;
 
 /// How often the harness looks whether a task runs, in cycles.
 const LOOK: u64 = 160;
 
-/// Where a neighbour is attached to the module, and by which of its docks: the module is a branch, and keeps straight.
+/// Where a neighbour is attached to the module, and by which of its docks: the module is a branch, and keeps
+/// straight.
 const NEIGHBOURS: [(Dock, Dock); 4] = [
     (Dock::Front, Dock::Back),
     (Dock::Back, Dock::Front),
@@ -30,9 +31,10 @@ const NEIGHBOURS: [(Dock, Dock); 4] = [
     (Dock::Right, Dock::Back),
 ];
 
-/// Lets each task of both images in `directory` hang, one after the other, in a branch of a robot. Returns how long it took
-/// at most, in ms, until the MCU had been reset and its links carried frames, all modules knew their neighbours, and
-/// hormones got through. A task that has nothing to do does not run, and so can't hang.
+/// Lets each task of both images in `directory` hang, one after the other, in a branch of a robot. Returns
+/// how long it took at most, in ms, until the MCU had been reset and its links carried frames, all modules
+/// knew their neighbours, and hormones got through. A task that has nothing to do does not run, and so can't
+/// hang.
 ///
 /// # Errors
 /// An image is not there, no task runs, or the module does not come back, or is reset for another reason.

@@ -1,4 +1,5 @@
-//! A loop of modules in which nobody leads: the beat that was on its way when it closed may go on, but it does not race round.
+//! A loop of modules in which nobody leads: the beat that was on its way when it closed may go on, but it
+//! does not race round.
 
 use hormone::gait::GaitName::Centipede;
 use tasks::dock::Dock::{Back, Front, Left, Right};

@@ -6,8 +6,8 @@ use tasks::dock::Dock::{Back, Front};
 
 use crate::robot::Robot;
 
-/// Within this time from the first beat that is missing there is a new leader and the ring rolls, in milliseconds: two
-/// rounds of silence, one of standing, and a Period.
+/// Within this time from the first beat that is missing there is a new leader and the ring rolls, in
+/// milliseconds: two rounds of silence, one of standing, and a Period.
 const ELECTED: u32 = 6_300;
 
 /// In this time whoever leads beats.

@@ -486,8 +486,8 @@ impl Robot {
         }
     }
 
-    /// When the frame of a hormone sent now gets through, if it does. As the link does, it repeats the frame until the ACK
-    /// comes, and gives up after eight repetitions; meanwhile the next hormone waits.
+    /// When the frame of a hormone sent now gets through, if it does. As the link does, it repeats the frame
+    /// until the ACK comes, and gives up after eight repetitions; meanwhile the next hormone waits.
     fn arrival(&mut self, from: Port) -> Option<u32> {
         let mut time = self.now.max(self.busy_until.get(&from).copied().unwrap_or_default());
         let mut arrival = None;
@@ -515,8 +515,8 @@ impl Robot {
         (self.now as u16).wrapping_add(self.modules[index].clock_offset)
     }
 
-    /// How often the centipede's gait was wrong in the beats of `from..to`, by its definition: in each half Period
-    /// every module but head and tail acts once, a leg swings and holds in turn, the two legs of a
+    /// How often the centipede's gait was wrong in the beats of `from..to`, by its definition: in each half
+    /// Period every module but head and tail acts once, a leg swings and holds in turn, the two legs of a
     /// branch never do the same, and nothing else moves.
     pub fn gait_violations(&self, from: u32, to: u32) -> usize {
         self.of_type(ModuleType::Head)

@@ -30,7 +30,8 @@ fn acts(robot: &Robot, from: u32, to: u32) -> Vec<Vec<Act>> {
     acts.map(Iterator::collect).collect()
 }
 
-/// Holds legs against this: in `from..to` each swings, by `swing`, in one beat of a Period and holds in all others.
+/// Holds legs against this: in `from..to` each swings, by `swing`, in one beat of a Period and holds in all
+/// others.
 fn assert_walks(robot: &Robot, gait: GaitName, from: u32, to: u32, swing: Action) {
     let beats = usize::from(gait.gait().beats);
     for acts in acts(robot, from, to) {

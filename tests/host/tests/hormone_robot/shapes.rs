@@ -25,8 +25,8 @@ fn chain() -> Robot {
     robot
 }
 
-/// Runs for `milliseconds` with the docks' motors: the ends of a body that lies in a circle latch when a dock of one
-/// approaches, and a dock that is released lets go.
+/// Runs for `milliseconds` with the docks' motors: the ends of a body that lies in a circle latch when a dock
+/// of one approaches, and a dock that is released lets go.
 fn run(robot: &mut Robot, milliseconds: u32) {
     for _ in 0..milliseconds / LATCH {
         robot.run(LATCH);

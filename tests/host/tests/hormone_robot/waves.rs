@@ -35,7 +35,8 @@ const TURN: f64 = std::f64::consts::TAU;
 
 #[test]
 fn the_caterpillars_wave_is_the_laboratorys() {
-    // Motor0 at 20 cos(s pi / 10), Motor2 at 20 cos((s + 2) pi / 10), s four steps of 20 ahead from module to module.
+    // Motor0 at 20 cos(s pi / 10), Motor2 at 20 cos((s + 2) pi / 10), s four steps of 20 ahead from module to
+    // module.
     let angles = |phase: f64, place: usize| {
         let s = 20.0 * phase + 4.0 * place as f64;
         [s, s + 2.0].map(|s| 20.0 * (s * TURN / 20.0).cos())

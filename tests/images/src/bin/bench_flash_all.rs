@@ -1,5 +1,5 @@
-//! The six categories of AvrX's calls, each of ours that stands for one of them once: what `bench_flash` has, and control of
-//! tasks, single steps, byte FIFOs, the EEPROM.
+//! The six categories of AvrX's calls, each of ours that stands for one of them once: what `bench_flash` has,
+//! and control of tasks, single steps, byte FIFOs, the EEPROM.
 //!
 //! `black_box` hides what the calls work on, so that they are built for any object.
 #![no_std]

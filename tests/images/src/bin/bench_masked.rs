@@ -1,4 +1,5 @@
-//! The kernel's calls where they are slowest: many timers, many that are due at once, many tasks that wait for one thing.
+//! The kernel's calls where they are slowest: many timers, many that are due at once, many tasks that wait
+//! for one thing.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

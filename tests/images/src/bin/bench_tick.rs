@@ -1,4 +1,5 @@
-//! Measured: what a tick takes from a busy task while timers are pending, and a tick that ends a delay. It never ends.
+//! Measured: what a tick takes from a busy task while timers are pending, and a tick that ends a delay. It
+//! never ends.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

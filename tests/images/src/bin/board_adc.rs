@@ -1,8 +1,8 @@
 //! What is measured in rounds, the joints' motors, and the peripherals that need neither.
 //!
-//! Marks, each reading as two bytes, the low one first: both potentiometers, each after the current of its motor; then the
-//! multiplexer's inputs 0 to 7 in turn; 0x71 once the third round was posted as a period; 0x72 when the power switch of the
-//! first dock was opened for its current; 0x7f for anything wrong.
+//! Marks, each reading as two bytes, the low one first: both potentiometers, each after the current of its
+//! motor; then the multiplexer's inputs 0 to 7 in turn; 0x71 once the third round was posted as a period;
+//! 0x72 when the power switch of the first dock was opened for its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]

@@ -1,8 +1,8 @@
 //! Two tasks use the EEPROM at once.
 //!
-//! Marks: 1 the first task begins to write, 2 it has written, then what it reads of the other's; 3 the other begins
-//! to write, 4 it has written, 5 it has written the same again, 6, 7 and 8 it may neither read nor write beyond the end;
-//! then the EEPROM's last byte.
+//! Marks: 1 the first task begins to write, 2 it has written, then what it reads of the other's; 3 the other
+//! begins to write, 4 it has written, 5 it has written the same again, 6, 7 and 8 it may neither read nor
+//! write beyond the end; then the EEPROM's last byte.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

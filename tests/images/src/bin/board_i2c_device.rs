@@ -1,12 +1,13 @@
 //! A device with sixteen registers at the I2C address 0x48, for the images that talk to one.
 //!
 //! The first byte written sets which register comes next; further bytes are stored from there on, until all
-//! sixteen have passed: then they are refused. A read goes on from the same place, through ones after the last.
-//! At power-up each register holds its number plus 0x80.
+//! sixteen have passed: then they are refused. A read goes on from the same place, through ones after the
+//! last. At power-up each register holds its number plus 0x80.
 //!
 //! Marks: each status that its interface goes through, as the datasheet numbers them.
 //!
-//! It stands for a part that is not of this robot. So it knows nothing of the board or the kernel, and it polls.
+//! It stands for a part that is not of this robot. So it knows nothing of the board or the kernel, and it
+//! polls.
 #![no_std]
 #![no_main]
 

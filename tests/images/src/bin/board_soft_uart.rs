@@ -1,5 +1,5 @@
-//! The UART in software sends each frame back that it has heard. While `HOLDS_UP` is set, a task masks interrupts for 450
-//! cycles again and again.
+//! The UART in software sends each frame back that it has heard. While `HOLDS_UP` is set, a task masks
+//! interrupts for 450 cycles again and again.
 //!
 //! Marks: 0x7f for a byte that was lost.
 #![no_std]

@@ -1,4 +1,5 @@
-//! A master without docks, whose one behaviour asks devices for things, of its own and of the slave, one after the other.
+//! A master without docks, whose one behaviour asks devices for things, of its own and of the slave, one
+//! after the other.
 //!
 //! Marks what each device reports, as the four bytes of the report; then waits for the next one that is due.
 #![no_std]

@@ -1,4 +1,5 @@
-//! A neighbour that floods a module at a side, by its dock Back, and does not probe: to the module it is none.
+//! A neighbour that floods a module at a side, by its dock Back, and does not probe: to the module it is
+//! none.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]

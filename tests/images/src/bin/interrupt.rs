@@ -14,9 +14,9 @@ static BUSY: Stack<96> = Stack::new();
 
 board::interrupts!(Interrupts: External);
 
-// The ATmega2560 has flash beyond the 128 KB to which 16 bits point, in words. The linker puts all code there if this
-// stands before it, and leads to functions whose addresses are taken by stubs. QEMU's `elpm` does not read
-// there, where the initial values of variables would lie.
+// The ATmega2560 has flash beyond the 128 KB to which 16 bits point, in words. The linker puts all code there
+// if this stands before it, and leads to functions whose addresses are taken by stubs. QEMU's `elpm` does not
+// read there, where the initial values of variables would lie.
 #[cfg(all(feature = "atmega2560", not(feature = "qemu")))]
 core::arch::global_asm!(".pushsection .ctors, \"a\", @progbits", ".skip 0x20000", ".popsection");
 

@@ -49,7 +49,8 @@ fn start_task(context: &mut impl Context, id: usize) -> Result<(), kernel::Start
     STACKS[id].start(context, priority, move |task| run(id, task))
 }
 
-/// The outcome of `Call::Start`. A task that was killed leaves its stack, unless the call that kills it is not over.
+/// The outcome of `Call::Start`. A task that was killed leaves its stack, unless the call that kills it is
+/// not over.
 fn started(context: &mut impl Context, id: usize) -> Outcome {
     if !DYING.has(id) {
         // SAFETY: the call that killed it is over, and the tasks of scripts pin and lend nothing.
@@ -62,7 +63,8 @@ fn started(context: &mut impl Context, id: usize) -> Outcome {
     is_started.into()
 }
 
-/// A set of tasks. Only the one that runs changes it, and an interrupt in between leaves the other bytes alone.
+/// A set of tasks. Only the one that runs changes it, and an interrupt in between leaves the other bytes
+/// alone.
 struct Tasks([AtomicBool; STACKS.len()]);
 
 impl Tasks {

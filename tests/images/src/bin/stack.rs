@@ -1,4 +1,5 @@
-//! A task goes deeper and deeper, at last beyond its stack; another one counts what is left of it at each tick, and finds out.
+//! A task goes deeper and deeper, at last beyond its stack; another one counts what is left of it at each
+//! tick, and finds out.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

@@ -1,4 +1,5 @@
-//! Swept: semaphores and event flags, to nobody, to higher, to lower and to equal tasks, with and without a wait.
+//! Swept: semaphores and event flags, to nobody, to higher, to lower and to equal tasks, with and without a
+//! wait.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

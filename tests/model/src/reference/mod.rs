@@ -1,4 +1,5 @@
-//! The kernel as `docs/kernel.md` describes it, written as plainly as can be: who runs, who waits, and what time does.
+//! The kernel as `docs/kernel.md` describes it, written as plainly as can be: who runs, who waits, and what
+//! time does.
 
 mod bytes;
 mod calls;
@@ -63,7 +64,8 @@ struct Task {
     is_suspended: bool,
     /// It starts or kills a task, or tries to: it is not killed.
     is_unkillable: bool,
-    /// It is in a wait with a timeout, or on its way into or out of one: it is killed only where it is blocked.
+    /// It is in a wait with a timeout, or on its way into or out of one: it is killed only where it is
+    /// blocked.
     is_proxied: bool,
     /// With this priority it stands in line there.
     line_priority: Priority,
@@ -212,8 +214,8 @@ impl Reference {
         }
     }
 
-    /// The task that runs: the highest that is ready. Among equals it is one that a ceiling has raised, then the first
-    /// that became ready.
+    /// The task that runs: the highest that is ready. Among equals it is one that a ceiling has raised, then
+    /// the first that became ready.
     pub fn running(&self) -> Option<TaskId> {
         self.ready.iter().copied().min_by_key(|&id| {
             let effective = self.effective_priority(id);
@@ -334,8 +336,8 @@ impl Reference {
         true
     }
 
-    /// The task that runs does what its call has to do, and so does the next if that blocks, until one is where its call
-    /// returns or between two calls.
+    /// The task that runs does what its call has to do, and so does the next if that blocks, until one is
+    /// where its call returns or between two calls.
     pub fn settle(&mut self) {
         while self.settle_first() {}
     }

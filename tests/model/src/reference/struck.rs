@@ -7,8 +7,8 @@ use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
-    /// All ways in which things may stand inside of the call that task `id` is in, which runs, in the order of
-    /// time; none if it should not. A task that has blocked runs until the kernel has found the next one.
+    /// All ways in which things may stand inside of the call that task `id` is in, which runs, in the order
+    /// of time; none if it should not. A task that has blocked runs until the kernel has found the next one.
     pub fn struck_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
         while before.running() != Some(id) {
@@ -23,7 +23,8 @@ impl Reference {
             // It counts time from here.
             let mut begun = before.clone();
             begun.tasks[id].clock.get_or_insert(before.now);
-            // It has set the time at which it ends, but does not wait yet; or it is to wait by proxy, with a clock or without.
+            // It has set the time at which it ends, but does not wait yet; or it is to wait by proxy, with a
+            // clock or without.
             let mut timed = begun.clone();
             if call.timeout().is_some_and(|ticks| ticks > 0) {
                 timed.tasks[id].is_proxied = true;
@@ -70,8 +71,8 @@ impl Reference {
         ways
     }
 
-    /// All ways in which things may stand inside of a tick: what is due happens one after the other. A timer is not running
-    /// any more before its signal is posted.
+    /// All ways in which things may stand inside of a tick: what is due happens one after the other. A timer
+    /// is not running any more before its signal is posted.
     pub fn struck_at_tick(&self) -> Vec<Reference> {
         let mut way = self.clone();
         let mut ways = vec![way.clone()];
@@ -90,7 +91,8 @@ impl Reference {
     fn halfway(&self, id: TaskId, call: Call) -> Vec<Reference> {
         let mut way = self.clone();
         match call {
-            // A timer that is set anew is cancelled before. One that is due by now is not set: the call posts in its place.
+            // A timer that is set anew is cancelled before. One that is due by now is not set: the call posts
+            // in its place.
             Call::StartTimer { timer, ticks, semaphore } => {
                 way.disarm(timer);
                 let cancelled = way.clone();

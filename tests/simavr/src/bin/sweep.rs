@@ -1,5 +1,5 @@
-//! `sweep [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and tells what that finds; `--quick` tries a seventh
-//! of it. All images, unless some are named.
+//! `sweep [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and tells what that finds; `--quick`
+//! tries a seventh of it. All images, unless some are named.
 
 use std::process::ExitCode;
 use std::time::Instant;

@@ -1,8 +1,8 @@
 //! An interrupt at instruction boundaries inside of one call of a script: at every sixteenth, beginning with
 //! any.
 //!
-//! The ways in which things may stand inside of the call have an order in time. Later interrupts must agree with ways
-//! that are not earlier.
+//! The ways in which things may stand inside of the call have an order in time. Later interrupts must agree
+//! with ways that are not earlier.
 
 use std::collections::BTreeMap;
 
@@ -49,8 +49,8 @@ fn plain(handler: &Handler) -> Handler {
 }
 
 impl Sweep<'_, '_> {
-    /// Sweeps the call in a script of these steps without their interrupts inside of calls, as far as they are
-    /// possible.
+    /// Sweeps the call in a script of these steps without their interrupts inside of calls, as far as they
+    /// are possible.
     ///
     /// # Errors
     /// What disagrees.
@@ -66,7 +66,8 @@ impl Sweep<'_, '_> {
         }
         // The ways are those of the last interrupt: so there is but one inside of the call.
         let handler = plain(&self.handler);
-        // The first way that can be meant where an interrupt preempts the task, and the place of the last one.
+        // The first way that can be meant where an interrupt preempts the task, and the place of the last
+        // one.
         let mut reached: BTreeMap<Option<TaskId>, (u32, usize)> = BTreeMap::new();
         for Boundary { after, task } in probe.boundaries.into_iter().skip(self.first).step_by(STRIDE) {
             let mut steps = steps.clone();

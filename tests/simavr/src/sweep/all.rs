@@ -23,7 +23,8 @@ pub struct Total {
     pub pairs: Findings,
 }
 
-/// What is swept at once is divided into so many shares: the same on any number of cores, so that what is told is too.
+/// What is swept at once is divided into so many shares: the same on any number of cores, so that what is
+/// told is too.
 const SHARES: usize = 8;
 
 /// Sweeps every path of `programs`, and tells of each as it is done.

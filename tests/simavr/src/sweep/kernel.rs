@@ -1,6 +1,7 @@
 //! The kernel's own data in RAM, and what must hold of it.
 //!
-//! Read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, all in bytes and without padding on the AVR.
+//! Read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, all in bytes and without padding
+//! on the AVR.
 
 use simavr_harness::{Image, Mcu, Place};
 
@@ -30,8 +31,8 @@ const LINK: u16 = 3;
 const PRIORITY: u16 = 5;
 const CONTROL_BLOCK: u16 = 6;
 
-/// What the byte of the priority has besides that in its low bits: of a task that waits by proxy waiters, and of a proxy
-/// waiter, whose stack pointer is the address of its wait set.
+/// What the byte of the priority has besides that in its low bits: of a task that waits by proxy waiters, and
+/// of a proxy waiter, whose stack pointer is the address of its wait set.
 const PROXIED: u8 = 0x08;
 const PROXY: u8 = 0x20;
 
@@ -186,7 +187,8 @@ impl Kernel {
         self.stack_of(control).map_or("no task", |stack| &stack.name)
     }
 
-    /// What must hold wherever a task runs with interrupts enabled, outside the kernel or on its return from there.
+    /// What must hold wherever a task runs with interrupts enabled, outside the kernel or on its return from
+    /// there.
     ///
     /// # Errors
     /// What does not hold.
@@ -307,7 +309,8 @@ impl Kernel {
         Ok(())
     }
 
-    /// The list of armed timers: all ahead, in the order of their deadlines, and the tick compares with the first.
+    /// The list of armed timers: all ahead, in the order of their deadlines, and the tick compares with the
+    /// first.
     fn check_timers(&self, mcu: &Mcu) -> Result<(), String> {
         let now = word(mcu, self.ticks);
         let next = word(mcu, self.next_deadline);

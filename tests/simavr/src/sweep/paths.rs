@@ -6,8 +6,9 @@ pub struct Program {
     pub image: &'static str,
     /// By their numbers.
     pub paths: &'static [&'static str],
-    /// The numbers of those in which also every pair of strikes is tried. A pair costs a thousand times what a strike does,
-    /// so these are the short ones, and together they go every way through the kernel's assembly.
+    /// The numbers of those in which also every pair of strikes is tried. A pair costs a thousand times what
+    /// a strike does, so these are the short ones, and together they go every way through the kernel's
+    /// assembly.
     pub struck_twice: &'static [u8],
 }
 

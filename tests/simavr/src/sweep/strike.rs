@@ -38,8 +38,8 @@ pub enum Order {
     Single,
     /// A second one too, at each boundary until the task that the first interrupted goes on.
     Pair,
-    /// The same, but the first only between a task's block and its switch, and the second until that is made, where it need
-    /// not wait. So this costs far less.
+    /// The same, but the first only between a task's block and its switch, and the second until that is made,
+    /// where it need not wait. So this costs far less.
     PairAtSwitch,
 }
 
@@ -238,7 +238,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Whether a strike before which `accepted` were accepted is dealt with, as far as the sweep's order goes.
+    /// Whether a strike before which `accepted` were accepted is dealt with, as far as the sweep's order
+    /// goes.
     fn is_dealt_with(&self, mcu: &Mcu, watch: &Watch, accepted: usize) -> bool {
         watch.accepted > accepted
             && match self.order {
@@ -247,7 +248,8 @@ impl Sweep<'_> {
             }
     }
 
-    /// Strikes once more at each boundary until the first strike is dealt with: `accepted` counts the interrupts before it.
+    /// Strikes once more at each boundary until the first strike is dealt with: `accepted` counts the
+    /// interrupts before it.
     fn strike_again(
         &mut self,
         mcu: &mut Mcu,

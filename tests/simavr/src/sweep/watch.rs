@@ -55,7 +55,8 @@ pub struct Watch<'k> {
     pub longest_wait: u64,
     /// How many interrupts were accepted.
     pub accepted: usize,
-    /// Whether an interrupt could be accepted before the next instruction, were they enabled: not behind one that enabled them.
+    /// Whether an interrupt could be accepted before the next instruction, were they enabled: not behind one
+    /// that enabled them.
     pub is_boundary: bool,
     /// The last mark, if the last instruction wrote one.
     pub marked: Option<u8>,
@@ -98,8 +99,8 @@ impl<'k> Watch<'k> {
         mcu.interrupts_enabled() && self.is_switch_due(mcu) && !self.kernel.is_kernel_stack(mcu.stack_pointer())
     }
 
-    /// At the end each context that has not gone on still lies where the interrupt left it: the task was struck on its way
-    /// from a blocking call to the switch.
+    /// At the end each context that has not gone on still lies where the interrupt left it: the task was
+    /// struck on its way from a blocking call to the switch.
     ///
     /// # Errors
     /// Which task is lost.
@@ -244,7 +245,8 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// A task that is resumed is the one to run. The idle task is not: it stands in while a preempted context is loaded.
+    /// A task that is resumed is the one to run. The idle task is not: it stands in while a preempted context
+    /// is loaded.
     fn check_resumed(&mut self, mcu: &Mcu) -> Result<(), String> {
         if !mcu.interrupts_enabled() {
             return Ok(());

@@ -1,5 +1,5 @@
-//! Two MCUs with nothing to do but to carry messages of 16 bytes over the bridge: one sends as fast as its bridge takes
-//! them, the other counts those that come in turn.
+//! Two MCUs with nothing to do but to carry messages of 16 bytes over the bridge: one sends as fast as its
+//! bridge takes them, the other counts those that come in turn.
 
 use board::Board;
 use board::interrupts::Serves;

@@ -1,5 +1,5 @@
-//! Two MCUs with nothing to do but to carry messages of 16 bytes over one link, at USART0: one sends as fast as the link
-//! takes them, the other counts those that come.
+//! Two MCUs with nothing to do but to carry messages of 16 bytes over one link, at USART0: one sends as fast
+//! as the link takes them, the other counts those that come.
 
 use board::Board;
 use board::interrupts::Serves;

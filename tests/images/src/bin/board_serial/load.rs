@@ -1,8 +1,10 @@
-//! All serial lines of an MCU and the bus to the other one, as busy as they can be, while its joints are never at rest.
+//! All serial lines of an MCU and the bus to the other one, as busy as they can be, while its joints are
+//! never at rest.
 //!
-//! Each line sends frames of bytes that count up, and checks those that come: the other end is another module with this
-//! image. The USARTs send without a pause. The UART in software, which hears nothing while it sends, sends when it has
-//! heard a frame. The bus carries the longest packets both ways. `FOR_*` count what came.
+//! Each line sends frames of bytes that count up, and checks those that come: the other end is another module
+//! with this image. The USARTs send without a pause. The UART in software, which hears nothing while it
+//! sends, sends when it has heard a frame. The bus carries the longest packets both ways. `FOR_*` count what
+//! came.
 
 use board::Board;
 use board::adc::Adc;
@@ -87,8 +89,8 @@ where
     let mut backoff = Backoff::new(board.nonce);
     start(send2.start(boot, Priority::P2, move |task| {
         send(task, transmitter, move |task| {
-            // What came before is no answer. If none comes, it is time to send again; ends that both wait differ by more
-            // than a frame before long.
+            // What came before is no answer. If none comes, it is time to send again; ends that both wait
+            // differ by more than a frame before long.
             while HEARD.try_wait(task) {}
             let _ = HEARD.wait_timeout(task, 20 + 8 * Ticks::from(backoff.next_ms()));
         })
