@@ -55,7 +55,6 @@ enum Action<'a> {
     SetPriority(Priority),
 }
 
-
 impl TaskHandle {
     /// The size of its stack, in bytes.
     pub fn stack_size(self) -> usize {

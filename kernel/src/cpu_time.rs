@@ -10,8 +10,8 @@
 use crate::arch;
 use crate::context::{Context, Interrupt};
 use crate::control::TaskHandle;
-use crate::critical::{Masked, MaskedCell};
 use crate::control_block::ControlBlock;
+use crate::critical::{Masked, MaskedCell};
 use crate::{IDLE, ready};
 
 /// Until when the time is charged. Its low half is what the clock said then.

@@ -2,8 +2,8 @@
 
 use crate::context::{Context, Task};
 use crate::fifo::Fifo;
-use crate::semaphore::Semaphore;
 use crate::proxy::Elapsed;
+use crate::semaphore::Semaphore;
 use crate::timer::Ticks;
 
 /// A FIFO of up to `BYTES` bytes, at most 255, on which tasks wait: for a byte, or for space. 8 bytes besides

@@ -3,8 +3,8 @@
 use crate::context::{Context, Task};
 use crate::critical::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
-use crate::semaphore::Semaphore;
 use crate::proxy::Elapsed;
+use crate::semaphore::Semaphore;
 use crate::timer::Ticks;
 
 /// A queue of up to `room` messages, in order.

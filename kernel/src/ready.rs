@@ -182,12 +182,7 @@ pub(crate) fn dequeue(masked: &Masked, cell: &Last) -> Option<&'static ControlBl
 
 /// Takes `task` from a ring, where it stands behind `before`.
 #[inline(always)]
-fn remove_behind(
-    masked: &Masked,
-    cell: &Last,
-    before: &'static ControlBlock,
-    task: &'static ControlBlock,
-) {
+fn remove_behind(masked: &Masked, cell: &Last, before: &'static ControlBlock, task: &'static ControlBlock) {
     if before.is(task) {
         cell.set(masked, Link::NONE);
         return;

@@ -5,8 +5,8 @@
 //! that have passed, before its handler runs. So tasks and handlers find the time as it would be with a tick
 //! each time, and nothing else in the kernel knows of this.
 
-use crate::critical::{Masked, MaskedCell};
 use crate::context::{Context, Interrupt};
+use crate::critical::{Masked, MaskedCell};
 use crate::timer::{self, NEXT_DEADLINE, TICKS, Ticks};
 
 /// A timer of 16 bits that runs freely, with a compare unit that interrupts. Called with interrupts masked.

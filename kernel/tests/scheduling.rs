@@ -272,8 +272,8 @@ fn whoever_is_woken_while_a_ceiling_is_left_runs_in_its_turn() {
             low.start(boot, Priority::P5, move |task| {
                 let guard = value.lock(task);
                 host::interrupt(|interrupt| wake_middle.post(interrupt));
-                let strike = |interrupt: &mut Interrupt| wake_high.post(interrupt);
-                host::interrupted(section, strike, || drop(guard));
+                let interruption = |interrupt: &mut Interrupt| wake_high.post(interrupt);
+                host::interrupted(section, interruption, || drop(guard));
                 log.note("low");
                 forever(task)
             })

@@ -96,7 +96,11 @@ fn a_timer_ends_a_wait_for_several_and_a_task_on_its_way_out_of_it_is_not_killed
                 let waiter = WAITER.task();
                 assert_eq!(waiter.suspend(task), Ok(()));
                 task.delay(5);
-                assert_eq!(waiter.kill(task), Err(Refused::Busy), "its proxy waiters are in their queues still");
+                assert_eq!(
+                    waiter.kill(task),
+                    Err(Refused::Busy),
+                    "its proxy waiters are in their queues still"
+                );
                 waiter.resume(task);
                 assert_eq!(waiter.kill(task), Ok(()));
                 forever(task)

@@ -115,10 +115,10 @@ fn a_timeout_finds_its_task_though_interrupts_wake_others_meanwhile() {
             passed += 1;
             match passed {
                 2 => {
-                    let strike = move |interrupt: &mut Interrupt| {
+                    let interruption = move |interrupt: &mut Interrupt| {
                         (0..posts).for_each(|_| signal.post(interrupt));
                     };
-                    host::interrupted(section, strike, || host::tick(interrupt));
+                    host::interrupted(section, interruption, || host::tick(interrupt));
                 }
                 // Whoever waits still.
                 3 => (0..WAITING).for_each(|_| signal.post(interrupt)),

@@ -3,10 +3,4 @@
 
 use super::posture;
 
-motion![
-    posture(0, 90, 20),
-    posture(0, 90, 10),
-    posture(0, 90, 0),
-    posture(0, 90, -10),
-    posture(0, 90, -20)
-];
+motion![posture(0, 90, 20), posture(0, 90, 10), posture(0, 90, 0), posture(0, 90, -10), posture(0, 90, -20)];

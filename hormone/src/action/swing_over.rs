@@ -3,9 +3,4 @@
 
 use super::posture;
 
-motion![
-    posture(-30, 90, -20),
-    posture(-30, 90, 0),
-    posture(-30, 90, 20),
-    posture(0, 90, 20)
-];
+motion![posture(-30, 90, -20), posture(-30, 90, 0), posture(-30, 90, 20), posture(0, 90, 20)];

@@ -2,9 +2,9 @@
 
 use super::Machine;
 use super::words::{number, to_digit, words};
-use crate::flash::Flash;
 use crate::control::{Refused, TaskHandle, TaskState};
 use crate::control_block::Priority;
+use crate::flash::Flash;
 
 /// Bytes in a line of a reply.
 const ROW: usize = 16;

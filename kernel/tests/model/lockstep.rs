@@ -15,7 +15,7 @@ use model::parcel::Parcel;
 use model::referee::{Complaint, Disagreement, Played, Referee, Script};
 use model::reference::{Reference, TaskId};
 use model::setup::Setup;
-use model::step::{Handler, Step, Strike};
+use model::step::{Handler, Interruption, Step};
 use model::world::{Belongings, TASKS, World, priority};
 
 use crate::jobs::{self, BODIES};
@@ -96,12 +96,12 @@ impl<F: FnOnce(&mut Task) -> R, R> OneThread<F> {
     }
 }
 
-/// How things may stand where an interrupt strikes.
+/// How things may stand where an interrupt occurs.
 type Ways = Rc<dyn Fn(&Reference) -> Vec<Reference>>;
 
 /// Those inside of the call that task `id` is in.
 fn ways_in_call(id: TaskId) -> Ways {
-    Rc::new(move |reference| reference.struck_in_call(id))
+    Rc::new(move |reference| reference.interrupted_in_call(id))
 }
 
 impl<S: Script> Lockstep<S> {
@@ -147,15 +147,15 @@ impl<S: Script> Lockstep<S> {
         let mut own = Belongings::default();
         loop {
             match self.next_call(id) {
-                Some((Call::Lock { mutex }, strike)) => self.section(id, task, mutex, strike),
-                Some((Call::Exit, strike)) => return self.exit(id, strike, task),
-                Some((Call::RunJobs { jobs }, strike)) => {
+                Some((Call::Lock { mutex }, interruption)) => self.section(id, task, mutex, interruption),
+                Some((Call::Exit, interruption)) => return self.exit(id, interruption, task),
+                Some((Call::RunJobs { jobs }, interruption)) => {
                     own.drop_messages();
-                    let Err(JobTaken) = self.called(id, strike, || self.world.run_jobs(task, jobs));
+                    let Err(JobTaken) = self.called(id, interruption, || self.world.run_jobs(task, jobs));
                     self.returned(id, Outcome::JobTaken);
                 }
-                Some((call, strike)) => {
-                    let outcome = self.called(id, strike, || match call {
+                Some((call, interruption)) => {
+                    let outcome = self.called(id, interruption, || match call {
                         Call::Start { task: id } => self.start(task, id).into(),
                         Call::Kill { task: other } if other == id => {
                             self.started[id].set(false);
@@ -179,9 +179,9 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    fn exit(self: &Rc<Self>, id: TaskId, strike: Option<Strike>, task: &mut Task) -> Never {
+    fn exit(self: &Rc<Self>, id: TaskId, interruption: Option<Interruption>, task: &mut Task) -> Never {
         self.started[id].set(false);
-        self.called(id, strike, || task.exit())
+        self.called(id, interruption, || task.exit())
     }
 
     /// A job, which begins as the call that waited for its signal returns.
@@ -191,15 +191,15 @@ impl<S: Script> Lockstep<S> {
         self.returned(id, Outcome::Number(job as u16));
         let mut own = Belongings::default();
         loop {
-            let (call, strike) = self.next_call(id).expect("a job ends itself");
+            let (call, interruption) = self.next_call(id).expect("a job ends itself");
             if call == Call::EndJob {
                 own.drop_messages();
-                if let Some(strike) = strike {
-                    host::arrive_later(strike.after, self.strike(strike, ways_in_call(id)));
+                if let Some(interruption) = interruption {
+                    host::arrive_later(interruption.after, self.interruption(interruption, ways_in_call(id)));
                 }
                 return;
             }
-            let outcome = self.called(id, strike, || match call {
+            let outcome = self.called(id, interruption, || match call {
                 Call::Start { task } => self.start(context, task).into(),
                 Call::Kill { task } => self.killing(task, || self.world.call_of_job(context, &mut own, call)),
                 _ => self.world.call_of_job(context, &mut own, call),
@@ -209,21 +209,27 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// From the lock of a mutex to its unlock, which is the only call that can come next.
-    fn section(self: &Rc<Self>, id: TaskId, task: &mut Task, mutex: usize, strike: Option<Strike>) {
-        let mut value = self.called(id, strike, || self.world.mutexes[mutex].lock(task));
+    fn section(
+        self: &Rc<Self>,
+        id: TaskId,
+        task: &mut Task,
+        mutex: usize,
+        interruption: Option<Interruption>,
+    ) {
+        let mut value = self.called(id, interruption, || self.world.mutexes[mutex].lock(task));
         self.returned(id, Outcome::Number((*value).into()));
         *value = value.wrapping_add(1);
-        let strike = self.next_call(id).and_then(|(_, strike)| strike);
-        self.called(id, strike, || drop(value));
+        let interruption = self.next_call(id).and_then(|(_, interruption)| interruption);
+        self.called(id, interruption, || drop(value));
         self.returned(id, Outcome::Nothing);
     }
 
-    /// The next call of task `id`, and what strikes inside of it. Before it come the interrupts that strike
-    /// the task where it is.
-    fn next_call(self: &Rc<Self>, id: TaskId) -> Option<(Call, Option<Strike>)> {
+    /// The next call of task `id`, and what occurs inside of it. Before it come the interrupts that
+    /// while the task is where it is.
+    fn next_call(self: &Rc<Self>, id: TaskId) -> Option<(Call, Option<Interruption>)> {
         loop {
             match self.next(Some(id))? {
-                Step::Call(call, strike) => return Some((call, strike)),
+                Step::Call(call, interruption) => return Some((call, interruption)),
                 Step::Interrupt(handler) => host::interrupt(|interrupt| self.handle(interrupt, &handler)),
                 Step::Silence(_) => {}
             }
@@ -231,26 +237,42 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// Makes a call of task `id`.
-    fn called<R>(self: &Rc<Self>, id: TaskId, strike: Option<Strike>, call: impl FnOnce() -> R) -> R {
-        self.struck(strike, ways_in_call(id), call)
+    fn called<R>(
+        self: &Rc<Self>,
+        id: TaskId,
+        interruption: Option<Interruption>,
+        call: impl FnOnce() -> R,
+    ) -> R {
+        self.interrupted(interruption, ways_in_call(id), call)
     }
 
-    /// Does what is struck, where things stand in one of the `ways`.
-    fn struck<R>(self: &Rc<Self>, strike: Option<Strike>, ways: Ways, work: impl FnOnce() -> R) -> R {
-        match strike {
-            Some(strike) => host::interrupted(strike.after, self.strike(strike, ways), work),
+    /// Does what is interrupted, where things stand in one of the `ways`.
+    fn interrupted<R>(
+        self: &Rc<Self>,
+        interruption: Option<Interruption>,
+        ways: Ways,
+        work: impl FnOnce() -> R,
+    ) -> R {
+        match interruption {
+            Some(interruption) => {
+                host::interrupted(interruption.after, self.interruption(interruption, ways), work)
+            }
             None => work(),
         }
     }
 
-    /// What a strike does.
-    fn strike(self: &Rc<Self>, strike: Strike, ways: Ways) -> Box<dyn FnOnce(&mut Interrupt)> {
+    /// What an interrupt does.
+    fn interruption(
+        self: &Rc<Self>,
+        interruption: Interruption,
+        ways: Ways,
+    ) -> Box<dyn FnOnce(&mut Interrupt)> {
         let lockstep = Rc::clone(self);
         Box::new(move |interrupt| {
             agreed(lockstep.referee().branch(&*ways));
-            lockstep.handle(interrupt, &strike.handler);
-            if let Some(then) = strike.then {
-                host::arrive_later(then.after, lockstep.strike(*then, ways));
+            lockstep.handle(interrupt, &interruption.handler);
+            if let Some(then) = interruption.then {
+                host::arrive_later(then.after, lockstep.interruption(*then, ways));
             }
         })
     }
@@ -299,7 +321,7 @@ impl<S: Script> Lockstep<S> {
     fn handle(self: &Rc<Self>, interrupt: &mut Interrupt, handler: &Handler) {
         let calls = match handler {
             Handler::Calls(calls) => calls,
-            Handler::Tick(strike) => return self.tick(interrupt, strike.as_deref().cloned()),
+            Handler::Tick(interruption) => return self.tick(interrupt, interruption.as_deref().cloned()),
         };
         let call = |&call| match call {
             Call::Start { task } => self.start(interrupt, task).into(),
@@ -310,10 +332,10 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// The handler of a tick. One inside of another only counts: what is due then is left to the other.
-    fn tick(self: &Rc<Self>, interrupt: &mut Interrupt, strike: Option<Strike>) {
+    fn tick(self: &Rc<Self>, interrupt: &mut Interrupt, interruption: Option<Interruption>) {
         let is_inside = self.is_in_tick.replace(true);
         self.referee().each(Reference::pass);
-        self.struck(strike, Rc::new(Reference::struck_at_tick), || host::tick(interrupt));
+        self.interrupted(interruption, Rc::new(Reference::interrupted_at_tick), || host::tick(interrupt));
         if !is_inside {
             self.referee().each(Reference::fire);
         }

@@ -6,7 +6,7 @@
 //! | `MODEL_CALLS` | how many calls are drawn by lot, four million if not set |
 //! | `MODEL_SEED` | where the lots begin, 0 if not set; a failure names its own |
 //! | `MODEL_DEPTH` | how many steps each sequence has, 5 if not set |
-//! | `MODEL_STRUCK_DEPTH` | the same where an interrupt strikes inside of a call, 3 if not set |
+//! | `MODEL_INTERRUPTED_DEPTH` | the same where an interrupt comes inside of a call, 3 if not set |
 
 mod jobs;
 mod lockstep;
@@ -101,9 +101,9 @@ fn depth() -> usize {
     setting("MODEL_DEPTH", 5) as usize
 }
 
-/// The same where an interrupt strikes inside of a call.
-fn struck_depth() -> usize {
-    setting("MODEL_STRUCK_DEPTH", 3) as usize
+/// The same where an interrupt comes inside of a call.
+fn interrupted_depth() -> usize {
+    setting("MODEL_INTERRUPTED_DEPTH", 3) as usize
 }
 
 #[test]
@@ -113,31 +113,41 @@ fn every_sequence_of_calls_of_three_tasks_does_what_the_reference_does() {
 
 #[test]
 fn an_interrupt_inside_of_a_call_comes_as_if_before_or_after_it_in_every_sequence() {
-    play_all(&ARRANGEMENTS, systems::messages, Exhaustive::with_strikes, struck_depth());
+    play_all(&ARRANGEMENTS, systems::messages, Exhaustive::with_interruptions, interrupted_depth());
 }
 
 #[test]
 fn so_it_is_where_tasks_wait_for_several_semaphores() {
     play_all(WITHOUT_MUTEX, systems::several, Exhaustive::new, depth().saturating_sub(1));
-    play_all(WITHOUT_MUTEX, systems::several, Exhaustive::with_strikes, struck_depth());
+    play_all(WITHOUT_MUTEX, systems::several, Exhaustive::with_interruptions, interrupted_depth());
 }
 
 #[test]
 fn so_it_is_where_tasks_wait_on_a_pipe() {
     play_all(WITHOUT_MUTEX, systems::pipe, Exhaustive::new, depth().saturating_sub(1));
-    play_all(WITHOUT_MUTEX, systems::pipe, Exhaustive::with_strikes, struck_depth());
+    play_all(WITHOUT_MUTEX, systems::pipe, Exhaustive::with_interruptions, interrupted_depth());
 }
 
 #[test]
 fn so_it_is_where_jobs_run() {
     play_all(WITHOUT_MUTEX, systems::jobs, Exhaustive::new, depth().saturating_sub(1));
-    play_all(WITHOUT_MUTEX, systems::jobs, Exhaustive::with_strikes, struck_depth().saturating_sub(1));
+    play_all(
+        WITHOUT_MUTEX,
+        systems::jobs,
+        Exhaustive::with_interruptions,
+        interrupted_depth().saturating_sub(1),
+    );
 }
 
 #[test]
 fn so_it_is_where_tasks_act_on_tasks() {
     play_all(&ARRANGEMENTS, systems::control, Exhaustive::new, depth().saturating_sub(2));
-    play_all(&ARRANGEMENTS, systems::control, Exhaustive::with_strikes, struck_depth().saturating_sub(1));
+    play_all(
+        &ARRANGEMENTS,
+        systems::control,
+        Exhaustive::with_interruptions,
+        interrupted_depth().saturating_sub(1),
+    );
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! What interrupts cost: from the acceptance of one to the task that it wakes, or back to the task that it
-//! struck.
+//! interrupted.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -25,8 +25,8 @@ const RETURN_ADDRESS: u16 = 2;
 /// Cycles after which the busy task is in its loop.
 const SETTLED: u64 = 100;
 
-/// At how many places the interrupt strikes the busy task.
-const STRIKES: u64 = 200;
+/// At how many places the interrupt comes while the busy task runs.
+const INTERRUPTIONS: u64 = 200;
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     let mut measured = measure_button(images)?;
@@ -44,8 +44,8 @@ const BUSY_BEGINS: u8 = 2;
 
 fn measure_button(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     let (mut latency, mut masked, mut context) = (None, None, 0);
-    for strike in 0..STRIKES {
-        let press = press(images, strike)?;
+    for interruption in 0..INTERRUPTIONS {
+        let press = press(images, interruption)?;
         keep_longest(&mut latency, press.latency);
         keep_longest(&mut masked, press.masked);
         context = context.max(press.context);
@@ -72,14 +72,14 @@ struct Press {
     context: u16,
 }
 
-/// Presses the button `strike` cycles, up to the next instruction, after the task has become busy.
-fn press(images: &TestImages, strike: u64) -> Result<Press, BenchError> {
+/// Presses the button `interruption` cycles, up to the next instruction, after the task has become busy.
+fn press(images: &TestImages, interruption: u64) -> Result<Press, BenchError> {
     let fault = |reason| unmeasurable(BUTTON_IMAGE, reason);
     let mut mcu = images.mcu(BUTTON_IMAGE)?;
     let stack = data_of(mcu.image(), "BUSY").ok_or_else(|| fault("it has no stack BUSY"))?;
     let busy = mcu.run_to_marker(BUSY_BEGINS, PATIENCE);
     let busy = busy.ok_or_else(|| fault("its task does not become busy"))?;
-    mcu.run_until(busy.cycle + SETTLED + strike);
+    mcu.run_until(busy.cycle + SETTLED + interruption);
     mcu.take_markers();
     let (pressed, stack_pointer) = (mcu.cycle(), mcu.stack_pointer());
     let unused = *stack.start() + CONTROL_BLOCK..=stack_pointer;
@@ -128,7 +128,7 @@ fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
         mcu.run_to_marker(number, PATIENCE)
             .ok_or_else(|| unmeasurable(IMAGE, format!("it has no stretch {number}, for {name}")))?;
         let cycles = longest_interrupt(&mut mcu, END | number)
-            .ok_or_else(|| unmeasurable(IMAGE, format!("no tick strikes in stretch {number}, for {name}")))?;
+            .ok_or_else(|| unmeasurable(IMAGE, format!("no tick occurs in stretch {number}, for {name}")))?;
         measured.push(Measured::cycles(name, Stretch::of(IMAGE, cycles)));
     }
     let latency =
@@ -137,21 +137,22 @@ fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     Ok(measured)
 }
 
-/// Up to the mark `end`: the longest time from the acceptance of an interrupt until the code that it struck
-/// goes on.
+/// Up to the mark `end`: the longest time from the acceptance of an interrupt until the code that it
+/// interrupted goes on.
 fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<Range<u64>> {
     let mut longest = None;
-    let mut struck = None;
+    let mut interrupted = None;
     while mcu.is_alive() && mcu.markers().last().is_none_or(|marker| marker.value != end) {
         if let Some(accepted) = mcu.step() {
-            struck = Some((mcu.cycle() - accepted.response_cycles, mcu.stack_pointer() + RETURN_ADDRESS));
+            interrupted =
+                Some((mcu.cycle() - accepted.response_cycles, mcu.stack_pointer() + RETURN_ADDRESS));
         }
-        if let Some((at, stack_pointer)) = struck
+        if let Some((at, stack_pointer)) = interrupted
             && mcu.interrupts_enabled()
             && mcu.stack_pointer() == stack_pointer
         {
             keep_longest(&mut longest, at..mcu.cycle());
-            struck = None;
+            interrupted = None;
         }
     }
     longest

@@ -5,7 +5,7 @@ use std::iter;
 use crate::call::Call;
 use crate::referee::Script;
 use crate::reference::Reference;
-use crate::step::{Handler, Step, Strike};
+use crate::step::{Handler, Interruption, Step};
 use crate::systems::System;
 
 /// All scripts of so many steps. They are told apart by which of the possible steps they take each time, and
@@ -16,7 +16,7 @@ pub struct Exhaustive {
     steps: Vec<Step>,
     /// Whether the tasks leave after each script, and come back for the next.
     is_left: bool,
-    has_struck: bool,
+    has_interrupted: bool,
     wheels: Vec<Wheel>,
     /// The next wheel to be read.
     at: usize,
@@ -37,24 +37,24 @@ impl Exhaustive {
         Self::of(system, length, calls.map(|&call| Step::Call(call, None)))
     }
 
-    /// The same, where an interrupt may strike inside of one call in each. To make a message and to send it
+    /// The same, where an interrupt may occur inside of one call in each. To make a message and to send it
     /// are two calls here.
-    pub fn with_strikes(system: &System, length: usize) -> Self {
+    pub fn with_interruptions(system: &System, length: usize) -> Self {
         let calls = system.calls.iter().filter(|call| !matches!(call, Call::Send { .. }));
-        Self::of(system, length, calls.flat_map(|&call| struck(system, call)))
+        Self::of(system, length, calls.flat_map(|&call| interrupted(system, call)))
     }
 
     fn of(system: &System, length: usize, calls: impl Iterator<Item = Step>) -> Self {
         let steps = calls.chain(handlers(system).map(Step::Interrupt)).collect();
         let is_left = system.is_left;
-        Exhaustive { length, steps, is_left, has_struck: false, wheels: Vec::new(), at: 0, played: 0 }
+        Exhaustive { length, steps, is_left, has_interrupted: false, wheels: Vec::new(), at: 0, played: 0 }
     }
 
     /// Goes on to the next script. Returns whether there is one.
     fn advance(&mut self) -> bool {
         self.played += 1;
         self.at = 0;
-        self.has_struck = false;
+        self.has_interrupted = false;
         while let Some(mut wheel) = self.wheels.pop() {
             wheel.choice += 1;
             if wheel.choice < wheel.choices {
@@ -73,7 +73,7 @@ impl Exhaustive {
     /// What can happen in this state.
     fn possible_steps(&self, reference: &Reference) -> impl Iterator<Item = &Step> {
         self.steps.iter().filter(|step| match step {
-            Step::Call(_, Some(_)) if self.has_struck => false,
+            Step::Call(_, Some(_)) if self.has_interrupted => false,
             Step::Call(call, _) => reference.permits(*call),
             _ => true,
         })
@@ -89,7 +89,7 @@ impl Script for Exhaustive {
             self.wheels.push(Wheel { choice: 0, choices: self.possible_steps(reference).count() });
         }
         let step = self.possible_steps(reference).nth(self.wheels[self.at].choice)?.clone();
-        self.has_struck |= matches!(step, Step::Call(_, Some(_)));
+        self.has_interrupted |= matches!(step, Step::Call(_, Some(_)));
         self.at += 1;
         Some(step)
     }
@@ -113,9 +113,9 @@ fn handlers(system: &System) -> impl Iterator<Item = Handler> {
     calls.chain(system.ticks.then_some(Handler::Tick(None)))
 }
 
-/// `call` with no strike, or one of every kind.
-fn struck(system: &System, call: Call) -> impl Iterator<Item = Step> {
-    let strikes = (1..=sections(call))
-        .flat_map(|after| handlers(system).map(move |handler| Strike { after, handler, then: None }));
-    iter::once(None).chain(strikes.map(Some)).map(move |strike| Step::Call(call, strike))
+/// `call` with no interrupt, or one of every kind.
+fn interrupted(system: &System, call: Call) -> impl Iterator<Item = Step> {
+    let interruptions = (1..=sections(call))
+        .flat_map(|after| handlers(system).map(move |handler| Interruption { after, handler, then: None }));
+    iter::once(None).chain(interruptions.map(Some)).map(move |interruption| Step::Call(call, interruption))
 }

@@ -9,7 +9,7 @@ use crate::call::Call;
 use crate::referee::Script;
 use crate::reference::Reference;
 use crate::setup::Setup;
-use crate::step::{Handler, Step, Strike};
+use crate::step::{Handler, Interruption, Step};
 use crate::world::{JOBS_IN_ALL, MUTEXES, QUEUES, SEMAPHORES, TIMERS};
 
 use Priority::{P0, P1, P2, P3, P4, P5, P6, P7};
@@ -45,7 +45,7 @@ impl Setup {
     }
 }
 
-/// Draws how far into a call an interrupt comes, in the unit of [`Strike::after`].
+/// Draws how far into a call an interrupt comes, in the unit of [`Interruption::after`].
 pub type Reach = fn(&mut Rng) -> usize;
 
 /// Masked sections of most calls.
@@ -205,31 +205,31 @@ impl Random {
         Handler::Calls((0..number).map(|_| self.call_of_any()).collect())
     }
 
-    /// Another interrupt strikes inside of half of all.
+    /// Another interrupt comes inside of half of all.
     fn tick(&mut self) -> Handler {
         if self.rng.bool() {
             return Handler::Tick(None);
         }
-        let strike = self.strike();
-        Handler::Tick(Some(Box::new(strike)))
+        let interruption = self.interruption();
+        Handler::Tick(Some(Box::new(interruption)))
     }
 
-    /// Strikes into half of all calls.
-    fn strike_into(&mut self, call: Call) -> Option<Strike> {
+    /// Interrupts half of all calls.
+    fn interruption_into(&mut self, call: Call) -> Option<Interruption> {
         // This one is two calls of the kernel.
         if matches!(call, Call::Send { .. }) || self.rng.bool() {
             return None;
         }
-        Some(self.strike())
+        Some(self.interruption())
     }
 
     /// Every third is followed by another.
-    fn strike(&mut self) -> Strike {
+    fn interruption(&mut self) -> Interruption {
         let then = self.rng.u8(..3) == 0;
-        Strike {
+        Interruption {
             after: (self.reach)(&mut self.rng),
             handler: self.handler(),
-            then: then.then(|| Box::new(self.strike())),
+            then: then.then(|| Box::new(self.interruption())),
         }
     }
 }
@@ -242,7 +242,7 @@ impl Script for Random {
         }
         if reference.running().is_some() {
             let call = iter::repeat_with(|| self.call(reference)).find(|&call| reference.permits(call))?;
-            return Some(Step::Call(call, self.strike_into(call)));
+            return Some(Step::Call(call, self.interruption_into(call)));
         }
         Some(match self.rng.u16(..4000) {
             // So long that the clock wraps.

@@ -4,7 +4,7 @@ use std::{iter, vec};
 
 use crate::referee::{Disagreement, Played, Script};
 use crate::reference::Reference;
-use crate::step::{Handler, Step, Strike};
+use crate::step::{Handler, Interruption, Step};
 
 /// The steps of a script, as far as they are possible where they come.
 pub struct Replay(vec::IntoIter<Step>);
@@ -96,41 +96,42 @@ impl<P: FnMut(Replay) -> Result<Played, Box<Disagreement>>> Shortest<P> {
 
 fn size<'a>(steps: impl IntoIterator<Item = &'a Step>) -> usize {
     let of_step = |step: &Step| match step {
-        Step::Call(_, Some(strike)) => 1 + size_of_strike(strike),
+        Step::Call(_, Some(interruption)) => 1 + size_of_interruption(interruption),
         Step::Interrupt(handler) => 1 + size_of_handler(handler),
         Step::Call(_, None) | Step::Silence(_) => 1,
     };
     steps.into_iter().map(of_step).sum()
 }
 
-fn size_of_strike(strike: &Strike) -> usize {
-    size_of_handler(&strike.handler) + strike.then.as_deref().map_or(0, size_of_strike)
+fn size_of_interruption(interruption: &Interruption) -> usize {
+    size_of_handler(&interruption.handler) + interruption.then.as_deref().map_or(0, size_of_interruption)
 }
 
 fn size_of_handler(handler: &Handler) -> usize {
     match handler {
         Handler::Calls(calls) => calls.len(),
         Handler::Tick(None) => 1,
-        Handler::Tick(Some(strike)) => 1 + size_of_strike(strike),
+        Handler::Tick(Some(interruption)) => 1 + size_of_interruption(interruption),
     }
 }
 
 fn simpler(step: &Step) -> Vec<Step> {
     match step {
-        Step::Call(call, Some(strike)) => {
-            simpler_strikes(strike).into_iter().map(|strike| Step::Call(*call, strike)).collect()
-        }
+        Step::Call(call, Some(interruption)) => simpler_interruptions(interruption)
+            .into_iter()
+            .map(|interruption| Step::Call(*call, interruption))
+            .collect(),
         Step::Interrupt(handler) => simpler_handlers(handler).into_iter().map(Step::Interrupt).collect(),
         Step::Call(_, None) | Step::Silence(_) => Vec::new(),
     }
 }
 
 /// None, those with a simpler handler, and those with less behind them.
-fn simpler_strikes(strike: &Strike) -> Vec<Option<Strike>> {
-    let handlers = simpler_handlers(&strike.handler).into_iter();
-    let with_handler = handlers.map(|handler| Some(Strike { handler, ..strike.clone() }));
-    let thens = strike.then.as_deref().map(simpler_strikes).unwrap_or_default().into_iter();
-    let with_then = thens.map(|then| Some(Strike { then: then.map(Box::new), ..strike.clone() }));
+fn simpler_interruptions(interruption: &Interruption) -> Vec<Option<Interruption>> {
+    let handlers = simpler_handlers(&interruption.handler).into_iter();
+    let with_handler = handlers.map(|handler| Some(Interruption { handler, ..interruption.clone() }));
+    let thens = interruption.then.as_deref().map(simpler_interruptions).unwrap_or_default().into_iter();
+    let with_then = thens.map(|then| Some(Interruption { then: then.map(Box::new), ..interruption.clone() }));
     iter::once(None).chain(with_handler).chain(with_then).collect()
 }
 
@@ -139,9 +140,9 @@ fn simpler_handlers(handler: &Handler) -> Vec<Handler> {
     let calls = match handler {
         Handler::Calls(calls) => calls,
         Handler::Tick(None) => return Vec::new(),
-        Handler::Tick(Some(strike)) => {
-            let strikes = simpler_strikes(strike).into_iter();
-            return strikes.map(|strike| Handler::Tick(strike.map(Box::new))).collect();
+        Handler::Tick(Some(interruption)) => {
+            let interruptions = simpler_interruptions(interruption).into_iter();
+            return interruptions.map(|interruption| Handler::Tick(interruption.map(Box::new))).collect();
         }
     };
     let without = |index| {

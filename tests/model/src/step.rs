@@ -6,25 +6,25 @@ use crate::call::Call;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Handler {
     Calls(Vec<Call>),
-    /// A tick of the clock, and what strikes inside of it.
-    Tick(Option<Box<Strike>>),
+    /// A tick of the clock, and what occurs inside of it.
+    Tick(Option<Box<Interruption>>),
 }
 
 /// An interrupt that comes inside of a task's call or of a tick.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Strike {
+pub struct Interruption {
     /// From the beginning, or from the interrupt before: masked sections on the host, at the end of which it
     /// comes; cycles on an MCU.
     pub after: usize,
     pub handler: Handler,
-    pub then: Option<Box<Strike>>,
+    pub then: Option<Box<Interruption>>,
 }
 
 /// What happens next, between two calls of the running task or while none runs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// The running task calls.
-    Call(Call, Option<Strike>),
+    Call(Call, Option<Interruption>),
     /// An interrupt comes.
     Interrupt(Handler),
     /// While no task runs: so many ticks, or until one does.

@@ -4,8 +4,8 @@ use core::array;
 
 use kernel::{
     Boot, Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Interrupt, Job, JobContext, JobTaken, Message,
-    Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, TaskState, ThreadContext, Timer,
-    now,
+    Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, TaskState,
+    ThreadContext, Timer, now,
 };
 use serde::{Deserialize, Serialize};
 

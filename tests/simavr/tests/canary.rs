@@ -11,7 +11,7 @@ use superbot_tests_simavr::{images, mcu};
 /// The pin whose interrupt wakes the task above the one that computes.
 const BUTTON: Pin = Pin { port: 'E', bit: 4 };
 
-/// Cycles between interrupts: a prime, so that they strike everywhere.
+/// Cycles between interrupts: a prime, so that they occur everywhere.
 const BETWEEN: u64 = 1009;
 
 /// More cycles than any of these images needs.

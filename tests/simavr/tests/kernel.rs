@@ -46,21 +46,21 @@ const LATENCY: u64 = 220;
 const LONGER: u64 = 8;
 
 #[test]
-fn an_interrupt_wakes_a_task_wherever_it_strikes() {
+fn an_interrupt_wakes_a_task_wherever_it_interruptions() {
     for target in TARGETS {
         let image = target.image("interrupt");
         // A program counter of 3 bytes makes each call and return a cycle longer.
         let latency_limit = LATENCY + if target.part.return_address == 3 { LONGER } else { 0 };
-        for strike in 0..300 {
+        for interruption in 0..300 {
             let mut mcu = target.mcu(image.clone());
             mcu.drive_pin(target.button, false);
             // The busy task marks 1 first, and 3 after each sum that came out right.
             let busy = mcu.run_to_marker(1, LIMIT).expect("the busy task runs").cycle;
             for press in 1..=3 {
-                mcu.run_until(busy + 3_000 * press + strike);
+                mcu.run_until(busy + 3_000 * press + interruption);
                 mcu.take_markers();
                 let pressed = mcu.cycle();
-                let place = format!("{}, struck at {pressed}", target.part.name);
+                let place = format!("{}, interrupted at {pressed}", target.part.name);
                 mcu.drive_pin(target.button, true);
                 let woken = mcu.run_to_marker(2, LATENCY + 50).expect("the woken task runs at once");
                 let latency = woken.cycle - pressed;

@@ -29,7 +29,7 @@ fn a_task_sees_what_is_left_of_a_stack() {
             }
         }
         assert!(seen.is_sorted_by(|before, after| before > after), "{}: {seen:?}", target.part.name);
-        // One for each depth, and where the tick may strike in a call there, two.
+        // One for each depth, and where the tick may occur in a call there, two.
         assert!(seen.len() >= 4 && seen.last() == Some(&0), "{}: {seen:?}", target.part.name);
         assert_eq!(mcu.markers().last().map(|mark| mark.value), Some(OVERRUN), "{}", target.part.name);
         assert_eq!(mcu.run_to_end(1_000), State::Done);

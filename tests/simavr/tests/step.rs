@@ -1,4 +1,4 @@
-//! Single steps: a suspended task gets on by exactly one instruction, whatever strikes meanwhile.
+//! Single steps: a suspended task gets on by exactly one instruction, whatever occurs meanwhile.
 
 use simavr_harness::{Mcu, Place, State};
 use superbot_tests_simavr::MILLISECOND;
@@ -39,7 +39,7 @@ fn saved_pc(mcu: &Mcu, target: &Target, control: u16) -> u32 {
     2 * bytes.fold(0, |pc, byte| pc << 8 | byte)
 }
 
-/// The places of the worker's round where an interrupt could strike, in the order in which it comes by.
+/// The places of the worker's round where an interrupt could occur, in the order in which it comes by.
 fn round(mcu: &mut Mcu) -> Vec<u32> {
     loop {
         mcu.run_to_marker(ROUND, 100 * MILLISECOND).expect("the worker runs");

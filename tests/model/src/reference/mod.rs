@@ -4,10 +4,10 @@
 mod bytes;
 mod calls;
 mod control;
+mod interrupted;
 mod leftover;
 mod messages;
 mod several;
-mod struck;
 
 use std::collections::VecDeque;
 

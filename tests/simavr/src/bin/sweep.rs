@@ -30,10 +30,10 @@ fn main() -> ExitCode {
     }
     let start = Instant::now();
     let total = sweep_all(target, programs, extent, |line| println!("{line}"));
-    for (strikes, Findings { boundaries, runs, failed, .. }) in
-        [("one strike", &total.single), ("two strikes", &total.pairs)]
+    for (interruptions, Findings { boundaries, runs, failed, .. }) in
+        [("one interrupt", &total.single), ("two interrupts", &total.pairs)]
     {
-        println!("in all, {strikes}: {boundaries} boundaries, {runs} runs, {failed} failed");
+        println!("in all, {interruptions}: {boundaries} boundaries, {runs} runs, {failed} failed");
     }
     println!("the longest that an interrupt waited: {} cycles", total.single.longest_wait);
     eprintln!("{:.0} s", start.elapsed().as_secs_f64());

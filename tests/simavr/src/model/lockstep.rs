@@ -6,7 +6,7 @@ use model::call::{Call, Outcome};
 use model::referee::{Complaint, Disagreement, Played, Referee, Script};
 use model::reference::{Reference, TaskId};
 use model::setup::Setup;
-use model::step::{Handler, Step, Strike};
+use model::step::{Handler, Interruption, Step};
 use model::wire::Command;
 use simavr_harness::Mcu;
 
@@ -175,9 +175,9 @@ impl<'a, S: Script> Lockstep<'a, S> {
             self.referee.returned(id, outcome)?;
         }
         match self.next(Some(id))? {
-            Some(Step::Call(call, strike)) => {
+            Some(Step::Call(call, interruption)) => {
                 self.chip.command_task(id, Command::Call(call));
-                self.will_come(strike, MOST_TICKS);
+                self.will_come(interruption, MOST_TICKS);
             }
             Some(Step::Interrupt(handler)) => {
                 self.chip.command_task(id, Command::Ask);
@@ -232,8 +232,8 @@ impl<'a, S: Script> Lockstep<'a, S> {
 
     /// An interrupt comes at once, with all that comes inside of it.
     fn interrupt_and_more(&mut self, handler: Handler) -> Result<(), Complaint> {
-        if let Handler::Tick(Some(strike)) = &handler {
-            self.will_come(Some((**strike).clone()), MOST_TICKS - 1);
+        if let Handler::Tick(Some(interruption)) = &handler {
+            self.will_come(Some((**interruption).clone()), MOST_TICKS - 1);
         }
         self.interrupt(&handler)?;
         self.since = Some(self.chip.cycle());
@@ -249,8 +249,8 @@ impl<'a, S: Script> Lockstep<'a, S> {
     }
 
     /// Interrupts come, and among them at most so many ticks.
-    fn will_come(&mut self, strike: Option<Strike>, most_ticks: usize) {
-        self.to_come = chain(strike);
+    fn will_come(&mut self, interruption: Option<Interruption>, most_ticks: usize) {
+        self.to_come = chain(interruption);
         let mut ticks = 0;
         self.to_come.retain(|(_, handler)| {
             ticks += usize::from(matches!(handler, Handler::Tick(_)));
@@ -311,17 +311,17 @@ impl<'a, S: Script> Lockstep<'a, S> {
     }
 }
 
-/// The interrupts of `strike`, each behind that in which it comes, or after which.
-fn chain(mut strike: Option<Strike>) -> VecDeque<(usize, Handler)> {
+/// The interrupts of `interruption`, each behind that in which it comes, or after which.
+fn chain(mut interruption: Option<Interruption>) -> VecDeque<(usize, Handler)> {
     let mut all = VecDeque::new();
-    while let Some(Strike { after, handler, then }) = strike {
+    while let Some(Interruption { after, handler, then }) = interruption {
         let inside = match &handler {
             Handler::Tick(inside) => inside.as_deref().cloned(),
             Handler::Calls(_) => None,
         };
         all.push_back((after, handler));
         all.extend(chain(inside));
-        strike = then.map(|then| *then);
+        interruption = then.map(|then| *then);
     }
     all
 }
@@ -329,7 +329,7 @@ fn chain(mut strike: Option<Strike>) -> VecDeque<(usize, Handler)> {
 /// How things may stand where an interrupt preempts task `id`; if that `is_still_there` since the interrupt
 /// before, it may have blocked then and not switched yet.
 fn ways_in_task(reference: &Reference, id: TaskId, is_still_there: bool) -> Vec<Reference> {
-    let mut ways = reference.struck_in_call(id);
+    let mut ways = reference.interrupted_in_call(id);
     ways.extend(is_still_there.then(|| reference.clone()));
     ways
 }
@@ -337,11 +337,11 @@ fn ways_in_task(reference: &Reference, id: TaskId, is_still_there: bool) -> Vec<
 /// The same where it preempts the kernel itself, after a tick or inside of one.
 fn ways_in_kernel(reference: &Reference, is_in_tick: bool) -> Vec<Reference> {
     if !is_in_tick {
-        return reference.struck_in_kernel();
+        return reference.interrupted_in_kernel();
     }
-    let mut ways = reference.struck_at_tick();
+    let mut ways = reference.interrupted_at_tick();
     let mut over = reference.clone();
     over.fire();
-    ways.extend(over.struck_in_kernel());
+    ways.extend(over.interrupted_in_kernel());
     ways
 }

@@ -11,7 +11,7 @@ use model::referee::Disagreement;
 use model::reference::TaskId;
 use model::setup::Setup;
 use model::shorten::Replay;
-use model::step::{Handler, Step, Strike};
+use model::step::{Handler, Interruption, Step};
 
 use super::chip::Boundary;
 use super::lockstep::{Player, Probe};
@@ -32,7 +32,7 @@ pub struct Sweep<'a, 'p> {
 pub const STRIDE: usize = 16;
 
 /// The same without interrupts inside of it.
-fn without_strikes(step: &Step) -> Step {
+fn without_interruptions(step: &Step) -> Step {
     match step {
         Step::Call(call, _) => Step::Call(*call, None),
         Step::Interrupt(handler) => Step::Interrupt(plain(handler)),
@@ -56,7 +56,7 @@ impl Sweep<'_, '_> {
     /// What disagrees.
     pub fn run(self, steps: &[Step]) -> Result<(), Box<Disagreement>> {
         let mut probe = Probe { step: self.step, boundaries: Vec::new() };
-        let script = Replay::new(steps.iter().map(without_strikes).collect());
+        let script = Replay::new(steps.iter().map(without_interruptions).collect());
         let played = self.player.play(self.real, self.supposed, script, Some(&mut probe)).1?;
         let steps: Vec<_> = played.steps().cloned().collect();
         // To make a message and to send it are two calls of the kernel.
@@ -71,8 +71,8 @@ impl Sweep<'_, '_> {
         let mut reached: BTreeMap<Option<TaskId>, (u32, usize)> = BTreeMap::new();
         for Boundary { after, task } in probe.boundaries.into_iter().skip(self.first).step_by(STRIDE) {
             let mut steps = steps.clone();
-            let strike = Strike { after, handler: handler.clone(), then: None };
-            steps[self.step] = Step::Call(call, Some(strike));
+            let interruption = Interruption { after, handler: handler.clone(), then: None };
+            steps[self.step] = Step::Call(call, Some(interruption));
             let played = self.player.play(self.real, self.supposed, Replay::new(steps), None).1?;
             let (way, before) = reached.entry(task).or_insert((0, after));
             let later = played.ways >> *way;

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
+use super::interruption::{Findings, Order, Share, Subject, sweep_path};
 use super::paths::Program;
-use super::strike::{Findings, Order, Share, Subject, sweep_path};
 use crate::target::Target;
 
 /// How much is swept.
@@ -12,7 +12,7 @@ use crate::target::Target;
 pub enum Extent {
     /// All there is.
     Whole,
-    /// Single strikes, at every boundary whose number is a multiple of this.
+    /// Single interrupts, at every boundary whose number is a multiple of this.
     Sample(usize),
 }
 
@@ -30,7 +30,7 @@ const SHARES: usize = 8;
 /// Sweeps every path of `programs`, and tells of each as it is done.
 ///
 /// # Panics
-/// When the images are not there, or are wrong without any strike.
+/// When the images are not there, or are wrong without an interrupt.
 pub fn sweep_all<'p>(
     target: &'static Target,
     programs: impl IntoIterator<Item = &'p Program>,
@@ -63,7 +63,7 @@ fn sweeps(program: &Program, extent: Extent) -> Vec<(u8, Order)> {
     let mut sweeps: Vec<_> = paths.clone().map(|path| (path, Order::Single)).collect();
     if extent == Extent::Whole {
         sweeps.extend(paths.map(|path| (path, Order::PairAtSwitch)));
-        sweeps.extend(program.struck_twice.iter().map(|&path| (path, Order::Pair)));
+        sweeps.extend(program.in_pairs.iter().map(|&path| (path, Order::Pair)));
     }
     sweeps
 }
@@ -71,13 +71,13 @@ fn sweeps(program: &Program, extent: Extent) -> Vec<(u8, Order)> {
 fn line(program: &Program, path: u8, order: Order, findings: &Findings) -> String {
     let Findings { boundaries, runs, failed, longest_wait, .. } = findings;
     let name = program.paths[usize::from(path)];
-    let strikes = match order {
-        Order::Single => format!("one strike   waits {longest_wait:3} cycles"),
-        Order::Pair => "two strikes".to_owned(),
-        Order::PairAtSwitch => "two strikes, at a switch".to_owned(),
+    let interruptions = match order {
+        Order::Single => format!("one interrupt   waits {longest_wait:3} cycles"),
+        Order::Pair => "two interrupts".to_owned(),
+        Order::PairAtSwitch => "two interrupts, at a switch".to_owned(),
     };
     format!(
-        "{:15}  {name:40}  {boundaries:5} boundaries  {runs:7} runs  {failed:5} failed  {strikes}",
+        "{:15}  {name:40}  {boundaries:5} boundaries  {runs:7} runs  {failed:5} failed  {interruptions}",
         program.image
     )
     .trim_end()

@@ -6,10 +6,10 @@ pub struct Program {
     pub image: &'static str,
     /// By their numbers.
     pub paths: &'static [&'static str],
-    /// The numbers of those in which also every pair of strikes is tried. A pair costs a thousand times what
-    /// a strike does, so these are the short ones, and together they go every way through the kernel's
-    /// assembly.
-    pub struck_twice: &'static [u8],
+    /// The numbers of those in which also every pair of interrupts is tried. A pair costs a thousand times
+    /// what an interrupt does, so these are the short ones, and together they go every way through the
+    /// kernel's assembly.
+    pub in_pairs: &'static [u8],
 }
 
 pub const PROGRAMS: &[Program] = &[
@@ -28,7 +28,7 @@ pub const PROGRAMS: &[Program] = &[
             "event flags that interrupts set too",
             "wait with a time limit",
         ],
-        struck_twice: &[0, 2, 3, 6],
+        in_pairs: &[0, 2, 3, 6],
     },
     Program {
         image: "sweep_queue",
@@ -48,7 +48,7 @@ pub const PROGRAMS: &[Program] = &[
             "take from a higher task that waits for space",
             "a pipe that interrupts fill too",
         ],
-        struck_twice: &[0, 2, 7],
+        in_pairs: &[0, 2, 7],
     },
     Program {
         image: "sweep_timer",
@@ -63,7 +63,7 @@ pub const PROGRAMS: &[Program] = &[
             "a delay, another timer pending",
             "a delay, another timer due",
         ],
-        struck_twice: &[3],
+        in_pairs: &[3],
     },
     Program {
         image: "sweep_switch",
@@ -78,7 +78,7 @@ pub const PROGRAMS: &[Program] = &[
             "preemption of a preempting task",
             "block to a preempted task",
         ],
-        struck_twice: &[1, 4],
+        in_pairs: &[1, 4],
     },
     Program {
         image: "sweep_control",
@@ -100,7 +100,7 @@ pub const PROGRAMS: &[Program] = &[
             "kill what waits for several meanwhile",
             "exit after a delay",
         ],
-        struck_twice: &[1],
+        in_pairs: &[1],
     },
     Program {
         image: "sweep_several",
@@ -115,6 +115,6 @@ pub const PROGRAMS: &[Program] = &[
             "jobs that a higher task wakes",
             "jobs that an interrupt wakes",
         ],
-        struck_twice: &[0],
+        in_pairs: &[0],
     },
 ];

@@ -96,11 +96,13 @@ impl<'k> Watch<'k> {
 
     /// Whether the running task has blocked, or made a higher one ready, and has not switched yet.
     pub fn is_before_switch(&self, mcu: &Mcu) -> bool {
-        mcu.interrupts_enabled() && self.is_switch_due(mcu) && !self.kernel.is_kernel_stack(mcu.stack_pointer())
+        mcu.interrupts_enabled()
+            && self.is_switch_due(mcu)
+            && !self.kernel.is_kernel_stack(mcu.stack_pointer())
     }
 
     /// At the end each context that has not gone on still lies where the interrupt left it: the task was
-    /// struck on its way from a blocking call to the switch.
+    /// interrupted on its way from a blocking call to the switch.
     ///
     /// # Errors
     /// Which task is lost.
@@ -255,7 +257,11 @@ impl<'k> Watch<'k> {
         let is_resumed = running != self.running && running != self.kernel.idle;
         self.running = running;
         if is_resumed && running != head {
-            return Err(format!("{} is resumed where {} should be", self.kernel.name(running), self.kernel.name(head)));
+            return Err(format!(
+                "{} is resumed where {} should be",
+                self.kernel.name(running),
+                self.kernel.name(head)
+            ));
         }
         Ok(())
     }

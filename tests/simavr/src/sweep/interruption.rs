@@ -10,7 +10,7 @@ use crate::target::Target;
 
 /// What is raised at a boundary: one interrupt after the other, without an instruction between.
 #[derive(Clone, Copy)]
-struct Strike {
+struct Interruption {
     sources: &'static [Source],
     /// Whether the path's timers are due at its first tick; else at its second.
     is_due: bool,
@@ -18,20 +18,20 @@ struct Strike {
     second: Option<Source>,
 }
 
-const STRIKES: &[Strike] = &[
-    Strike { sources: &[Source::External], is_due: false, second: None },
-    Strike { sources: &[Source::Tick], is_due: false, second: None },
-    Strike { sources: &[Source::Tick], is_due: true, second: None },
-    Strike { sources: &[Source::External, Source::Tick], is_due: true, second: None },
-    Strike { sources: &[Source::Tick, Source::External], is_due: true, second: None },
+const INTERRUPTIONS: &[Interruption] = &[
+    Interruption { sources: &[Source::External], is_due: false, second: None },
+    Interruption { sources: &[Source::Tick], is_due: false, second: None },
+    Interruption { sources: &[Source::Tick], is_due: true, second: None },
+    Interruption { sources: &[Source::External, Source::Tick], is_due: true, second: None },
+    Interruption { sources: &[Source::Tick, Source::External], is_due: true, second: None },
 ];
 
-const PAIRS: &[Strike] = &[
-    Strike { sources: &[Source::External], is_due: true, second: Some(Source::Tick) },
-    Strike { sources: &[Source::Tick], is_due: true, second: Some(Source::External) },
+const PAIRS: &[Interruption] = &[
+    Interruption { sources: &[Source::External], is_due: true, second: Some(Source::Tick) },
+    Interruption { sources: &[Source::Tick], is_due: true, second: Some(Source::External) },
 ];
 
-/// How many strikes there are to a run.
+/// How many interruptions there are to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// One, at each boundary.
@@ -59,7 +59,7 @@ const TOLD: usize = 3;
 /// What a sweep has found.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
-    /// Places at which a first strike was tried.
+    /// Places at which a first interruption was tried.
     pub boundaries: u64,
     /// Runs to the end from there.
     pub runs: u64,
@@ -143,7 +143,7 @@ impl Subject {
         let mut mcu = self.mcu();
         let mut watch = Watch::new(&self.kernel);
         for _ in 0..PATIENCE {
-            step_unstruck(&mut mcu, &mut watch);
+            step_uninterrupted(&mut mcu, &mut watch);
             if watch.marked == Some(OPEN + path) {
                 watch.marks.clear();
                 return (mcu, watch);
@@ -153,17 +153,17 @@ impl Subject {
     }
 }
 
-/// Without a strike everything is right.
-fn step_unstruck(mcu: &mut Mcu, watch: &mut Watch) {
+/// Without an interrupt everything is right.
+fn step_uninterrupted(mcu: &mut Mcu, watch: &mut Watch) {
     if let Err(wrong) = watch.step(mcu) {
-        panic!("without a strike, at {}: {wrong}", place(mcu, mcu.pc()));
+        panic!("without an interrupt, at {}: {wrong}", place(mcu, mcu.pc()));
     }
 }
 
 /// Sweeps a share of one path of an image.
 ///
 /// # Panics
-/// When the image has no such path, or is wrong without any strike.
+/// When the image has no such path, or is wrong without an interrupt.
 pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Findings {
     let mut findings = Findings::default();
     for is_due in [false, true] {
@@ -174,16 +174,17 @@ pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Fi
             }
             watch.raise(&mut mcu, Source::Tick);
             while !watch.is_settled() {
-                step_unstruck(&mut mcu, &mut watch);
+                step_uninterrupted(&mut mcu, &mut watch);
             }
         }
-        let strikes = match order {
-            Order::Single => STRIKES,
+        let interruptions = match order {
+            Order::Single => INTERRUPTIONS,
             Order::Pair | Order::PairAtSwitch => PAIRS,
         };
-        let strikes: Vec<_> = strikes.iter().copied().filter(|strike| strike.is_due == is_due).collect();
-        if !strikes.is_empty() {
-            let sweep = Sweep { order, strikes, share, expected: Vec::new(), findings: &mut findings };
+        let interruptions: Vec<_> =
+            interruptions.iter().copied().filter(|interruption| interruption.is_due == is_due).collect();
+        if !interruptions.is_empty() {
+            let sweep = Sweep { order, interruptions, share, expected: Vec::new(), findings: &mut findings };
             sweep.run(&mut mcu, watch);
         }
     }
@@ -193,53 +194,57 @@ pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Fi
 /// The sweep of one path, with its timers due at its first tick or not.
 struct Sweep<'f> {
     order: Order,
-    strikes: Vec<Strike>,
+    interruptions: Vec<Interruption>,
     share: Share,
-    /// The marks without a strike.
+    /// The marks without an interrupt.
     expected: Vec<u8>,
     findings: &'f mut Findings,
 }
 
-/// An interrupt and the address that it struck.
-type Struck = (Source, u32);
+/// An interrupt and the address that it interrupted.
+type Interrupted = (Source, u32);
 
 impl Sweep<'_> {
     fn run(mut self, mcu: &mut Mcu, mut watch: Watch) {
-        let unstruck = mcu.explore(|mcu| finish(mcu, watch.clone()));
-        self.expected = unstruck.unwrap_or_else(|wrong| panic!("without a strike: {wrong}")).marks;
-        assert!(self.expected.iter().all(|&mark| mark < WRONG), "without a strike: {:02x?}", self.expected);
+        let uninterrupted = mcu.explore(|mcu| finish(mcu, watch.clone()));
+        self.expected = uninterrupted.unwrap_or_else(|wrong| panic!("without an interrupt: {wrong}")).marks;
+        assert!(
+            self.expected.iter().all(|&mark| mark < WRONG),
+            "without an interrupt: {:02x?}",
+            self.expected
+        );
         let mut number = 0;
         while watch.marked != Some(CLOSED) {
             if watch.is_boundary && (self.order != Order::PairAtSwitch || watch.is_before_switch(mcu)) {
                 if number % self.share.of == self.share.number {
                     self.findings.boundaries += 1;
-                    self.strike(mcu, &watch);
+                    self.interruption(mcu, &watch);
                 }
                 number += 1;
             }
-            step_unstruck(mcu, &mut watch);
+            step_uninterrupted(mcu, &mut watch);
         }
     }
 
-    fn strike(&mut self, mcu: &mut Mcu, watch: &Watch) {
-        for strike in self.strikes.clone() {
+    fn interruption(&mut self, mcu: &mut Mcu, watch: &Watch) {
+        for interruption in self.interruptions.clone() {
             let at = mcu.pc();
             mcu.explore(|mcu| {
-                let mut struck = watch.clone();
-                for &source in strike.sources {
-                    struck.raise(mcu, source);
+                let mut interrupted = watch.clone();
+                for &source in interruption.sources {
+                    interrupted.raise(mcu, source);
                 }
-                let log = strike.sources.iter().map(|&source| (source, at)).collect();
-                match strike.second {
-                    None => self.try_out(mcu, struck, log),
-                    Some(second) => self.strike_again(mcu, struck, watch.accepted, log, second),
+                let log = interruption.sources.iter().map(|&source| (source, at)).collect();
+                match interruption.second {
+                    None => self.try_out(mcu, interrupted, log),
+                    Some(second) => self.interruption_again(mcu, interrupted, watch.accepted, log, second),
                 }
             });
         }
     }
 
-    /// Whether a strike before which `accepted` were accepted is dealt with, as far as the sweep's order
-    /// goes.
+    /// Whether an interruption before which `accepted` were accepted is dealt with, as far as the sweep's
+    /// order goes.
     fn is_dealt_with(&self, mcu: &Mcu, watch: &Watch, accepted: usize) -> bool {
         watch.accepted > accepted
             && match self.order {
@@ -248,14 +253,14 @@ impl Sweep<'_> {
             }
     }
 
-    /// Strikes once more at each boundary until the first strike is dealt with: `accepted` counts the
-    /// interrupts before it.
-    fn strike_again(
+    /// Interrupts once more at each boundary until the first interruption is dealt with: `accepted` counts
+    /// the interrupts before it.
+    fn interruption_again(
         &mut self,
         mcu: &mut Mcu,
         mut watch: Watch,
         accepted: usize,
-        log: Vec<Struck>,
+        log: Vec<Interrupted>,
         second: Source,
     ) {
         while watch.marked != Some(CLOSED) && !self.is_dealt_with(mcu, &watch, accepted) {
@@ -263,9 +268,9 @@ impl Sweep<'_> {
                 let mut log = log.clone();
                 log.push((second, mcu.pc()));
                 mcu.explore(|mcu| {
-                    let mut struck = watch.clone();
-                    struck.raise(mcu, second);
-                    self.try_out(mcu, struck, log);
+                    let mut interrupted = watch.clone();
+                    interrupted.raise(mcu, second);
+                    self.try_out(mcu, interrupted, log);
                 });
             }
             if watch.step(mcu).is_err() {
@@ -275,7 +280,7 @@ impl Sweep<'_> {
     }
 
     /// Runs to the end and notes what came of it.
-    fn try_out(&mut self, mcu: &mut Mcu, watch: Watch, log: Vec<Struck>) {
+    fn try_out(&mut self, mcu: &mut Mcu, watch: Watch, log: Vec<Interrupted>) {
         self.findings.runs += 1;
         let wrong = match finish(mcu, watch) {
             Ok(watch) => {
@@ -292,9 +297,9 @@ impl Sweep<'_> {
         };
         self.findings.failed += 1;
         if self.findings.failures.len() < TOLD {
-            let struck: Vec<_> =
+            let interrupted: Vec<_> =
                 log.iter().map(|&(source, at)| format!("{source:?} before {}", place(mcu, at))).collect();
-            let told = format!("{}: at {}: {wrong}", struck.join(", "), place(mcu, mcu.pc()));
+            let told = format!("{}: at {}: {wrong}", interrupted.join(", "), place(mcu, mcu.pc()));
             self.findings.failures.push(told);
         }
     }

@@ -1,4 +1,4 @@
-//! How things may stand where an interrupt strikes inside of a call.
+//! How things may stand where an interrupt comes inside of a call.
 
 use std::{iter, mem};
 
@@ -9,7 +9,7 @@ use crate::call::Call;
 impl Reference {
     /// All ways in which things may stand inside of the call that task `id` is in, which runs, in the order
     /// of time; none if it should not. A task that has blocked runs until the kernel has found the next one.
-    pub fn struck_in_call(&self, id: TaskId) -> Vec<Reference> {
+    pub fn interrupted_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
         while before.running() != Some(id) {
             if !before.settle_first() {
@@ -62,7 +62,7 @@ impl Reference {
     }
 
     /// All ways in which things may stand while the kernel itself runs, on its way to the next task.
-    pub fn struck_in_kernel(&self) -> Vec<Reference> {
+    pub fn interrupted_in_kernel(&self) -> Vec<Reference> {
         let mut way = self.clone();
         let mut ways = vec![way.clone()];
         while way.settle_first() {
@@ -73,7 +73,7 @@ impl Reference {
 
     /// All ways in which things may stand inside of a tick: what is due happens one after the other. A timer
     /// is not running any more before its signal is posted.
-    pub fn struck_at_tick(&self) -> Vec<Reference> {
+    pub fn interrupted_at_tick(&self) -> Vec<Reference> {
         let mut way = self.clone();
         let mut ways = vec![way.clone()];
         while let Some(first) = way.first_due() {
