@@ -37,10 +37,6 @@ enum Append {
     Full,
 }
 
-/// Has the compiler move what follows out of the way.
-#[cold]
-fn cold_path() {}
-
 /// The queue is full. The message comes back.
 pub struct Full<T: Pooled>(pub Message<T>);
 
@@ -61,23 +57,28 @@ impl<T: Pooled> Queue<T> {
     ///
     /// # Errors
     /// [`Full`] with the message when there is no room; the queue counts it.
+    #[inline(always)]
     pub fn send(&self, context: &mut impl Context, message: Message<T>) -> Result<(), Full<T>> {
         let slot = message.into_slot();
-        let appended = context.mask(|masked| self.append(masked, slot));
-        if appended == Append::Stored {
-            return Ok(());
+        match context.mask(|masked| self.append(masked, slot)) {
+            Append::Stored => Ok(()),
+            Append::Awaited => {
+                // In a section of its own, to be short. Should another's message have woken the task meanwhile,
+                // this signal is for that.
+                let is_due = context.mask(|masked| self.messages.signal_by_call(masked));
+                context.reschedule(is_due);
+                Ok(())
+            }
+            Append::Full => Err(self.refuse(context, slot)),
         }
-        cold_path();
-        if appended == Append::Awaited {
-            // In a section of its own, to be short. Should another's message have woken the task meanwhile,
-            // this signal is for that.
-            let is_due = context.mask(|masked| self.messages.signal_by_call(masked));
-            context.reschedule(is_due);
-            return Ok(());
-        }
+    }
+
+    /// Counts a message as refused, and gives it back.
+    #[inline(never)]
+    fn refuse(&self, context: &mut impl Context, slot: &'static Slot<T>) -> Full<T> {
         context.mask(|masked| self.refused.count(masked));
         // SAFETY: the slot was this message's, and the queue did not take it.
-        Err(Full(unsafe { Message::from_slot(slot) }))
+        Full(unsafe { Message::from_slot(slot) })
     }
 
     /// Appends `slot` if there is room, and stores its signal unless a task waits for it.
