@@ -386,21 +386,20 @@ fn expire_first(masked: &Masked) -> Option<Option<&'static Semaphore>> {
         return Some(target.as_semaphore());
     }
     let task = target.as_task();
-    let link = task.link.get(masked);
-    if link.kind() == Link::DELAYED.kind() {
+    if task.link.kind(masked) == Link::DELAYED.kind() {
         if !ready::preempt(masked, task) {
             ready::append(masked, task);
         }
     } else {
-        time_out(masked, task, link);
+        time_out(masked, task);
     }
     Some(None)
 }
 
 /// Ends the wait of `task`, whose link is `link`, if it is blocked by proxy waiters.
 #[inline(never)]
-fn time_out(masked: &Masked, task: &'static ControlBlock, link: Link) {
-    if let Some(set) = link.wait_set(masked, task) {
+fn time_out(masked: &Masked, task: &'static ControlBlock) {
+    if let Some(set) = task.link.get(masked).wait_set(masked, task) {
         set.time_out(masked);
         ready::wake(masked, task);
     }
