@@ -93,6 +93,11 @@ impl Target {
     }
 
     #[inline(always)]
+    fn is_nothing(self) -> bool {
+        self.0.is_null()
+    }
+
+    #[inline(always)]
     fn is_task(self) -> bool {
         self.0.addr() & END != 0
     }
@@ -110,6 +115,24 @@ impl Target {
     fn as_semaphore(self) -> Option<&'static Semaphore> {
         // SAFETY: null, or `semaphore` made it from a static.
         unsafe { self.0.as_ref() }
+    }
+}
+
+impl Target {
+    /// Posts to the semaphore, or ends the wait with a timeout of the task, if that is blocked in one still.
+    #[inline(never)]
+    fn end_wait(self, masked: &Masked) {
+        if !self.is_task() {
+            if let Some(semaphore) = self.as_semaphore() {
+                semaphore.signal_by_call(masked);
+            }
+            return;
+        }
+        let task = self.as_task();
+        if let Some(set) = task.link.get(masked).wait_set(masked, task) {
+            set.time_out(masked);
+            ready::wake(masked, task);
+        }
     }
 }
 
@@ -159,7 +182,7 @@ impl Timer {
 
     #[inline(always)]
     pub(crate) fn is_armed(&self, masked: &Masked) -> bool {
-        !self.target.get(masked).0.is_null()
+        !self.target.get(masked).is_nothing()
     }
 
     /// Arms the timer to wake the running task if that is [blocked](Link::DELAYED) then. `false`, with
@@ -357,11 +380,11 @@ pub extern "C" fn expire() {
     // SAFETY: only the tick's interrupt calls this, with interrupts masked.
     let interrupt = &mut unsafe { Interrupt::assume() };
     // Where none is armed the first deadline comes all the same, once in 65,536 ticks.
-    while let Some(semaphore) = interrupt.mask(expire_first) {
+    while let Some(due) = interrupt.mask(expire_first) {
         // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
         unsafe { arch::isr_window() };
-        if let Some(semaphore) = semaphore {
-            interrupt.mask(|masked| semaphore.signal_by_call(masked));
+        if !due.is_nothing() {
+            interrupt.mask(|masked| due.end_wait(masked));
             // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
             unsafe { arch::isr_window() };
         }
@@ -372,37 +395,25 @@ pub extern "C" fn expire() {
     interrupt.mask(compare_with_first);
 }
 
-/// Takes the first timer, which is due, from the list. Returns `None` if there is none, or the semaphore that
-/// is to be posted. A task that was to be woken has been.
+/// Takes the first timer out of the list, and wakes the task whose delay it ends. Returns whose wait it ends besides, or
+/// `None` where there was no timer.
 #[inline(always)]
-fn expire_first(masked: &Masked) -> Option<Option<&'static Semaphore>> {
+fn expire_first(masked: &Masked) -> Option<Target> {
     let slot = &KERNEL.timers.first;
     let first = slot.get(masked)?;
     slot.set(masked, first.link.get(masked));
     traversal::end(masked);
-    let target = first.target.get(masked);
-    first.target.set(masked, Target::NOTHING);
-    if !target.is_task() {
-        return Some(target.as_semaphore());
-    }
-    let task = target.as_task();
-    if task.link.kind(masked) == Link::DELAYED.kind() {
-        if !ready::preempt(masked, task) {
-            ready::append(masked, task);
+    let target = first.target.replace(masked, Target::NOTHING);
+    if target.is_task() {
+        let task = target.as_task();
+        if task.link.kind(masked) == Link::DELAYED.kind() {
+            if !ready::preempt(masked, task) {
+                ready::append(masked, task);
+            }
+            return Some(Target::NOTHING);
         }
-    } else {
-        time_out(masked, task);
     }
-    Some(None)
-}
-
-/// Ends the wait of `task`, whose link is `link`, if it is blocked by proxy waiters.
-#[inline(never)]
-fn time_out(masked: &Masked, task: &'static ControlBlock) {
-    if let Some(set) = task.link.get(masked).wait_set(masked, task) {
-        set.time_out(masked);
-        ready::wake(masked, task);
-    }
+    Some(target)
 }
 
 /// Whether no other timer is due. The tick compares with the next one's deadline then.

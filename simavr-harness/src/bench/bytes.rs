@@ -31,7 +31,7 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
         let overhead = overhead.ok_or_else(|| {
             unmeasurable(IMAGE, format!("it has no {variable} of at least {payload} bytes"))
         })?;
-        measured.push(Measured::ram(name, overhead));
+        measured.push(Measured::number(name, overhead));
     }
     for (image, own, with_calls) in PROGRAMS {
         let flash = Flash::of(images, image)?;

@@ -1,6 +1,7 @@
 //! What interrupts cost: from the acceptance of one to the task that it wakes, or back to the task that it
 //! interrupted.
 
+use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 
 use super::{BEFORE_OUT, BenchError, END, Measured, Stretch, TestImages, keep_longest, unmeasurable};
@@ -57,8 +58,8 @@ fn measure_button(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     };
     Ok(vec![
         figure("isr_to_task_cycles", latency)?,
-        figure("masked_cycles_isr", masked)?,
-        Measured::ram("preempted_context_bytes", context.into()),
+        figure("masked_cycles_isr_usual", masked)?,
+        Measured::number("preempted_context_bytes", context.into()),
     ])
 }
 
@@ -117,8 +118,12 @@ fn data_of(image: &Image, name: &str) -> Option<RangeInclusive<u16>> {
 const BUSY_STRETCHES: [(u8, &str); 4] =
     [(1, "tick_cycles_0"), (2, "tick_cycles_1"), (3, "tick_cycles_10"), (4, "tick_cycles_50")];
 
-/// The mark of `bench_tick` behind a delay.
-const DELAYED: u8 = END | 5;
+/// Number of the stretch of `bench_tick` that ends where a task runs whose time is up, figure.
+const WAKE_UPS: [(u8, &str); 3] = [
+    (5, "tick_to_task_cycles"),
+    (6, "tick_to_task_by_timer_cycles"),
+    (7, "tick_to_task_by_timeout_cycles"),
+];
 
 fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     const IMAGE: &str = "bench_tick";
@@ -131,9 +136,12 @@ fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
             .ok_or_else(|| unmeasurable(IMAGE, format!("no tick occurs in stretch {number}, for {name}")))?;
         measured.push(Measured::cycles(name, Stretch::of(IMAGE, cycles)));
     }
-    let latency =
-        longest_wake_up(&mut mcu).ok_or_else(|| unmeasurable(IMAGE, "no task runs after its delay"))?;
-    measured.push(Measured::cycles("tick_to_task_cycles", Stretch::of(IMAGE, latency)));
+    let longest = longest_wake_ups(&mut mcu);
+    for (number, name) in WAKE_UPS {
+        let latency = longest.get(&(END | number)).cloned().flatten();
+        let latency = latency.ok_or_else(|| unmeasurable(IMAGE, format!("no task wakes up for {name}")))?;
+        measured.push(Measured::cycles(name, Stretch::of(IMAGE, latency)));
+    }
     Ok(measured)
 }
 
@@ -158,19 +166,21 @@ fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<Range<u64>> {
     longest
 }
 
-/// Over some delays: the longest time from the acceptance of a tick to the task whose delay it ended.
-fn longest_wake_up(mcu: &mut Mcu) -> Option<Range<u64>> {
-    let mut longest = None;
-    let mut accepted_at = None;
+/// Over some waits: the longest time from the acceptance of a tick to each mark behind the end of one.
+fn longest_wake_ups(mcu: &mut Mcu) -> BTreeMap<u8, Option<Range<u64>>> {
+    let mut longest = BTreeMap::new();
+    let mut accepted_at = mcu.cycle();
     let end = mcu.cycle() + PATIENCE;
+    mcu.take_markers();
     while mcu.is_alive() && mcu.cycle() < end {
         if let Some(accepted) = mcu.step() {
-            accepted_at = Some(mcu.cycle() - accepted.response_cycles);
+            accepted_at = mcu.cycle() - accepted.response_cycles;
         }
-        if let [.., marker] = mcu.take_markers()[..]
-            && marker.value == DELAYED
-        {
-            keep_longest(&mut longest, accepted_at?..marker.cycle - BEFORE_OUT);
+        for marker in mcu.take_markers() {
+            keep_longest(
+                longest.entry(marker.value).or_default(),
+                accepted_at..marker.cycle - BEFORE_OUT,
+            );
         }
     }
     longest

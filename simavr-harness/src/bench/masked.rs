@@ -12,22 +12,28 @@ const RUN: u64 = 4_000_000;
 /// all interrupts for thousands of cycles, masked or not.
 const OTHERS: [&str; 6] = ["board_", "bench_bridge_", "bench_link_", "devices", "flood_", "step"];
 
+/// The images that make the usual calls: signals and messages to tasks that wait for them alone.
+const USUAL: [&str; 2] = ["bench_queue", "bench_tasks"];
+
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     // Drivers have handlers of their own, and their images tests of their own.
     let is_of_kernel = |name: &str| !OTHERS.iter().any(|other| name.starts_with(other));
     let mut windows = windows_of(images)?;
     windows.retain(|(name, _)| is_of_kernel(name));
-    let longest = |name, is_counted: fn(OpenedBy) -> bool| {
+    let longest = |name, is_counted: fn(&str, OpenedBy) -> bool| {
         let (image, window) = windows
             .iter()
-            .find(|(_, window)| is_counted(window.opened_by))
+            .find(|(image, window)| is_counted(image, window.opened_by))
             .ok_or_else(|| unmeasurable("all images", format!("no window for {name}")))?;
         let cycles = window.at..window.at + window.cycles;
         Ok::<_, BenchError>(Measured::cycles(name, Stretch::of(image, cycles)))
     };
     Ok(vec![
-        longest("masked_cycles_kernel", |opened_by| opened_by == OpenedBy::Instruction)?,
-        longest("masked_cycles_isr", |opened_by| matches!(opened_by, OpenedBy::Interrupt(_)))?,
+        longest("masked_cycles_kernel", |_, opened_by| opened_by == OpenedBy::Instruction)?,
+        longest("masked_cycles_kernel_usual", |image, opened_by| {
+            USUAL.contains(&image) && opened_by == OpenedBy::Instruction
+        })?,
+        longest("masked_cycles_isr", |_, opened_by| matches!(opened_by, OpenedBy::Interrupt(_)))?,
     ])
 }
 

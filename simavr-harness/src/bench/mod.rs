@@ -5,6 +5,7 @@
 //! Cycles are those of the ATmega128, the response to an interrupt included, the marks around a stretch
 //! not. Where a figure is measured more than once, the worst counts.
 
+mod assembly;
 mod bytes;
 mod flash;
 mod interrupts;
@@ -35,7 +36,7 @@ pub use table::{FIGURES, Figure, PEERS, Peer};
 pub struct Measured {
     /// A name in [`FIGURES`].
     pub name: &'static str,
-    /// Cycles or bytes.
+    /// Cycles, bytes or instructions.
     pub value: u64,
     pub counted: Counted,
 }
@@ -47,8 +48,8 @@ pub enum Counted {
     Cycles(Stretch),
     /// Bytes of flash, and of which functions.
     Flash(Flash),
-    /// Bytes of RAM.
-    Ram,
+    /// Bytes of RAM, or instructions of the source.
+    Number,
 }
 
 /// A stretch of an image's run, from power-up with seed 1.
@@ -66,8 +67,8 @@ impl Measured {
         Measured { name, value: stretch.length(), counted: Counted::Cycles(stretch) }
     }
 
-    fn ram(name: &'static str, bytes: u64) -> Self {
-        Measured { name, value: bytes, counted: Counted::Ram }
+    fn number(name: &'static str, value: u64) -> Self {
+        Measured { name, value, counted: Counted::Number }
     }
 }
 
@@ -112,6 +113,7 @@ pub fn measure(directory: &Path) -> Result<Vec<Measured>, BenchError> {
     measured.extend(interrupts::measure(&images)?);
     measured.extend(masked::measure(&images)?);
     measured.extend(bytes::measure(&images)?);
+    measured.push(assembly::measure());
     let line = |measured: &Measured| FIGURES.iter().position(|figure| figure.name == measured.name);
     measured.sort_by_key(|measured| (line(measured), Reverse(measured.value)));
     measured.dedup_by_key(|measured| measured.name);

@@ -7,12 +7,14 @@ use super::{BEFORE_OUT, BenchError, END, Measured, OUT, Stretch, TestImages, kee
 use crate::mcu::State;
 
 /// Image, number of the stretch in it, figure.
-const STRETCHES: [(&str, u8, &str); 8] = [
+const STRETCHES: [(&str, u8, &str); 10] = [
     ("bench_tasks", 1, "yield_cycles"),
     ("bench_tasks", 2, "post_to_higher_cycles"),
     ("bench_tasks", 3, "block_to_lower_cycles"),
     ("bench_tasks", 4, "post_cycles"),
     ("bench_tasks", 5, "wait_cycles"),
+    ("bench_tasks", 6, "post_by_call_to_higher_cycles"),
+    ("bench_preempted", 1, "block_to_preempted_cycles"),
     ("bench_queue", 1, "message_to_higher_cycles"),
     ("bench_queue", 2, "message_send_cycles"),
     ("bench_queue", 3, "message_receive_cycles"),
@@ -23,7 +25,7 @@ const RUN: u64 = 100_000;
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     let mut longest = BTreeMap::new();
-    for image in ["bench_tasks", "bench_queue"] {
+    for image in ["bench_tasks", "bench_preempted", "bench_queue"] {
         longest.insert(image, longest_stretches(images, image)?);
     }
     STRETCHES

@@ -15,7 +15,7 @@ pub fn print(images: &Path, measured: &Measured) -> Result<(), Box<dyn Error>> {
     match &measured.counted {
         Counted::Cycles(stretch) => print_cycles(images, measured, stretch),
         Counted::Flash(flash) => print_flash(measured, flash),
-        Counted::Ram => Err(format!("{} counts neither cycles nor flash", measured.name).into()),
+        Counted::Number => Err(format!("{} counts neither cycles nor flash", measured.name).into()),
     }
 }
 

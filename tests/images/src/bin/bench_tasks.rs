@@ -13,11 +13,14 @@ const POST_TO_HIGHER: u8 = 2;
 const BLOCK_TO_LOWER: u8 = 3;
 const POST: u8 = 4;
 const WAIT: u8 = 5;
+const POST_BY_CALL: u8 = 6;
 
+static HIGHEST: Stack<96> = Stack::new();
 static HIGH: Stack<96> = Stack::new();
 static LOW: Stack<96> = Stack::new();
 static EQUAL: Stack<96> = Stack::new();
 static WAKE: Semaphore = Semaphore::new(0);
+static CALL: Semaphore = Semaphore::new(0);
 static STORE: Semaphore = Semaphore::new(0);
 
 #[unsafe(no_mangle)]
@@ -30,12 +33,20 @@ extern "C" fn main() -> ! {
                 end::<POST_TO_HIGHER>();
             }
         }));
+        start(HIGHEST.start(boot, Priority::P0, |task| {
+            loop {
+                CALL.wait(task);
+                end::<POST_BY_CALL>();
+            }
+        }));
         // Nothing is alive across a call, so what is measured is the kernel's.
         start(LOW.start(boot, Priority::P3, |task| {
             loop {
                 begin::<POST_TO_HIGHER>();
                 WAKE.post_in_loop(task);
                 end::<BLOCK_TO_LOWER>();
+                begin::<POST_BY_CALL>();
+                CALL.post(task);
                 begin::<POST>();
                 STORE.post(task);
                 end::<POST>();

@@ -16,11 +16,16 @@ const PENDING_1: u8 = 2;
 const PENDING_10: u8 = 3;
 const PENDING_50: u8 = 4;
 const DELAYED: u8 = 5;
+const BY_TIMER: u8 = 6;
+const BY_TIMEOUT: u8 = 7;
 
 static HIGH: Stack<128> = Stack::new();
 static BUSY: Stack<128> = Stack::new();
 static TIMERS: [Timer; 50] = [const { Timer::new() }; 50];
 static DUE: Semaphore = Semaphore::new(0);
+static ALARM: Timer = Timer::new();
+static RUNG: Semaphore = Semaphore::new(0);
+static NEVER: Semaphore = Semaphore::new(0);
 static BEGIN: Semaphore = Semaphore::new(0);
 
 /// Ticks that no run here lasts.
@@ -36,6 +41,11 @@ extern "C" fn main() -> ! {
             loop {
                 task.delay(2);
                 end::<DELAYED>();
+                ALARM.start(task, 2, &RUNG);
+                RUNG.wait(task);
+                end::<BY_TIMER>();
+                let _ = NEVER.wait_timeout(task, 2);
+                end::<BY_TIMEOUT>();
             }
         }));
         start(BUSY.start(boot, Priority::P6, |task| {
