@@ -33,6 +33,7 @@ mod traversal;
 mod wait;
 mod word;
 
+#[allow(unused_imports, reason = "a port may offer nothing")]
 pub use arch::public::*;
 pub use context::{Context, Interrupt, JobContext, Task, ThreadContext};
 pub use control::{Refused, TaskHandle, TaskState};
@@ -57,7 +58,7 @@ pub use step::{STEPPED, stepped};
 pub use task::{Boot, Never, Stack, StartError, run, running};
 pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, now};
 #[doc(hidden)]
-pub use timer::{NEXT_DEADLINE, expire};
+pub use timer::{NEXT_DEADLINE, count_tick, expire};
 
 /// Everything the kernel keeps, apart from what its users declare. Public for the assembly of vectors only.
 #[doc(hidden)]

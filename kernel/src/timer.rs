@@ -45,6 +45,7 @@ impl Timers {
     }
 
     /// As at the start.
+    #[allow(dead_code, reason = "a port for tests starts the kernel again and again")]
     pub(crate) fn reset(&self, masked: &Masked) {
         self.first.set(masked, None);
         TICKS.set(masked, 0);
@@ -362,9 +363,12 @@ fn compare_with_first(masked: &Masked) {
     NEXT_DEADLINE.set(masked, first.map_or(TICKS.get(masked), |first| first.deadline.get(masked)));
 }
 
-/// One tick, which the vector of [`tick_interrupt!`](crate::tick_interrupt!) counts on the AVR. Returns
-/// whether a deadline has come: then [`expire`] is to follow.
-pub(crate) fn count_tick(masked: &Masked) -> bool {
+/// One tick. Returns whether a deadline has come: then [`expire`] is to follow.
+///
+/// On the AVR the vector of [`tick_interrupt!`](crate::tick_interrupt!) does this in assembly, in 39 cycles where a
+/// handler takes 120; `tests/simavr/tests/tick.rs` holds it against this function.
+#[doc(hidden)]
+pub fn count_tick(masked: &Masked) -> bool {
     let now = TICKS.get(masked).wrapping_add(1);
     TICKS.set(masked, now);
     now == NEXT_DEADLINE.get(masked)

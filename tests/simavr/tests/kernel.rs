@@ -46,7 +46,7 @@ const LATENCY: u64 = 220;
 const LONGER: u64 = 8;
 
 #[test]
-fn an_interrupt_wakes_a_task_wherever_it_interruptions() {
+fn an_interrupt_wakes_a_task_wherever_it_comes() {
     for target in TARGETS {
         let image = target.image("interrupt");
         // A program counter of 3 bytes makes each call and return a cycle longer.

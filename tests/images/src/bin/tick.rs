@@ -1,0 +1,38 @@
+//! Counts ticks by the kernel's function, again and again; the harness has the vector count
+//! the same ones.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use board::debug::mark;
+use kernel::{Context, Priority, Stack};
+use tests_images::{finish, start};
+
+board::tick_interrupt!();
+
+/// The harness raises the tick here.
+const BY_VECTOR: u8 = 1;
+/// It sets the ticks here.
+const BY_FUNCTION: u8 = 2;
+/// A tick was counted; one more where a deadline has come.
+const COUNTED: u8 = 3;
+
+/// More than the harness has counted.
+const ROUNDS: u16 = 6_000;
+
+static TASK: Stack<96> = Stack::new();
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        start(TASK.start(boot, Priority::P1, |task| {
+            for _ in 0..ROUNDS {
+                mark(BY_VECTOR);
+                mark(BY_FUNCTION);
+                let is_due = task.mask(kernel::count_tick);
+                mark(COUNTED + u8::from(is_due));
+            }
+            finish()
+        }));
+    })
+}
