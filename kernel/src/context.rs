@@ -27,10 +27,6 @@ use core::marker::PhantomData;
 
 use crate::arch;
 use crate::critical::Masked;
-use crate::ready;
-use crate::semaphore::Semaphore;
-use crate::task::Boot;
-use crate::timer::{TICKS, Ticks};
 
 mod sealed {
     use super::Task;
@@ -58,24 +54,11 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
 
-    /// See [`Semaphore::post`]. A signal is stored without a call; the call that wakes a task tells for
-    /// itself whether one waits.
+    /// Whether this is an ISR's. A switch that its calls make due is made at its end.
     #[doc(hidden)]
     #[inline(always)]
-    fn post(&mut self, semaphore: &Semaphore) {
-        #[cfg(not(feature = "fault-unmasked-post"))]
-        let is_due = self.mask(|masked| semaphore.post_masked(masked));
-        // SAFETY: none: this is a fault, for tests to find.
-        #[cfg(feature = "fault-unmasked-post")]
-        let is_due = semaphore.post_masked(&unsafe { Masked::assume() });
-        self.reschedule(is_due);
-    }
-
-    /// See [`now`](crate::now).
-    #[doc(hidden)]
-    #[inline(always)]
-    fn now(&mut self) -> Ticks {
-        self.mask(|masked| TICKS.get(masked))
+    fn is_interrupt(&self) -> bool {
+        false
     }
 }
 
@@ -192,11 +175,9 @@ impl Context for Interrupt {
     #[inline(always)]
     fn reschedule(&mut self, _is_needed: bool) {}
 
-    /// Without a call where the woken task outranks the head: that is on the way from an interrupt to its
-    /// task.
     #[inline(always)]
-    fn post(&mut self, semaphore: &Semaphore) {
-        self.mask(|masked| semaphore.signal(masked));
+    fn is_interrupt(&self) -> bool {
+        true
     }
 }
 
@@ -211,12 +192,31 @@ impl Context for Boot {
     fn reschedule(&mut self, _is_needed: bool) {}
 }
 
-impl Task {
-    /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
-    #[inline(always)]
-    pub fn yield_now(&mut self) {
-        if self.mask(ready::rotate) {
-            arch::switch(self);
-        }
+/// The time before the kernel runs: interrupts are masked, tasks are started.
+pub struct Boot {
+    interrupt: Interrupt,
+}
+
+impl Boot {
+    /// # Safety
+    /// Only while interrupts are masked and no task runs.
+    pub(crate) unsafe fn assume() -> Boot {
+        // SAFETY: interrupts are masked until the kernel runs, and a switch is due then.
+        Boot { interrupt: unsafe { Interrupt::assume() } }
+    }
+
+    /// A context for calls that an interrupt might make, for setting up. It ends with the `Boot`:
+    ///
+    /// ```compile_fail,E0521
+    /// # use kernel::{Boot, Interrupt};
+    /// fn forge(boot: &mut Boot) -> &'static mut Interrupt {
+    ///     boot.interrupt() // error: borrowed data escapes outside of function
+    /// }
+    /// ```
+    pub fn interrupt(&mut self) -> &mut Interrupt {
+        &mut self.interrupt
     }
 }
+
+/// What a task's body returns that never does.
+pub type Never = core::convert::Infallible;

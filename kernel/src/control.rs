@@ -1,16 +1,15 @@
 //! What one task does to another.
 
 use crate::arch;
-use crate::context::{Context, Private, Task, ThreadContext};
+use crate::context::{Context, Never, Private, Task, ThreadContext};
 use crate::control_block::{ControlBlock, Flag, Priority};
 use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
-use crate::proxy::WaitSet;
 use crate::ready::{self, Cursor, Progress};
-use crate::task::Never;
 use crate::timer;
 use crate::traversal;
 use crate::wait;
+use crate::wait_set::WaitSet;
 
 /// A task, to others: see [`Stack::task`](crate::Stack::task).
 #[derive(Clone, Copy)]
@@ -141,7 +140,7 @@ impl TaskHandle {
             timer::disarm_all_of(context, self.control);
             let proxies = |masked: &Masked| wait_set.get(masked).map_or(&[][..], |set| set.proxies(masked));
             for proxy in context.mask(proxies) {
-                proxy.semaphore.expel(context, &proxy.control);
+                proxy.word.expel(context, &proxy.control);
             }
         }
         guard.end(context);

@@ -70,7 +70,7 @@ pub(crate) enum Flag {
     /// It starts or kills a task: it is not killed meanwhile, or the other would stay half started, or half
     /// dead.
     Unkillable = 0x40,
-    /// It is a proxy waiter: its `stack_pointer` is the address of a [`WaitSet`](crate::proxy::WaitSet).
+    /// It is a proxy waiter: its `stack_pointer` is the address of a [`WaitSet`](crate::wait_set::WaitSet).
     Proxy = 0x20,
     /// It was killed, or has killed itself.
     Killed = 0x10,
@@ -212,5 +212,45 @@ impl ControlBlock {
         self.level.set(masked, 0);
         self.priority.set(masked, 0);
         self.stack_pointer.set(masked, 0);
+    }
+}
+
+impl Link {
+    /// To the next task.
+    #[inline(always)]
+    pub(crate) fn to(task: &'static ControlBlock) -> Link {
+        Link::to_address(ptr::from_ref(task).cast())
+    }
+
+    /// The task, unless this is an end or a number of signals.
+    #[inline(always)]
+    pub(crate) fn task(self) -> Option<&'static ControlBlock> {
+        if self.kind() > 0 {
+            // SAFETY: neither an end nor a number.
+            Some(unsafe { self.assume_task() })
+        } else {
+            None
+        }
+    }
+
+    /// # Safety
+    /// The link must be one to a task.
+    #[inline(always)]
+    pub(crate) unsafe fn assume_task(self) -> &'static ControlBlock {
+        let task: *const ControlBlock = self.address().cast();
+        // SAFETY: the caller's promise: `to` made the link from a static. The compiler looks no more whether
+        // it is null.
+        unsafe {
+            core::hint::assert_unchecked(!task.is_null());
+            &*task
+        }
+    }
+}
+
+impl LinkCell {
+    /// The task, if it is one.
+    #[inline(always)]
+    pub(crate) fn task(&self, masked: &Masked) -> Option<&'static ControlBlock> {
+        self.get(masked).task()
     }
 }

@@ -48,7 +48,7 @@ impl EventFlags {
             traversal::end(masked);
         });
         let mut is_due = false;
-        while let Some(is_higher) = context.mask(|masked| self.changed.wake_first(masked)) {
+        while let Some(is_higher) = context.mask(|masked| self.changed.word.wake_first(masked)) {
             is_due |= is_higher;
         }
         context.reschedule(is_due);
@@ -113,7 +113,7 @@ impl EventFlags {
 
     /// Blocks until there is a change, unless `condition` holds.
     fn block(&self, task: &mut Task, condition: WakeCondition) {
-        if self.changed.block_unless(task, &condition) {
+        if self.changed.word.block_unless(task, &condition) {
             arch::switch_from_call(task);
         }
     }

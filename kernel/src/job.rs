@@ -2,12 +2,11 @@
 
 use core::ptr;
 
-use crate::context::{Context, JobContext, Task};
+use crate::context::{Context, JobContext, Never, Task};
 use crate::control_block::ControlBlock;
-use crate::proxy::{ProxyWaiter, WaitSet};
 use crate::semaphore::Semaphore;
-use crate::task::Never;
 use crate::wait::WaitOutcome;
+use crate::wait_set::{ProxyWaiter, WaitSet};
 
 /// What is done each time a semaphore has a signal. 10 bytes on the AVR, and no stack of its own.
 ///
@@ -30,14 +29,14 @@ pub struct Job {
 impl Job {
     /// Runs `body` for each signal of `signals`.
     pub const fn new(signals: &'static Semaphore, body: fn(&mut JobContext)) -> Job {
-        Job { proxy: ProxyWaiter::new(signals), body }
+        Job { proxy: ProxyWaiter::new(&signals.word), body }
     }
 
     /// Waits for the next signal in the queue of its semaphore; if there is one, behind the jobs that have
     /// theirs.
     fn wait(&'static self, task: &mut Task, set: &'static WaitSet) {
-        let ProxyWaiter { control, semaphore } = &self.proxy;
-        if semaphore.enter(task, control, None) != WaitOutcome::Blocked {
+        let ProxyWaiter { control, word } = &self.proxy;
+        if word.enter(task, control, None) != WaitOutcome::Blocked {
             task.mask(|masked| set.append(masked, control));
         }
     }
@@ -73,7 +72,7 @@ impl Task {
         }
         jobs.iter().for_each(|job| job.wait(self, set));
         loop {
-            let Some(signaled) = set.receive(self, None) else { continue };
+            let Some(signaled) = set.receive(self, |_| false) else { continue };
             // SAFETY: all in this wait set are the proxy waiters of jobs.
             let job = unsafe { Job::of(signaled) };
             (job.body)(&mut JobContext::new(self));

@@ -31,11 +31,12 @@ pub mod tickless;
 mod timer;
 mod traversal;
 mod wait;
+mod wait_set;
 mod word;
 
 #[allow(unused_imports, reason = "a port may offer nothing")]
 pub use arch::public::*;
-pub use context::{Context, Interrupt, JobContext, Task, ThreadContext};
+pub use context::{Boot, Context, Interrupt, JobContext, Never, Task, ThreadContext};
 pub use control::{Refused, TaskHandle, TaskState};
 pub use control_block::Priority;
 #[cfg(feature = "cpu-time")]
@@ -55,7 +56,7 @@ pub use queue::{Full, Queue};
 pub use semaphore::Semaphore;
 #[doc(hidden)]
 pub use step::{STEPPED, stepped};
-pub use task::{Boot, Never, Stack, StartError, run, running};
+pub use task::{Stack, StartError, run, running};
 pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, now};
 #[doc(hidden)]
 pub use timer::{NEXT_DEADLINE, count_tick, expire};

@@ -3,10 +3,7 @@
 use core::ptr;
 
 use crate::arch;
-use crate::control_block::{ControlBlock, Flag};
 use crate::critical::{Masked, MaskedCell};
-use crate::proxy::WaitSet;
-use crate::semaphore::Semaphore;
 
 /// The next task; or an end: at that of a wait queue the semaphore that its tasks wait for, and of a task
 /// that is in no list the reason. A semaphore where no task waits holds a number of signals in the same form.
@@ -16,9 +13,9 @@ use crate::semaphore::Semaphore;
 /// which begin at 0x100 (ATmega128 datasheet, "SRAM Data Memory") and end below 0x8000.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
-pub(crate) struct Link(*const ControlBlock);
+pub(crate) struct Link(*const ());
 
-// SAFETY: what it points to is a `ControlBlock`, all of whose fields open in critical sections only.
+// SAFETY: it is but an address. Who follows it needs a critical section.
 unsafe impl Send for Link {}
 
 /// The bit of what is no task.
@@ -32,22 +29,28 @@ impl Link {
     /// Of a task that would be ready, were it not suspended.
     pub(crate) const PARKED: Link = Link(ptr::without_provenance(0xfe << (usize::BITS - 8)));
 
-    /// To the next task.
+    /// To the task at this address.
     #[inline(always)]
-    pub(crate) fn to(task: &'static ControlBlock) -> Link {
-        Link(ptr::from_ref(task).map_addr(|address| address | arch::LINK_MARK))
+    pub(crate) fn to_address(task: *const ()) -> Link {
+        Link(task.map_addr(|address| address | arch::LINK_MARK))
     }
 
-    /// The end of the wait queue of `semaphore`.
+    /// The address of a task.
     #[inline(always)]
-    pub(crate) fn end_of(semaphore: &Semaphore) -> Link {
-        Link(ptr::with_exposed_provenance(ptr::from_ref(semaphore).expose_provenance() | END))
+    pub(crate) fn address(self) -> *const () {
+        self.0.map_addr(|address| address & !arch::LINK_MARK)
     }
 
-    /// Of a task that is blocked by proxy waiters.
+    /// An end that leads to the object at this address.
     #[inline(always)]
-    pub(crate) fn to_wait_set(set: &WaitSet) -> Link {
-        Link(ptr::with_exposed_provenance(ptr::from_ref(set).expose_provenance() | END))
+    pub(crate) fn end_at(object: *const ()) -> Link {
+        Link(ptr::with_exposed_provenance(object.expose_provenance() | END))
+    }
+
+    /// The address of the object that this end leads to, if it leads to one.
+    pub(crate) fn object(self) -> Option<*const ()> {
+        let is_object = self.kind() < 0 && self != Link::DELAYED && self != Link::PARKED;
+        is_object.then(|| ptr::with_exposed_provenance(self.0.addr() & !END))
     }
 
     /// A number of signals.
@@ -60,50 +63,6 @@ impl Link {
     #[inline(always)]
     pub(crate) fn kind(self) -> i8 {
         (self.0.addr() >> (usize::BITS - 8)) as i8
-    }
-
-    /// Whether this is an end that leads to an object.
-    fn is_end_of_object(self) -> bool {
-        self.kind() < 0 && self != Link::DELAYED && self != Link::PARKED
-    }
-
-    /// The semaphore whose wait queue ends here, if one does. `task` is the one whose link this is.
-    pub(crate) fn semaphore(self, masked: &Masked, task: &ControlBlock) -> Option<&'static Semaphore> {
-        let is_semaphore = self.is_end_of_object() && !task.has_flag(masked, Flag::Proxied);
-        // SAFETY: `end_of` made it, and a semaphore lives as long as a task waits for it.
-        is_semaphore.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
-    }
-
-    /// The wait set that `task` is blocked by, whose link this is.
-    pub(crate) fn wait_set(self, masked: &Masked, task: &ControlBlock) -> Option<&'static WaitSet> {
-        let is_set = self.is_end_of_object() && task.has_flag(masked, Flag::Proxied);
-        // SAFETY: a task with this flag is in no wait queue, so `to_wait_set` made it; and the wait set lies
-        // on the stack of that task, which does not go on as long as its link is this one.
-        is_set.then(|| unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) })
-    }
-
-    /// The task, unless this is an end or a number of signals.
-    #[inline(always)]
-    pub(crate) fn task(self) -> Option<&'static ControlBlock> {
-        if self.kind() > 0 {
-            // SAFETY: neither an end nor a number.
-            Some(unsafe { self.assume_task() })
-        } else {
-            None
-        }
-    }
-
-    /// # Safety
-    /// The link must be one to a task.
-    #[inline(always)]
-    pub(crate) unsafe fn assume_task(self) -> &'static ControlBlock {
-        let task = self.0.map_addr(|address| address & !arch::LINK_MARK);
-        // SAFETY: the caller's promise: `to` made the link from a static. The compiler looks no more whether
-        // it is null.
-        unsafe {
-            core::hint::assert_unchecked(!task.is_null());
-            &*task
-        }
     }
 }
 
@@ -144,12 +103,6 @@ impl LinkCell {
     #[inline(always)]
     pub(crate) fn kind(&self, masked: &Masked) -> i8 {
         self.byte::<{ size_of::<Link>() - 1 }>().get(masked) as i8
-    }
-
-    /// The task, if it is one.
-    #[inline(always)]
-    pub(crate) fn task(&self, masked: &Masked) -> Option<&'static ControlBlock> {
-        self.get(masked).task()
     }
 
     /// The lowest byte: a number of signals, where this is one.

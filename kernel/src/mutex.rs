@@ -112,7 +112,7 @@ impl Lock {
     fn take(&self, task: &mut Task) {
         if !self.begin(task) {
             // The task that gives it hands it to this one.
-            if self.free.block(task) {
+            if self.free.word.block(task) {
                 arch::switch_from_call(task);
             }
             task.mask(|masked| ready::raise(masked, self.ceiling));
@@ -155,7 +155,7 @@ impl Lock {
     #[inline(never)]
     fn give(&self, task: &mut Task) {
         // Before the ceiling is left, or a task between the two could hold up the one that waits.
-        task.mask(|masked| self.free.signal(masked));
+        task.mask(|masked| self.free.word.signal(masked));
         arch::irq_window();
         if ready::restore(task) {
             arch::switch_from_call(task);

@@ -1,136 +1,18 @@
-//! Proxy waiters: a task that waits for several things, or for a limited time.
+//! Waits for several semaphores, and waits for a limited time, by proxy waiters.
 //!
-//! A task can be in one list only. So where it waits for several semaphores, proxy waiters wait in its place:
-//! control blocks without a stack that are always halted. One that is woken joins the task's wait set, and
-//! wakes the task if that is blocked. A wait with a timeout has one proxy waiter: the timer can wake the task
-//! at once, and the task itself takes the proxy waiter from its queue.
+//! A wait with a timeout has one proxy waiter: so a timer can wake the task at once, and the task itself takes
+//! the proxy waiter from its queue.
 
 use core::ptr;
 
-use crate::arch;
 use crate::context::{Context, Task};
-use crate::control_block::{ControlBlock, Flag, HALTED};
-use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
-use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::timer::{LONGEST, Ticks, Timer, now};
 use crate::wait::{WaitOutcome, WakeCondition};
-
-/// What waits for `semaphore` in place of a task.
-#[repr(C)]
-pub(crate) struct ProxyWaiter {
-    /// First, so that its address is this one's.
-    pub(crate) control: ControlBlock,
-    pub(crate) semaphore: &'static Semaphore,
-}
-
-impl ProxyWaiter {
-    pub(crate) const fn new(semaphore: &'static Semaphore) -> ProxyWaiter {
-        ProxyWaiter { control: ControlBlock::new(), semaphore }
-    }
-}
-
-/// A task, its proxy waiters, and those of them that have been given a signal.
-pub(crate) struct WaitSet {
-    /// The last of the ring of those, in the order of their signals.
-    signaled: ready::Last,
-    task: &'static ControlBlock,
-    /// A timer has ended the wait.
-    is_timed_out: MaskedCell<bool>,
-    /// Those that a task which is killed takes with it; jobs have none of these.
-    proxies: MaskedCell<&'static [ProxyWaiter]>,
-}
+use crate::wait_set::{ProxyWaiter, WaitSet};
 
 impl WaitSet {
-    /// A wait set of the running task, until [`end`](Self::end).
-    pub(crate) fn new(task: &mut Task) -> WaitSet {
-        let task = task.mask(|masked| {
-            let task = ready::running(masked);
-            task.set_flag(masked, Flag::Proxied);
-            task
-        });
-        WaitSet {
-            signaled: ready::Last::new(Link::NONE),
-            task,
-            is_timed_out: MaskedCell::new(false),
-            proxies: MaskedCell::new(&[]),
-        }
-    }
-
-    /// No proxy waiter refers to the wait set any more.
-    pub(crate) fn end(&self, task: &mut Task) {
-        task.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
-    }
-
-    /// Those of a wait set that may be killed with its task.
-    pub(crate) fn proxies(&self, masked: &Masked) -> &'static [ProxyWaiter] {
-        self.proxies.get(masked)
-    }
-
-    /// The timer of the wait has expired, and the task is blocked.
-    pub(crate) fn time_out(&self, masked: &Masked) {
-        self.is_timed_out.set(masked, true);
-    }
-
-    /// The wait set of `proxy`.
-    pub(crate) fn of(masked: &Masked, proxy: &ControlBlock) -> &'static WaitSet {
-        // SAFETY: the control block is a proxy waiter's, so `claim` stored this, made from a static.
-        unsafe { &*ptr::with_exposed_provenance(proxy.stack_pointer.get(masked)) }
-    }
-
-    /// Makes `proxy` one of this set, unless it is one of another. Returns whether it did.
-    pub(crate) fn claim(&'static self, masked: &Masked, proxy: &'static ControlBlock) -> bool {
-        let is_free = proxy.claim(masked);
-        if is_free {
-            proxy.stack_pointer.set(masked, ptr::from_ref(self).expose_provenance());
-            proxy.level.set(masked, HALTED);
-            proxy.priority.set(masked, self.task.base(masked) | Flag::Proxy as u8);
-        }
-        is_free
-    }
-
-    /// `proxy` is given a signal, and has left its queue. Returns whether another task is the head now, or
-    /// `None` if the wait is over: its time was up, or the task was killed.
-    pub(crate) fn signal(&self, masked: &Masked, proxy: &'static ControlBlock) -> Option<bool> {
-        if self.is_timed_out.get(masked) || self.task.has_flag(masked, Flag::Killed) {
-            proxy.link.set(masked, Link::NONE);
-            return None;
-        }
-        self.append(masked, proxy);
-        let is_blocked = self.task.link.get(masked) == Link::to_wait_set(self);
-        Some(is_blocked && ready::wake(masked, self.task))
-    }
-
-    /// Puts `proxy` behind those that were given a signal.
-    #[inline(always)]
-    pub(crate) fn append(&self, masked: &Masked, proxy: &'static ControlBlock) {
-        ready::enqueue(masked, &self.signaled, proxy);
-    }
-
-    /// The first that was given a signal; blocks until there is one, or until `timer` has expired: `None`
-    /// then.
-    pub(crate) fn receive(&self, task: &mut Task, timer: Option<&Timer>) -> Option<&'static ControlBlock> {
-        loop {
-            let mut has_expired = false;
-            let blocks = ready::block_unless(task, Link::to_wait_set(self), |masked| {
-                let has_signal = self.signaled.kind(masked) != 0;
-                has_expired = !has_signal && timer.is_some_and(|timer| !timer.is_armed(masked));
-                if has_expired {
-                    self.time_out(masked);
-                }
-                has_signal || has_expired
-            });
-            if blocks {
-                arch::switch_from_call(task);
-            }
-            let first = task.mask(|masked| ready::dequeue(masked, &self.signaled));
-            if first.is_some() || has_expired {
-                return first;
-            }
-        }
-    }
-
     /// Waits by `proxies`, until the tick `deadline` if there is one. Returns the index of the proxy waiter
     /// whose signal was taken, or of the one whose wake condition holds. If the time is up, no signal was
     /// taken.
@@ -145,10 +27,10 @@ impl WaitSet {
         let timer = Timer::new();
         // SAFETY: the timer is disarmed before this returns, or when the task is killed.
         let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
-        task.mask(|masked| self.proxies.set(masked, proxies));
+        task.mask(|masked| self.set_proxies(masked, proxies));
         let at_once = proxies.iter().position(|proxy| {
             task.mask(|masked| self.claim(masked, &proxy.control));
-            proxy.semaphore.enter(task, &proxy.control, condition) != WaitOutcome::Blocked
+            proxy.word.enter(task, &proxy.control, condition) != WaitOutcome::Blocked
         });
         let came = at_once.or_else(|| {
             // A deadline that has passed leaves the timer as one that has expired.
@@ -156,12 +38,12 @@ impl WaitSet {
                 timer.arm_for_task(task, deadline);
                 timer
             });
-            let signaled = self.receive(task, timer)?;
+            let signaled = self.receive(task, |masked| timer.is_some_and(|timer| !timer.is_armed(masked)))?;
             proxies.iter().position(|proxy| proxy.control.is(signaled))
         });
         timer.cancel(task);
         for (index, proxy) in proxies.iter().enumerate().take(at_once.unwrap_or(proxies.len())) {
-            if Some(index) != came && !proxy.semaphore.expel(task, &proxy.control) {
+            if Some(index) != came && !proxy.word.expel(task, &proxy.control) {
                 proxy.give_back(task);
             }
         }
@@ -175,7 +57,8 @@ impl ProxyWaiter {
     /// has done so.
     fn give_back(&self, task: &mut Task) {
         if task.mask(|masked| self.control.link.get(masked) != Link::NONE) {
-            self.semaphore.post(task);
+            let is_due = task.mask(|masked| self.word.signal_by_call(masked));
+            task.reschedule(is_due);
         }
     }
 }
@@ -195,7 +78,7 @@ fn wait_for<const N: usize>(
     let set = WaitSet::new(task);
     // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is
     // killed in there takes its proxy waiters with it.
-    let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(semaphore) }));
+    let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(&semaphore.word) }));
     // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other
     // list.
     let (set, proxies): (&'static WaitSet, &'static [ProxyWaiter]) =

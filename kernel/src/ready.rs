@@ -366,3 +366,13 @@ impl Cursor {
         }
     }
 }
+
+impl Task {
+    /// Lets tasks of the same priority that are ready run first. Returns at once when there is none.
+    #[inline(always)]
+    pub fn yield_now(&mut self) {
+        if self.mask(rotate) {
+            arch::switch(self);
+        }
+    }
+}

@@ -31,13 +31,23 @@ impl Semaphore {
     /// end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
-        context.post(self);
+        // Not by a call: this is on the way from an interrupt to its task.
+        if context.is_interrupt() {
+            context.mask(|masked| self.word.signal(masked)); // its end switches, if that is due
+            return;
+        }
+        #[cfg(not(feature = "fault-unmasked-post"))]
+        let is_due = context.mask(|masked| self.post_masked(masked));
+        // SAFETY: none: this is a fault, for tests to find.
+        #[cfg(feature = "fault-unmasked-post")]
+        let is_due = self.post_masked(&unsafe { Masked::assume() });
+        context.reschedule(is_due);
     }
 
     #[inline(always)]
-    pub(crate) fn post_masked(&self, masked: &Masked) -> bool {
+    fn post_masked(&self, masked: &Masked) -> bool {
         if self.word.is_awaited(masked) {
-            return self.signal_by_call(masked);
+            return self.word.signal_by_call(masked);
         }
         self.word.add_signal(masked, u8::MAX);
         false
@@ -56,7 +66,7 @@ impl Semaphore {
     /// Takes a signal, and blocks until there is one.
     #[inline(always)]
     pub fn wait(&self, task: &mut Task) {
-        if self.block(task) {
+        if self.word.block(task) {
             arch::switch(task);
         }
     }
@@ -66,7 +76,7 @@ impl Semaphore {
     /// where the task blocks.
     #[inline(never)]
     pub fn wait_by_call(&self, task: &mut Task) {
-        if self.block(task) {
+        if self.word.block(task) {
             arch::switch_from_call(task);
         }
     }
@@ -75,12 +85,5 @@ impl Semaphore {
     #[inline(always)]
     pub fn try_wait(&self, context: &mut impl Context) -> bool {
         context.mask(|masked| self.word.take(masked))
-    }
-
-    /// Wakes the first waiting task, if there is one. Returns whether another task is the head now.
-    #[inline(always)]
-    pub(crate) fn wake_first(&self, masked: &Masked) -> Option<bool> {
-        let first = self.word.first(masked)?;
-        Some(self.wake(masked, first))
     }
 }

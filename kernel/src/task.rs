@@ -6,7 +6,7 @@ use core::ptr;
 
 use crate::KERNEL;
 use crate::arch;
-use crate::context::{Context, Interrupt, Task};
+use crate::context::{Boot, Context, Task};
 use crate::control::{KillGuard, TaskHandle};
 use crate::control_block::{ControlBlock, Priority};
 use crate::critical::{Masked, MaskedCell};
@@ -106,9 +106,6 @@ impl ControlBlock {
     }
 }
 
-/// What a task's body returns that never does.
-pub type Never = core::convert::Infallible;
-
 /// The address of the running task's [`Stack`], which names it to whoever has the program's symbols. In a
 /// handler, that of the task which it interrupted; before any task ran, that of the kernel's idle task.
 pub fn running(masked: &Masked) -> usize {
@@ -123,32 +120,6 @@ pub(crate) fn finish(task: &mut Task) -> ! {
         ready::update_head(masked);
         arch::run_head(masked)
     })
-}
-
-/// The time before the kernel runs: interrupts are masked, tasks are started.
-pub struct Boot {
-    interrupt: Interrupt,
-}
-
-impl Boot {
-    /// # Safety
-    /// Only while interrupts are masked and no task runs.
-    pub(crate) unsafe fn assume() -> Boot {
-        // SAFETY: interrupts are masked until the kernel runs, and a switch is due then.
-        Boot { interrupt: unsafe { Interrupt::assume() } }
-    }
-
-    /// A context for calls that an interrupt might make, for setting up. It ends with the `Boot`:
-    ///
-    /// ```compile_fail,E0521
-    /// # use kernel::{Boot, Interrupt};
-    /// fn forge(boot: &mut Boot) -> &'static mut Interrupt {
-    ///     boot.interrupt() // error: borrowed data escapes outside of function
-    /// }
-    /// ```
-    pub fn interrupt(&mut self) -> &mut Interrupt {
-        &mut self.interrupt
-    }
 }
 
 /// Whether [`run`] was called.

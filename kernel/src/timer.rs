@@ -55,7 +55,7 @@ impl Timers {
 
 /// The present tick.
 pub fn now(context: &mut impl Context) -> Ticks {
-    context.now()
+    context.mask(|masked| TICKS.get(masked))
 }
 
 /// A timer that posts a semaphore once.
@@ -125,7 +125,7 @@ impl Target {
     fn end_wait(self, masked: &Masked) {
         if !self.is_task() {
             if let Some(semaphore) = self.as_semaphore() {
-                semaphore.signal_by_call(masked);
+                semaphore.word.signal_by_call(masked);
             }
             return;
         }

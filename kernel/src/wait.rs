@@ -8,10 +8,10 @@ use crate::context::{Context, Task, ThreadContext};
 use crate::control_block::{ControlBlock, Flag};
 use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
-use crate::proxy::WaitSet;
 use crate::ready;
-use crate::semaphore::Semaphore;
 use crate::traversal;
+use crate::wait_set::WaitSet;
+use crate::word::Word;
 
 /// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one
 /// invalidates traversals.
@@ -87,15 +87,15 @@ impl Cursor {
     }
 }
 
-impl Semaphore {
+impl Word {
     /// Wakes the first waiter, or stores the signal where none waits. Returns whether another task is the
     /// head now.
     #[inline(always)]
     pub(crate) fn signal(&self, masked: &Masked) -> bool {
-        match self.word.first(masked) {
+        match self.first(masked) {
             Some(first) => self.wake(masked, first),
             None => {
-                self.word.add_signal(masked, u8::MAX);
+                self.add_signal(masked, u8::MAX);
                 false
             }
         }
@@ -110,8 +110,15 @@ impl Semaphore {
     /// Wakes `first`, the first waiter. Returns whether another task is the head now.
     #[inline(always)]
     pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
-        self.word.set_first(masked, first.link.get(masked));
+        self.set_first(masked, first.link.get(masked));
         ready::preempt(masked, first) || self.wake_behind(masked, first)
+    }
+
+    /// Wakes the first waiting task, if there is one. Returns whether another task is the head now.
+    #[inline(always)]
+    pub(crate) fn wake_first(&self, masked: &Masked) -> Option<bool> {
+        let first = self.first(masked)?;
+        Some(self.wake(masked, first))
     }
 
     /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy
@@ -128,11 +135,11 @@ impl Semaphore {
             if let Some(is_due) = woken {
                 return is_due;
             }
-            let Some(next) = self.word.first(masked) else {
-                self.word.add_signal(masked, u8::MAX);
+            let Some(next) = self.first(masked) else {
+                self.add_signal(masked, u8::MAX);
                 return false;
             };
-            self.word.set_first(masked, next.link.get(masked));
+            self.set_first(masked, next.link.get(masked));
             if ready::preempt(masked, next) {
                 return true;
             }
@@ -169,7 +176,7 @@ impl Semaphore {
         condition: Option<&WakeCondition>,
         cursor: &mut Cursor,
     ) -> Option<WaitOutcome> {
-        let Some(first) = self.word.first(masked) else {
+        let Some(first) = self.first(masked) else {
             return Some(self.enter_first(masked, waiter, condition));
         };
         if !cursor.is_valid(masked, first) {
@@ -199,7 +206,7 @@ impl Semaphore {
         waiter: &'static ControlBlock,
         condition: Option<&WakeCondition>,
     ) -> WaitOutcome {
-        if self.word.take(masked) {
+        if self.take(masked) {
             return WaitOutcome::Signal;
         }
         if condition.is_some_and(|condition| condition.holds(masked)) {
@@ -226,24 +233,24 @@ impl Semaphore {
         waiter.link.set(masked, next);
         match before {
             Some(before) => before.link.set(masked, Link::to(waiter)),
-            None => self.word.set_first(masked, Link::to(waiter)),
+            None => self.set_first(masked, Link::to(waiter)),
         }
     }
 
     /// Begins to wait: takes a signal, or puts the running task into the queue if it is the first there.
     #[inline(always)]
     pub(crate) fn begin_wait(&self, masked: &Masked) -> Wait {
-        if self.word.take(masked) { Wait::Over } else { self.enter_alone(masked) }
+        if self.take(masked) { Wait::Over } else { self.enter_alone(masked) }
     }
 
     #[inline(never)]
     fn enter_alone(&self, masked: &Masked) -> Wait {
-        if self.word.is_awaited(masked) {
+        if self.is_awaited(masked) {
             return Wait::Behind;
         }
         let own = ready::leave(masked);
         own.link.set(masked, Link::end_of(self));
-        self.word.set_first(masked, Link::to(own));
+        self.set_first(masked, Link::to(own));
         Wait::Blocked
     }
 
@@ -305,10 +312,10 @@ impl Semaphore {
         waiter: &'static ControlBlock,
         cursor: &mut Cursor,
     ) -> Option<bool> {
-        let Some(first) = self.word.first(masked) else { return Some(false) };
+        let Some(first) = self.first(masked) else { return Some(false) };
         let link = waiter.link.get(masked);
         if first.is(waiter) {
-            self.word.set_first(masked, link);
+            self.set_first(masked, link);
             return Some(true);
         }
         if !cursor.is_valid(masked, first) {
@@ -333,14 +340,14 @@ impl Semaphore {
 ///
 /// Linear in the number of tasks that wait for the same, in steps.
 pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlBlock) {
-    while let Some(semaphore) = awaited(context, task) {
-        semaphore.expel(context, task);
+    while let Some(word) = awaited(context, task) {
+        word.expel(context, task);
         context.mask(|masked| task.link.set(masked, Link::PARKED));
     }
 }
 
 /// The semaphore that `task`, which was killed, waits for, if it does: what its queue ends with.
-fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Option<&'static Semaphore> {
+fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Option<&'static Word> {
     let mut cursor: Option<(&'static ControlBlock, Link)> = None;
     loop {
         let found = context.mask(|masked| {
@@ -355,13 +362,13 @@ fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Opt
             };
             let link = before.link.get(masked);
             let Some(next) = link.task() else {
-                return Some(link.semaphore(masked, before));
+                return Some(link.word(masked, before));
             };
             cursor = Some((next, own));
             None
         });
-        if let Some(semaphore) = found {
-            return semaphore;
+        if let Some(word) = found {
+            return word;
         }
     }
 }

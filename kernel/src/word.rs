@@ -1,6 +1,8 @@
 //! What a semaphore holds: a number of signals or the first waiting task, never both.
 
-use crate::control_block::ControlBlock;
+use core::ptr;
+
+use crate::control_block::{ControlBlock, Flag};
 use crate::critical::Masked;
 use crate::link::{Link, LinkCell};
 
@@ -57,5 +59,20 @@ impl Word {
             self.0.set_signals(masked, signals.wrapping_sub(1));
         }
         signals != 0
+    }
+}
+
+impl Link {
+    /// The end of the wait queue of `word`.
+    #[inline(always)]
+    pub(crate) fn end_of(word: &Word) -> Link {
+        Link::end_at(ptr::from_ref(word).cast())
+    }
+
+    /// The semaphore whose wait queue ends here, if one does. `task` is the one whose link this is.
+    pub(crate) fn word(self, masked: &Masked, task: &ControlBlock) -> Option<&'static Word> {
+        let object = self.object().filter(|_| !task.has_flag(masked, Flag::Proxied))?;
+        // SAFETY: `end_of` made it, and a semaphore lives as long as a task waits for it.
+        Some(unsafe { &*object.cast() })
     }
 }

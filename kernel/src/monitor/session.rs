@@ -4,9 +4,8 @@ use core::ptr;
 
 use super::{LINE, Line, Machine, Tasks, obey, refuse_line};
 use crate::arch;
-use crate::context::{Context, Task};
+use crate::context::{Context, Never, Task};
 use crate::control::{Refused, TaskHandle};
-use crate::task::Never;
 
 /// Reads commands from `line`, and replies there, for good. `step` runs one instruction of a task: see
 /// [`TaskHandle::step`].

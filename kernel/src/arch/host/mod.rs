@@ -18,10 +18,10 @@ use std::vec::Vec;
 
 use corosensei::{Coroutine, Yielder};
 
-use crate::context::{Context, Interrupt, Task};
+use crate::context::{Boot, Context, Interrupt, Never, Task};
 use crate::control_block::ControlBlock;
 use crate::critical::Masked;
-use crate::task::{self, Boot, Never};
+use crate::task;
 use crate::{IDLE, KERNEL, ready, timer};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
