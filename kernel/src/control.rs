@@ -147,7 +147,8 @@ impl TaskHandle {
         found.map(|_| ())
     }
 
-    /// Frees the stack of a task that was killed, so that it can be started again. Returns whether it was.
+    /// Frees the stack of a task that was killed, so that it can be started again. Returns whether it was: not
+    /// where the task has killed itself, and has not been switched away from yet.
     ///
     /// # Safety
     /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no
@@ -155,7 +156,9 @@ impl TaskHandle {
     /// kernel itself uses nothing there.
     pub unsafe fn reuse(self, context: &mut impl Context) -> bool {
         context.mask(|masked| {
-            let is_killed = self.control.has_flag(masked, Flag::Killed);
+            // One that ends itself runs until the switch.
+            let is_over = !ready::running(masked).is(self.control);
+            let is_killed = self.control.has_flag(masked, Flag::Killed) && is_over;
             if is_killed {
                 self.control.free(masked);
             }
