@@ -6,13 +6,9 @@
 use std::path::Path;
 
 use fastrand::Rng;
-use simavr_harness::Mcu;
 use superbot_tests_simavr::stacks::{paint, stacks};
-use superbot_tests_simavr::target::{TARGETS, Target};
-
-/// The marks of the image.
-const BOOTED: u8 = 1;
-const ROUND: u8 = 2;
+use superbot_tests_simavr::storm::rage;
+use superbot_tests_simavr::target::TARGETS;
 
 /// Cycles on each MCU, unless `STORM_CYCLES` tells another number.
 const CYCLES: u64 = 10_000_000;
@@ -41,30 +37,6 @@ fn no_interrupt_at_any_place_restarts_an_mcu_or_overruns_a_stack() {
             assert!(used <= bound, "{name}: {used} bytes used of {}", stack.bound);
         }
     }
-}
-
-/// Raises interrupts for so many cycles. Returns how many rounds the image has made.
-fn rage(target: &Target, mcu: &mut Mcu, cycles: u64, random: &mut Rng) -> u64 {
-    let mut rounds = 0;
-    let mut boots = 0;
-    while mcu.cycle() < cycles {
-        // At times the next comes while the last is served, and its timers expire.
-        let most = *random.choice(&[8, 60, 300, 1500]).expect("it is not empty");
-        mcu.run_until(mcu.cycle() + random.u64(1..=most));
-        let interrupt = if random.bool() { &target.tick } else { &target.external };
-        assert!(mcu.raise_interrupt(interrupt.vector), "it has that interrupt");
-        for mark in mcu.take_markers() {
-            match mark.value {
-                BOOTED => boots += 1,
-                ROUND => rounds += 1,
-                wrong => panic!("{}: mark {wrong:#x} at cycle {}", target.part.name, mark.cycle),
-            }
-        }
-        let reason = mcu.crash_reason().unwrap_or("it has ended");
-        assert!(mcu.is_alive(), "{}: {reason}, at cycle {}", target.part.name, mcu.cycle());
-        assert!(boots <= 1, "{} restarts before cycle {}", target.part.name, mcu.cycle());
-    }
-    rounds
 }
 
 fn setting(name: &str) -> Option<u64> {

@@ -39,6 +39,8 @@
 
 mod flash;
 mod interrupts;
+#[cfg(feature = "stack-check")]
+mod stack_check;
 mod start;
 mod switch;
 mod vectors;

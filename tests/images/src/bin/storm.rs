@@ -22,8 +22,13 @@ const WRONG: u8 = 0xff;
 
 static ALARMED: Stack<192> = Stack::new();
 static WAITING: [Stack<192>; 3] = [const { Stack::new() }; 3];
-/// Not a byte more than it needs.
-static BUSY: Stack<{ if cfg!(target_feature = "eijmpcall") { 43 } else { 41 } }> = Stack::new();
+/// Not a byte more than it needs, or one less.
+static BUSY: Stack<
+    {
+        let needs = if cfg!(target_feature = "eijmpcall") { 43 } else { 41 };
+        if cfg!(feature = "stack-overflow") { needs - 1 } else { needs }
+    },
+> = Stack::new();
 
 static TIMERS: [Timer; 3] = [const { Timer::new() }; 3];
 static DUE: Semaphore = Semaphore::new(0);
