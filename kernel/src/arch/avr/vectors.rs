@@ -53,6 +53,8 @@ macro_rules! tick_interrupt {
             // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler
             // may change.
             unsafe { core::arch::asm!(
+                ".global kernel_needs_tick_interrupt",
+                ".set kernel_needs_tick_interrupt, 0", // here it is
                 "push r31",               // 2
                 "push r30",               // 2
                 "push r0",                // 2
@@ -114,6 +116,10 @@ macro_rules! clock_interrupts {
 #[macro_export]
 macro_rules! tickless_interrupt {
     ($vector:ident, $timer:ty) => {
+        core::arch::global_asm!(
+            ".global kernel_needs_tick_interrupt",
+            ".set kernel_needs_tick_interrupt, 0",
+        );
         #[unsafe(no_mangle)]
         extern "C" fn kernel_before_sleep() {
             // SAFETY: only the idle task calls this, with interrupts masked.
