@@ -21,8 +21,8 @@ impl ControlBlock {
     /// Whether the saved context reaches below the stack.
     fn has_overflowed(&self, masked: &Masked) -> bool {
         let stack_pointer = self.stack_pointer.get(masked);
-        // A preempted context's leads to its lowest byte, a voluntary one's to the free byte below. 0 and 1 are
-        // the idle task, and one that has ended.
+        // A preempted context's leads to its lowest byte, a voluntary one's to the free byte below. 0 is the
+        // idle task, and 1 one that has ended.
         let is_preempted = stack_pointer & IDLE_CONTEXT != 0;
         let lowest = if is_preempted { stack_pointer & !IDLE_CONTEXT } else { stack_pointer + 1 };
         let bottom = ptr::from_ref(self).addr() + size_of::<ControlBlock>();
@@ -44,9 +44,9 @@ pub(super) extern "C" fn check_before_switch() {
 /// `fn(usize) -> !`, which gets the address of the task's [`Stack`](crate::Stack), as the linker's map has it.
 /// Without it a program with that feature does not link.
 ///
-/// It is called on the kernel's stack, with interrupts masked. What lies below the task's stack is overwritten
-/// already, its control block first: so it may record the address and reset the MCU, but call the kernel no
-/// more.
+/// It is called on the kernel's stack, with interrupts masked. What lies below the task's stack is
+/// overwritten already, its control block first: so it may record the address and reset the MCU, but call the
+/// kernel no more.
 ///
 /// ```ignore
 /// kernel::stack_overflow!(board::panic::record_overflow_and_reset);

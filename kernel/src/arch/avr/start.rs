@@ -131,16 +131,13 @@ where
     }
 }
 
-/// Has the linker ask for the tick's vector, where code is linked that waits for a tick: "undefined reference to
-/// `kernel_needs_tick_interrupt`" without one. No flash, no RAM, no cycle.
+/// Has the linker ask for the tick's vector, where code is linked that waits for a tick: "undefined reference
+/// to `kernel_needs_tick_interrupt`" without one. No flash, no RAM, no cycle.
 #[inline(always)]
 pub(crate) fn need_tick() {
     // SAFETY: no instruction.
     unsafe {
-        asm!(
-            ".reloc ., R_AVR_NONE, kernel_needs_tick_interrupt",
-            options(nomem, nostack, preserves_flags),
-        )
+        asm!(".reloc ., R_AVR_NONE, kernel_needs_tick_interrupt", options(nomem, nostack, preserves_flags),)
     }
 }
 

@@ -116,10 +116,7 @@ macro_rules! clock_interrupts {
 #[macro_export]
 macro_rules! tickless_interrupt {
     ($vector:ident, $timer:ty) => {
-        core::arch::global_asm!(
-            ".global kernel_needs_tick_interrupt",
-            ".set kernel_needs_tick_interrupt, 0",
-        );
+        core::arch::global_asm!(".global kernel_needs_tick_interrupt", ".set kernel_needs_tick_interrupt, 0",);
         #[unsafe(no_mangle)]
         extern "C" fn kernel_before_sleep() {
             // SAFETY: only the idle task calls this, with interrupts masked.
