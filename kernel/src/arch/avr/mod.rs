@@ -51,6 +51,8 @@ pub(crate) use start::{fits, init_context, need_tick, run_head, stack};
 #[doc(hidden)]
 pub use switch::{RUNNING, kernel_enter_interrupt, kernel_enter_with_status};
 pub(crate) use switch::{switch, switch_from_call};
+#[doc(hidden)]
+pub use vectors::vector_number;
 
 #[cfg(feature = "cpu-time")]
 use crate::critical::Masked;

@@ -41,7 +41,8 @@ pub(super) extern "C" fn check_before_switch() {
 }
 
 /// Declares what happens where a task has overflowed its stack, for the feature `stack-check`: a
-/// `fn(usize) -> !`, which gets the address of the task's [`Stack`](crate::Stack), as the linker's map has it.
+/// `fn(usize) -> !`, which gets the address of the task's [`Stack`](crate::Stack), as the linker's map has
+/// it.
 /// Without it a program with that feature does not link.
 ///
 /// It is called on the kernel's stack, with interrupts masked. What lies below the task's stack is
