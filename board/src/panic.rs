@@ -23,7 +23,7 @@ pub struct PanicRecord {
     /// The address of the `Stack` of the task that ran, as the linker's map has it; in a handler, of the task
     /// that it interrupted; before any task ran, of the kernel's idle task.
     pub task: u16,
-    /// Line in the source, up to 65,535.
+    /// Line in the source, up to 65,535. 0: no panic, but the task has overflowed its stack.
     pub line: u16,
     /// Column in that line, likewise.
     pub column: u16,
@@ -47,7 +47,20 @@ pub fn record_and_reset(info: &PanicInfo) -> ! {
     let task = unsafe { Interrupt::assume() }.mask(kernel::running);
     let (line, column) = info.location().map_or((0, 0), |location| (location.line(), location.column()));
     let shorten = |number| u16::try_from(number).unwrap_or(u16::MAX);
-    let [task, line, column] = [task as u16, shorten(line), shorten(column)];
+    record(PanicRecord { task: task as u16, line: shorten(line), column: shorten(column) })
+}
+
+/// Records that the task on the stack at that address has overflowed it, and resets as
+/// [`record_and_reset`] does. For [`kernel::stack_overflow!`], in a program with the kernel's feature
+/// `stack-check`.
+pub fn record_overflow_and_reset(stack: usize) -> ! {
+    // SAFETY: nothing else runs from here on.
+    unsafe { asm!("cli", options(nomem, nostack)) };
+    record(PanicRecord { task: stack as u16, line: 0, column: 0 })
+}
+
+/// Leaves a record and has the watchdog reset the MCU. Interrupts are masked.
+fn record(PanicRecord { task, line, column }: PanicRecord) -> ! {
     let record = &raw mut RECORD;
     // SAFETY: nothing else runs. Volatile, because it is read after a reset.
     unsafe { record.write_volatile([task, line, column, checksum([task, line, column])]) };

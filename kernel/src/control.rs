@@ -154,6 +154,13 @@ impl TaskHandle {
     /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no
     /// value that is pinned there, and nothing that a device or an interrupt handler reads or writes. The
     /// kernel itself uses nothing there.
+    ///
+    /// ```compile_fail,E0133
+    /// # use kernel::{Task, TaskHandle};
+    /// fn restart(task: &mut Task, killed: TaskHandle) {
+    ///     killed.reuse(task); // error: call to unsafe function requires an unsafe block
+    /// }
+    /// ```
     pub unsafe fn reuse(self, context: &mut impl Context) -> bool {
         context.mask(|masked| {
             // One that ends itself runs until the switch.

@@ -20,6 +20,15 @@ impl Masked {
 }
 
 /// A value read and written only while interrupts are masked.
+///
+/// A static of it hands the value from one task to another, so that must be `Send`:
+///
+/// ```compile_fail,E0277
+/// # use kernel::MaskedCell;
+/// # use std::cell::Cell;
+/// // error: `Cell<u32>` cannot be shared between threads safely
+/// static SHARED: MaskedCell<Option<&'static Cell<u32>>> = MaskedCell::new(None);
+/// ```
 #[repr(transparent)]
 pub struct MaskedCell<T>(Cell<T>);
 

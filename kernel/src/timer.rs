@@ -196,6 +196,7 @@ impl Timer {
 
     /// Arms the timer, anew if it is armed. `false`, with nothing done, if `deadline` has passed.
     fn arm(&'static self, context: &mut impl ThreadContext, deadline: Ticks, target: Target) -> bool {
+        arch::need_tick();
         let mut cursor = Cursor::new();
         loop {
             match context.mask(|masked| self.arm_step(masked, &mut cursor, deadline, target)) {

@@ -4,6 +4,7 @@ mod log;
 
 use kernel::{Mutex, Priority, Refused, Semaphore, Stack, StartError, TaskState, host};
 use log::Log;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 #[test]
 fn a_suspended_task_does_not_run_until_it_is_resumed() {
@@ -339,4 +340,49 @@ fn forever(task: &mut kernel::Task) -> kernel::Never {
     loop {
         task.delay(kernel::LONGEST);
     }
+}
+
+#[test]
+fn who_kills_another_task_is_not_killed_before_that_is_done() {
+    static REFUSED: AtomicBool = AtomicBool::new(false);
+    fn leak<T>(value: T) -> &'static T {
+        Box::leak(Box::new(value))
+    }
+    for sections in 1..20 {
+        let [victim, killer, boss] = [(); 3].map(|()| leak(Stack::<0>::new()));
+        let [shared, wake] = [(); 2].map(|()| leak(Semaphore::new(0)));
+        host::run_for(
+            5,
+            |boot| {
+                victim
+                    .start(boot, Priority::P6, |task| {
+                        loop {
+                            shared.wait(task)
+                        }
+                    })
+                    .unwrap();
+                killer
+                    .start(boot, Priority::P5, move |task| {
+                        task.delay(1);
+                        let kill = || victim.task().kill(task);
+                        let _ = host::interrupted(sections, move |interrupt| wake.post(interrupt), kill);
+                        forever(task)
+                    })
+                    .unwrap();
+                boss.start(boot, Priority::P1, move |task| {
+                    wake.wait(task);
+                    if killer.task().kill(task).is_err() {
+                        REFUSED.store(true, Ordering::Relaxed);
+                    } else if victim.task().state(task) == TaskState::Killed {
+                        shared.post(task);
+                        assert!(shared.try_wait(task), "{sections}: what was killed waits still");
+                    }
+                    forever(task)
+                })
+                .unwrap();
+            },
+            |_, _| {},
+        );
+    }
+    assert!(REFUSED.load(Ordering::Relaxed), "a task that kills another was never refused");
 }

@@ -117,3 +117,56 @@ fn a_period_does_not_drift_and_counts_what_it_missed() {
     // The third takes 25 ticks, to 55: the deadlines 40 and 50 are missed, 60 is met.
     LOG.expect(&["10", "20", "30", "55", "55", "60"]);
 }
+
+#[test]
+fn a_delay_takes_any_number_of_ticks_and_0_does_not_block() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    host::run_for(
+        70_000,
+        |boot| {
+            let [delays, equal] = &STACKS;
+            start(boot, delays, |task| {
+                task.delay(0);
+                LOG.note(format!("0 ticks, to {}", now(task)));
+                task.delay(60_000);
+                LOG.note(format!("60000 ticks, to {}", now(task)));
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+            start(boot, equal, |task| {
+                LOG.note("an equal");
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["0 ticks, to 0", "an equal", "60000 ticks, to 60000"]);
+}
+
+#[test]
+fn a_period_of_no_length_or_too_long_a_one_has_the_nearest() {
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    host::run_for(
+        70_000,
+        |boot| {
+            start(boot, &STACK, |task| {
+                for length in [0, LONGEST + 1, u16::MAX] {
+                    let begun = now(task);
+                    let mut period = Period::new(task, length);
+                    period.wait(task);
+                    LOG.note(format!("{}", now(task).wrapping_sub(begun)));
+                }
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["1", "32767", "32767"]);
+}

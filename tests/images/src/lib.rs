@@ -19,6 +19,19 @@ pub const PANIC: u8 = 0xee;
 /// The mark of a task that did not start.
 pub const NOT_STARTED: u8 = 0xed;
 
+/// The mark of a stack that a task has overflowed. Behind it come the two bytes of its address.
+pub const STACK_OVERFLOW: u8 = 0xec;
+
+#[cfg(feature = "stack-check")]
+kernel::stack_overflow!(show_overflow);
+
+#[cfg(feature = "stack-check")]
+fn show_overflow(stack: usize) -> ! {
+    mark(STACK_OVERFLOW);
+    stack.to_le_bytes().into_iter().for_each(mark);
+    finish()
+}
+
 /// Ends the test: simavr stops at a `sleep` with interrupts masked.
 pub fn finish() -> ! {
     debug::halt()

@@ -9,6 +9,7 @@ pub mod marks;
 pub mod model;
 pub mod qemu;
 pub mod stacks;
+pub mod storm;
 pub mod sweep;
 pub mod target;
 

@@ -110,6 +110,20 @@ fn the_instruction_after_sei_runs_before_an_interrupt_from_outside() {
 }
 
 #[test]
+fn the_kernel_starts_once() {
+    for target in TARGETS {
+        let mut mcu = target.mcu(target.image("rerun"));
+        target.enable_interrupts(&mut mcu);
+        while mcu.is_alive() && mcu.cycle() < LIMIT {
+            mcu.run_until(mcu.cycle() + 1000);
+            mcu.raise_interrupt(target.tick.vector);
+        }
+        assert_eq!(mcu.state(), State::Done, "{}", target.part.name);
+        assert_eq!(values(mcu.markers()), [1, 2, 3, 4, 5], "{}", target.part.name);
+    }
+}
+
+#[test]
 fn time_goes_on_where_no_timer_is_armed() {
     const MILLISECOND: u64 = 16_000;
     for target in TARGETS {

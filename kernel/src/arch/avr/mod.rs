@@ -39,16 +39,20 @@
 
 mod flash;
 mod interrupts;
+#[cfg(feature = "stack-check")]
+mod stack_check;
 mod start;
 mod switch;
 mod vectors;
 
 pub(crate) use flash::load;
 pub(crate) use interrupts::{critical, disable_interrupts, enable_interrupts, irq_window, isr_window};
-pub(crate) use start::{fits, init_context, run_head, stack};
+pub(crate) use start::{fits, init_context, need_tick, run_head, stack};
 #[doc(hidden)]
 pub use switch::{RUNNING, kernel_enter_interrupt, kernel_enter_with_status};
 pub(crate) use switch::{switch, switch_from_call};
+#[doc(hidden)]
+pub use vectors::vector_number;
 
 #[cfg(feature = "cpu-time")]
 use crate::critical::Masked;

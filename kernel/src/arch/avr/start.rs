@@ -131,6 +131,16 @@ where
     }
 }
 
+/// Has the linker ask for the tick's vector, where code is linked that waits for a tick: "undefined reference
+/// to `kernel_needs_tick_interrupt`" without one. No flash, no RAM, no cycle.
+#[inline(always)]
+pub(crate) fn need_tick() {
+    // SAFETY: no instruction.
+    unsafe {
+        asm!(".reloc ., R_AVR_NONE, kernel_needs_tick_interrupt", options(nomem, nostack, preserves_flags),)
+    }
+}
+
 /// The first code of a task, with interrupts enabled: takes the body from where `init_context` laid it.
 extern "C" fn enter<F, R>(place: *mut F) -> !
 where

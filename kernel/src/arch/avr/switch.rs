@@ -122,14 +122,16 @@ unsafe extern "C" fn kernel_switch() -> ! {
             // Resumes the context of the head. Interrupts are masked, and what ran is saved or not needed.
             ".global kernel_run_head",
             "kernel_run_head:",
-            #[cfg(feature = "cpu-time")]
+            #[cfg(any(feature = "cpu-time", feature = "stack-check"))]
             "ldi r24, lo8(__stack)",              // 1: the kernel's stack, so that this costs no task any
-            #[cfg(feature = "cpu-time")]
+            #[cfg(any(feature = "cpu-time", feature = "stack-check"))]
             "ldi r25, hi8(__stack)",              // 1
-            #[cfg(feature = "cpu-time")]
+            #[cfg(any(feature = "cpu-time", feature = "stack-check"))]
             "out 0x3e, r25",                      // 1: SPH
-            #[cfg(feature = "cpu-time")]
+            #[cfg(any(feature = "cpu-time", feature = "stack-check"))]
             "out 0x3d, r24",                      // 1: SPL
+            #[cfg(feature = "stack-check")]
+            "call {check}",                       // 4
             #[cfg(feature = "cpu-time")]
             "call {charge}",                      // 4
             "lds r30, {kernel}+{head}",           // 2: Z = the head's control block
@@ -357,6 +359,8 @@ unsafe extern "C" fn kernel_switch() -> ! {
             #[cfg(target_feature = "elpm")]
             "rjmp saved",                         // 2
             sp = const STACK_POINTER,
+            #[cfg(feature = "stack-check")]
+            check = sym super::stack_check::check_before_switch,
             #[cfg(feature = "cpu-time")]
             charge = sym crate::cpu_time::charge_before_switch,
             kernel = sym KERNEL,

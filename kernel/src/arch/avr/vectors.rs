@@ -10,10 +10,18 @@
 /// }
 /// ```
 /// The names are the linker's: `__vector_` and the vector's number (ATmega128 datasheet, "Interrupts",
-/// counted from 0).
+/// counted from 0); another name does not compile. A wrong number does not either, where a constant tells
+/// which vector is meant, as the interrupts of `avr-device` do:
+///
+/// ```ignore
+/// kernel::interrupt! {
+///     fn __vector_18(interrupt) as avr_device::atmega128a::Interrupt::USART0_RX { ... }
+/// }
+/// ```
 #[macro_export]
 macro_rules! interrupt {
-    ($($(#[$attribute:meta])* fn $vector:ident($interrupt:ident) $body:block)*) => {$(
+    ($($(#[$attribute:meta])* fn $vector:ident($interrupt:ident) $(as $meant:path)? $body:block)*) => {$(
+        $crate::assert_vector!($vector $(as $meant)?);
         $(#[$attribute])*
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
@@ -46,13 +54,16 @@ macro_rules! interrupt {
 /// it become an interrupt like any other. It does what `timer::count_tick` does on the host.
 #[macro_export]
 macro_rules! tick_interrupt {
-    ($vector:ident) => {
+    ($vector:ident $(as $meant:path)?) => {
+        $crate::assert_vector!($vector $(as $meant)?);
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
             // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler
             // may change.
             unsafe { core::arch::asm!(
+                ".global kernel_needs_tick_interrupt",
+                ".set kernel_needs_tick_interrupt, 0", // here it is
                 "push r31",               // 2
                 "push r30",               // 2
                 "push r0",                // 2
@@ -114,6 +125,7 @@ macro_rules! clock_interrupts {
 #[macro_export]
 macro_rules! tickless_interrupt {
     ($vector:ident, $timer:ty) => {
+        core::arch::global_asm!(".global kernel_needs_tick_interrupt", ".set kernel_needs_tick_interrupt, 0");
         #[unsafe(no_mangle)]
         extern "C" fn kernel_before_sleep() {
             // SAFETY: only the idle task calls this, with interrupts masked.
@@ -138,7 +150,8 @@ macro_rules! tickless_interrupt {
 /// ```
 #[macro_export]
 macro_rules! trap_interrupt {
-    (fn $vector:ident($interrupt:ident) $body:block) => {
+    (fn $vector:ident($interrupt:ident) $(as $meant:path)? $body:block) => {
+        $crate::assert_vector!($vector $(as $meant)?);
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
@@ -184,4 +197,37 @@ macro_rules! trap_interrupt {
             ) }
         }
     };
+}
+
+/// Does not compile unless that is a vector's name, and of the vector that is meant.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! assert_vector {
+    ($vector:ident $(as $meant:path)?) => {
+        const _: () = {
+            let number = $crate::arch::vector_number(stringify!($vector));
+            assert!(number.is_some(), "a vector is `__vector_` and its number, from 1");
+            $(assert!(
+                matches!(number, Some(number) if number == $meant as usize),
+                "this is the number of another vector than the one that is meant"
+            );)?
+        };
+    };
+}
+
+/// The number in the name of a vector: `__vector_15` is 15. 0 is the reset, and has no handler.
+#[doc(hidden)]
+pub const fn vector_number(name: &str) -> Option<usize> {
+    let [b'_', b'_', b'v', b'e', b'c', b't', b'o', b'r', b'_', digits @ ..] = name.as_bytes() else {
+        return None;
+    };
+    let (mut digits, mut number) = (digits, 0);
+    while let [digit @ b'0'..=b'9', rest @ ..] = digits {
+        if *digit == b'0' && number == 0 || number > 999 {
+            return None;
+        }
+        number = number * 10 + (*digit - b'0') as usize;
+        digits = rest;
+    }
+    if digits.is_empty() && number > 0 { Some(number) } else { None }
 }

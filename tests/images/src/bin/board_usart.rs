@@ -14,7 +14,7 @@ use kernel::{Priority, Semaphore, Stack, Task};
 use tasks::device::{Receive, Transmit};
 use tests_images::{finish, start};
 
-board::interrupts!(Interrupts: Usart0, Usart1);
+board::interrupts!(Interrupts: Tick, Usart0, Usart1);
 
 const TOO_LONG: u8 = 0x40;
 const STREAM: u8 = 0x41;
@@ -83,6 +83,7 @@ fn receive(mut receiver: Receiver, task: &mut Task, base: u8) {
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         let Some(board) = board::Board::take(boot) else { return };
+        board.tick.start(Interrupts); // a receiver waits for a tick at times
         let (transmitter0, receiver0) = board.usart0.start(Interrupts);
         let (transmitter1, receiver1) = board.usart1.start(Interrupts);
         start(SENDER.start(boot, Priority::P3, |task| {
