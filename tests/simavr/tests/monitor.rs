@@ -59,6 +59,7 @@ fn tasks_are_listed_suspended_stepped_resumed_and_killed() {
     let [low, high] = stopped_at.to_le_bytes();
     let shown = format!("{count:04x} {low:02x} {high:02x}\r\n");
     assert_eq!(ask(&mut mcu, &format!("r {count:x} 2")), shown);
+    assert_eq!(ask(&mut mcu, " r  1AF  1 "), ask(&mut mcu, "r 1af 1"));
     assert!(ask(&mut mcu, "l").contains("01 COUNTER suspended p6"));
 
     // Instruction by instruction, through one round and the next.
@@ -99,6 +100,10 @@ fn mistakes_are_explained() {
     for (line, reason) in [
         ("z", "h shows all"),
         ("r 12345", "4 hexadecimal digits"),
+        ("r 1G", "4 hexadecimal digits"),
+        ("r 1_", "4 hexadecimal digits"),
+        ("l COUNTER", "too many words"),
+        ("k  ABSENT \t \x0c now ", "too many words"),
         ("w 100", "something is missing"),
         ("s NOBODY", "l shows all"),
         ("s MONITOR", "the monitor itself"),

@@ -93,11 +93,14 @@ fn director(task: &mut Task) {
     });
     // From here on jobs run.
     path(task, 6, |task| {
-        let jobs = |task: &mut Task| match task.run_jobs(&[&ONE, &OTHER, &RUN, &LAST]) {
-            Ok(never) => never,
-            Err(_) => {
-                mark(WRONG);
-                task.exit()
+        let jobs = |task: &mut Task| {
+            mark(if task.run_jobs(&[&ONE, &OTHER, &ONE]).is_err() { 0x15 } else { WRONG });
+            match task.run_jobs(&[&ONE, &OTHER, &RUN, &LAST]) {
+                Ok(never) => never,
+                Err(_) => {
+                    mark(WRONG);
+                    task.exit()
+                }
             }
         };
         start(stack::GUEST.start(task, Priority::P5, jobs));
@@ -110,6 +113,7 @@ fn director(task: &mut Task) {
     });
     // A higher task wakes them.
     path(task, 7, |task| {
+        mark(if task.run_jobs(&[&ONE]).is_err() { 4 } else { WRONG });
         GO_MIDDLE.post(task);
         mark(3);
         NOTHING

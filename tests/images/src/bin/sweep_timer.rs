@@ -104,6 +104,13 @@ fn director(task: &mut Task) {
         mark(1);
         NOTHING
     });
+    path(task, 9, |task| {
+        let mut period = Period::new(task, 1);
+        task.delay(2);
+        period.wait(task);
+        mark(if period.missed() == 0 { 1 } else { 2 });
+        NOTHING
+    });
 }
 
 fn middle(task: &mut Task, path: u8) {

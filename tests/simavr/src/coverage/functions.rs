@@ -7,10 +7,15 @@ const ASSEMBLY: &str = "kernel_";
 /// Crates whose types and functions are the same in each program.
 const COMMON: [&str; 2] = [KERNEL, "core"];
 
+/// Whether a function of the kernel is assembly.
+pub fn is_assembly(name: &str) -> bool {
+    name.starts_with(ASSEMBLY)
+}
+
 /// The name of a function of the kernel without what differs between programs: types of others, and sizes,
 /// are `_`. `None` for a function that is not the kernel's, or holds one of others.
 pub fn name_in_kernel(demangled: &str) -> Option<String> {
-    if demangled.starts_with(ASSEMBLY) {
+    if is_assembly(demangled) {
         return Some(demangled.to_owned());
     }
     let root = words(demangled).find(|word| is_path(word)).map(root);

@@ -4,7 +4,8 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Instructions in a row that are never executed, or one that goes one way only.
+/// Instructions in a row that are never executed, or one that goes one way only with those behind it that are
+/// never executed for that.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Gap {
     pub function: String,
@@ -53,14 +54,17 @@ impl Gap {
         Gap { function: function.to_owned(), from: start, to: end, what }
     }
 
-    /// Without the function's name: `0x1a..0x20 never executed`.
-    pub fn within_function(&self) -> String {
-        format!("{:#x}..{:#x} {}", self.from, self.to, self.what)
+    /// Whether the program never comes to what follows, as far as this gap tells.
+    pub fn leads_nowhere(&self) -> bool {
+        matches!(self.what, What::NeverExecuted | What::AlwaysBranches | What::AlwaysSkips)
     }
 
-    /// What [`within_function`](Self::within_function) of a gap in that function gives.
-    pub fn parse(function: &str, text: &str) -> Option<Self> {
-        let (range, what) = text.split_once(' ')?;
+    /// As [`fmt::Display`] writes it.
+    pub fn parse(text: &str) -> Option<Self> {
+        let mut words = text.rsplitn(4, ' ');
+        let (second, first) = (words.next()?, words.next()?);
+        let (range, function) = (words.next()?, words.next()?);
+        let what = format!("{first} {second}");
         let (from, to) = range.split_once("..")?;
         let number = |text: &str| u32::from_str_radix(text.strip_prefix("0x")?, 16).ok();
         Some(Gap::new(function, number(from)?..number(to)?, what.parse().ok()?))
@@ -69,7 +73,8 @@ impl Gap {
 
 impl fmt::Display for Gap {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{} {}", self.function, self.within_function())
+        let Gap { function, from, to, what } = self;
+        write!(f, "{function} {from:#x}..{to:#x} {what}")
     }
 }
 
@@ -80,11 +85,14 @@ mod tests {
     #[test]
     fn a_gap_reads_as_it_was_written() {
         for what in What::ALL {
-            let gap = Gap::new("kernel_wait", 0x1a..0x20, what);
-            assert_eq!(Gap::parse("kernel_wait", &gap.within_function()), Some(gap));
+            let gap = Gap::new("<kernel::a as kernel::b>::c", 0x1a..0x20, what);
+            assert_eq!(Gap::parse(&gap.to_string()), Some(gap));
         }
-        for wrong in ["", "0x1a..0x20", "0x1a never executed", "1a..20 never executed", "0x1..0x2 seldom"] {
-            assert_eq!(Gap::parse("kernel_wait", wrong), None, "{wrong}");
+        for wrong in ["", "0x1a..0x20", "0x1a never executed", "1a..20 never executed", "0x1..0x2 seldom run"]
+        {
+            assert_eq!(Gap::parse(wrong), None, "{wrong}");
+            assert_eq!(Gap::parse(&format!("kernel_wait {wrong}")), None, "{wrong}");
         }
+        assert_eq!(Gap::parse("0x1a..0x20 never executed"), None, "of no function");
     }
 }

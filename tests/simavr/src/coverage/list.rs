@@ -1,10 +1,10 @@
-//! The list of gaps that are known, each with its reason.
+//! The list of gaps that are known, by their reasons.
 //!
-//! A line at the margin is the name of a function; below it stands a line for each of its gaps:
+//! A line at the margin is a reason; below it stand the gaps that have it:
 //!
 //! ```text
-//! kernel_wait
-//!     0x1a..0x20 never executed: why no test can come here
+//! The counter has no more than this many bits.
+//!     kernel_wait 0x1a..0x20 never executed
 //! ```
 
 use std::collections::BTreeMap;
@@ -12,6 +12,12 @@ use std::fmt;
 
 use super::gap::Gap;
 use super::variants::Found;
+
+/// The line over the gaps that wait for a reason.
+const NO_REASON: &str = "No reason yet.";
+
+/// How the reason of gaps begins that chance fills in some runs.
+const BY_CHANCE: &str = "By chance:";
 
 /// The gaps that are known, and why.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -36,58 +42,66 @@ impl List {
     /// # Errors
     /// The line that is none, by its number.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let (mut reasons, mut function) = (BTreeMap::new(), None);
+        let (mut reasons, mut reason) = (BTreeMap::new(), "");
         for (number, line) in (1..).zip(text.lines()) {
-            let entry = line.trim_start();
+            let entry = line.trim();
             if entry.is_empty() {
-            } else if entry.len() == line.len() {
-                function = Some(line);
+            } else if !line.starts_with(' ') {
+                reason = entry;
             } else {
-                let (gap, reason) = entry.split_once(':').unwrap_or((entry, ""));
-                let gap = function.and_then(|function| Gap::parse(function, gap.trim_end()));
-                let gap = gap.ok_or_else(|| {
+                let gap = Gap::parse(entry).filter(|_| !reason.is_empty()).ok_or_else(|| {
                     format!(
-                        "line {number} is no gap of a function (0x1a..0x20 never executed: reason): {line}"
+                        "line {number} is no gap (FUNCTION 0x1a..0x20 never executed) below a reason: {line}"
                     )
                 })?;
-                reasons.insert(gap, reason.trim().to_owned());
+                let reason = if reason == NO_REASON { "" } else { reason };
+                if reasons.insert(gap, reason.to_owned()).is_some() {
+                    return Err(format!("line {number} lists a gap for the second time: {line}"));
+                }
             }
         }
         Ok(List { reasons })
     }
 
     /// Where the list is wrong about what was found; nothing where every gap is listed with its reason, and
-    /// no other.
+    /// no other but those of chance.
     pub fn check(&self, found: &[Found]) -> Vec<Complaint> {
         let of_found = found.iter().filter_map(|found| match self.reasons.get(&found.gap) {
             None => Some(Complaint::New(found.clone())),
             Some(reason) if reason.is_empty() => Some(Complaint::Unreasoned(found.clone())),
             Some(_) => None,
         });
-        let gone = self.reasons.keys().filter(|gap| found.iter().all(|found| found.gap != **gap));
-        of_found.chain(gone.cloned().map(Complaint::Gone)).collect()
+        let gone = self.reasons.iter().filter(|(gap, reason)| {
+            !reason.starts_with(BY_CHANCE) && found.iter().all(|found| found.gap != **gap)
+        });
+        of_found.chain(gone.map(|(gap, _)| Complaint::Gone(gap.clone()))).collect()
     }
 
-    /// The list of what was found. Reasons stay with the gaps that stay; also returns the reasons of those
-    /// that do not.
+    /// The list of what was found. Reasons stay with the gaps that stay, as do gaps of chance; also returns
+    /// the reasons of those that do not.
     pub fn accept(mut self, found: &[Found]) -> (Self, Vec<(Gap, String)>) {
         let mut reason = |found: &Found| self.reasons.remove(&found.gap).unwrap_or_default();
-        let reasons = found.iter().map(|found| (found.gap.clone(), reason(found))).collect();
-        let dropped = self.reasons.into_iter().filter(|(_, reason)| !reason.is_empty()).collect();
-        (List { reasons }, dropped)
+        let found: Vec<_> = found.iter().map(|found| (found.gap.clone(), reason(found))).collect();
+        let (by_chance, dropped): (Vec<_>, Vec<_>) = self
+            .reasons
+            .into_iter()
+            .filter(|(_, reason)| !reason.is_empty())
+            .partition(|(_, reason)| reason.starts_with(BY_CHANCE));
+        (List { reasons: found.into_iter().chain(by_chance).collect() }, dropped)
     }
 }
 
 /// As [`List::parse`] reads it.
 impl fmt::Display for List {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let mut function = "";
+        let mut by_reason: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (gap, reason) in &self.reasons {
-            if gap.function != function {
-                function = &gap.function;
-                writeln!(f, "{function}")?;
-            }
-            writeln!(f, "{}", format!("    {}: {reason}", gap.within_function()).trim_end())?;
+            let reason = if reason.is_empty() { NO_REASON } else { reason };
+            by_reason.entry(reason).or_default().push(gap);
+        }
+        for (number, (reason, gaps)) in by_reason.into_iter().enumerate() {
+            writeln!(f, "{}{reason}", if number == 0 { "" } else { "\n" })?;
+            gaps.into_iter().try_for_each(|gap| writeln!(f, "    {gap}"))?;
         }
         Ok(())
     }
@@ -113,21 +127,27 @@ mod tests {
         Found { gap, image: "one.elf".to_owned(), address: 0x100 + from }
     }
 
-    const TEXT: &str = "kernel_wait
-    0x2..0x4 never executed: guards against what the hardware can't do
-    0x8..0xa never skips:
+    const TEXT: &str = "Guards against what the hardware can't do.
+    kernel_wait 0x2..0x4 never executed
+
+No reason yet.
+    kernel_wait 0x8..0xa never skips
 ";
 
     #[test]
     fn a_list_reads_as_it_was_written() {
         let list = List::parse(TEXT).expect("it is a list");
         assert_eq!(list.reasons.len(), 2);
-        assert_eq!(List::parse(&list.to_string()), Ok(list));
+        assert_eq!(list.to_string(), TEXT);
     }
 
     #[test]
     fn what_is_no_list_is_told_by_its_line() {
-        for (text, line) in [("    0x2..0x4 never executed", "line 1"), ("f\n    0x2 never: x", "line 2")] {
+        for (text, line) in [
+            ("    kernel_wait 0x2..0x4 never executed", "line 1"),
+            ("Reason.\n    0x2 never: x", "line 2"),
+            ("Reason.\n    f 0x2..0x4 never skips\nOther.\n    f 0x2..0x4 never skips", "line 4"),
+        ] {
             assert!(List::parse(text).is_err_and(|error| error.starts_with(line)), "{text}");
         }
     }
@@ -146,11 +166,19 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_that_chance_fills_may_be_gone() {
+        let gap = "kernel_wait 0x2..0x4 never executed";
+        let complaints = |reason| List::parse(&format!("{reason}\n    {gap}")).expect("a list").check(&[]);
+        assert_eq!(complaints("By chance: seldom."), []);
+        assert_eq!(complaints("Never."), [Complaint::Gone(found(2, What::NeverExecuted).gap)]);
+    }
+
+    #[test]
     fn accepted_gaps_keep_their_reasons() {
         let list = List::parse(TEXT).expect("it is a list");
         let stays = found(2, What::NeverExecuted);
         let (accepted, dropped) = list.clone().accept(&[stays.clone(), found(6, What::NeverBranches)]);
-        assert_eq!(accepted.reasons[&stays.gap], "guards against what the hardware can't do");
+        assert_eq!(accepted.reasons[&stays.gap], "Guards against what the hardware can't do.");
         assert_eq!((accepted.reasons.len(), dropped.len()), (2, 0));
         let (_, dropped) = list.accept(&[]);
         assert_eq!(dropped.len(), 1, "and one had none");

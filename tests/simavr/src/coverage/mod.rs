@@ -6,8 +6,9 @@
 //! function in several images is the same *variant* of it if it has the same instructions but for values and
 //! addresses that the linker may have put there (see [`simavr_harness::Form`]). An instruction counts as
 //! executed if any image executes it in the same variant; a branch goes both ways if it does so in all images
-//! together. Each variant must be covered by itself, as the compiler may have made other branches of the same
-//! source.
+//! together. The compiler may have made other branches of the same source, so each variant must be covered by
+//! itself: those in the image `model`, which makes all calls in orders drawn by lot; of a function that it
+//! lacks, and of assembly, those in every image.
 //!
 //! The kernel's functions are those of the crate `kernel` and the assembly `kernel_*`, by the symbols of the
 //! image. Not among them:

@@ -6,7 +6,7 @@ use std::fmt;
 use rustc_demangle::demangle;
 use simavr_harness::{Code, Form, Image, Kind, Place, Ways};
 
-use super::functions::name_in_kernel;
+use super::functions::{is_assembly, name_in_kernel};
 use super::gap::{Gap, What};
 
 /// The kernel's functions with what was executed of each of their variants.
@@ -15,10 +15,15 @@ pub struct Functions {
     variants: BTreeMap<(String, Vec<Form>), Variant>,
 }
 
+/// The image that makes every call of the kernel, in orders drawn by lot.
+const GOES_ALL_WAYS: &str = "model.elf";
+
 /// One variant of a function.
 struct Variant {
     /// As it is in the first image that has it.
     image: String,
+    /// Whether an image is among its own that is to go all ways.
+    is_to_go_all_ways: bool,
     code: Vec<Code>,
     end: u32,
     /// In all images together.
@@ -58,10 +63,12 @@ impl Functions {
             let forms = code.iter().map(|code| code.form).collect();
             let variant = self.variants.entry((function, forms)).or_insert_with(|| Variant {
                 image: name.to_owned(),
+                is_to_go_all_ways: false,
                 ways: vec![Ways::default(); code.len()],
                 code,
                 end,
             });
+            variant.is_to_go_all_ways |= name.ends_with(GOES_ALL_WAYS);
             for (all, here) in variant.ways.iter_mut().zip(ways) {
                 *all = all.or(here);
             }
@@ -71,22 +78,34 @@ impl Functions {
     /// What no test executes, sorted; a gap that several variants have alike stands there once.
     pub fn gaps(&self) -> Vec<Found> {
         let mut gaps: Vec<_> =
-            self.variants.iter().flat_map(|((function, _), variant)| variant.gaps(function)).collect();
+            self.counted().flat_map(|(function, variant)| variant.gaps(function)).collect();
         gaps.sort_by(|one, other| one.gap.cmp(&other.gap));
         gaps.dedup_by(|one, other| one.gap == other.gap);
         gaps
     }
 
+    /// The variants that are to be covered. An image that tests one behaviour is not to go all ways: where the
+    /// image that is has a function, its variants of that count. Assembly differs by what is configured and
+    /// not by what is inlined, so all variants of it count.
+    fn counted(&self) -> impl Iterator<Item = (&str, &Variant)> {
+        let all = || self.variants.iter().map(|((function, _), variant)| (&**function, variant));
+        let to_go_all_ways: BTreeSet<_> =
+            all().filter(|(_, variant)| variant.is_to_go_all_ways).map(|(function, _)| function).collect();
+        all().filter(move |(function, variant)| {
+            variant.is_to_go_all_ways || is_assembly(function) || !to_go_all_ways.contains(function)
+        })
+    }
+
     /// How much there is, and how much of it is covered.
     pub fn summary(&self) -> String {
-        let functions: BTreeSet<_> = self.variants.keys().map(|(function, _)| function).collect();
-        let all = || self.variants.values().flat_map(|variant| variant.code.iter().zip(&variant.ways));
+        let functions: BTreeSet<_> = self.counted().map(|(function, _)| function).collect();
+        let all = || self.counted().flat_map(|(_, variant)| variant.code.iter().zip(&variant.ways));
         let forks = || all().filter(|(code, _)| matches!(code.kind, Kind::Branch | Kind::Skip));
         format!(
             "{} functions in {} variants: {} of {} instructions executed, \
              {} of {} branches and skips went both ways",
             functions.len(),
-            self.variants.len(),
+            self.counted().count(),
             all().filter(|(_, ways)| ways.is_executed()).count(),
             all().count(),
             forks().filter(|(_, ways)| ways.on && ways.away).count(),
@@ -104,8 +123,9 @@ impl Variant {
             let Some(what) = what(code.kind, *ways) else { continue };
             let range = code.address - begin..end - begin;
             match gaps.last_mut() {
+                // What only a way leads to that is never gone belongs to that.
                 Some(Found { gap, .. })
-                    if what == What::NeverExecuted && gap.what == what && gap.to == range.start =>
+                    if what == What::NeverExecuted && gap.leads_nowhere() && gap.to == range.start =>
                 {
                     gap.to = range.end;
                 }

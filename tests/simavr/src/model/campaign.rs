@@ -1,6 +1,7 @@
 //! Many scripts drawn by lot.
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
@@ -56,32 +57,49 @@ impl fmt::Debug for Failure {
     }
 }
 
+/// Seeds that are played before it is looked whether that is enough: so what is played does not depend on how
+/// many cores there are, or on which is fast.
+const BATCH: u64 = 16;
+
 impl Campaign {
     /// Plays all sequences, on all cores; ends where one fails.
     pub fn run(self, subject: &Subject) -> Total {
-        let (next_seed, played) = (AtomicU64::new(self.first_seed), AtomicU64::new(0));
-        let work = || {
-            let mut total = Total::default();
-            let mut player = Player::new(subject);
-            while played.load(Ordering::Relaxed) < self.sequences {
-                let before = player.counts.sequences;
-                let seed = next_seed.fetch_add(1, Ordering::Relaxed);
-                total.seeds += 1;
-                if let Err(disagreement) = play_seed(&mut player, seed, |_| {}) {
-                    total.failures.push(Failure { mcu: subject.target().part.name, seed, disagreement });
-                    played.store(self.sequences, Ordering::Relaxed);
-                }
-                played.fetch_add(player.counts.sequences - before, Ordering::Relaxed);
+        let mut total = Total::default();
+        for first in (self.first_seed..).step_by(BATCH as usize) {
+            // A single sequence is asked for to play one seed again.
+            let seeds = first..first + if self.sequences == 1 { 1 } else { BATCH };
+            total = total.and(play(subject, seeds));
+            if total.counts.sequences >= self.sequences || !total.failures.is_empty() {
+                break;
             }
-            Total { counts: player.counts, ..total }
-        };
-        thread::scope(|scope| {
-            let cores = thread::available_parallelism().map_or(1, usize::from);
-            let workers: Vec<_> = (0..self.sequences.min(cores as u64)).map(|_| scope.spawn(work)).collect();
-            let totals = workers.into_iter().map(|worker| worker.join().expect("it has not panicked"));
-            totals.fold(Total::default(), Total::and)
-        })
+        }
+        total
     }
+}
+
+/// Plays these seeds, on all cores.
+fn play(subject: &Subject, seeds: Range<u64>) -> Total {
+    let next_seed = AtomicU64::new(seeds.start);
+    let work = || {
+        let mut total = Total::default();
+        let mut player = Player::new(subject);
+        loop {
+            let seed = next_seed.fetch_add(1, Ordering::Relaxed);
+            if seed >= seeds.end {
+                return Total { counts: player.counts, ..total };
+            }
+            total.seeds += 1;
+            if let Err(disagreement) = play_seed(&mut player, seed, |_| {}) {
+                total.failures.push(Failure { mcu: subject.target().part.name, seed, disagreement });
+            }
+        }
+    };
+    thread::scope(|scope| {
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        let workers: Vec<_> = (0..cores.min(BATCH as usize)).map(|_| scope.spawn(work)).collect();
+        let totals = workers.into_iter().map(|worker| worker.join().expect("it has not panicked"));
+        totals.fold(Total::default(), Total::and)
+    })
 }
 
 impl Total {

@@ -62,6 +62,7 @@ pub const PROGRAMS: &[Program] = &[
             "three tasks woken at one tick",
             "a delay, another timer pending",
             "a delay, another timer due",
+            "a period that is missed",
         ],
         in_pairs: &[3],
     },
