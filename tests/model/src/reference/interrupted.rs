@@ -2,6 +2,8 @@
 
 use std::{iter, mem};
 
+use kernel::Priority;
+
 use super::calls::deadline;
 use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
@@ -99,6 +101,11 @@ impl Reference {
                 way.tasks[id].activity = Activity::Acting(Call::Post { semaphore });
                 let is_due = way.tasks[id].clock.is_some_and(|clock| deadline(clock, ticks) <= way.now);
                 iter::once(cancelled).chain(is_due.then_some(way)).collect()
+            }
+            // A stack that was left is free, and nobody's, before the next task has it.
+            Call::Start { task } if way.tasks[task].activity == Activity::New => {
+                way.tasks[task].priority = Priority::P0;
+                vec![way]
             }
             // A message is refused before that is counted.
             Call::SendMade { queue } if way.is_full(queue) => {
