@@ -199,3 +199,45 @@ fn events_wake_who_waits_for_any_or_for_all() {
     );
     LOG.expect(&["any 0001 at 2", "all at 3", "any 0010 at 3", "all at 4", "any 0011 at 4"]);
 }
+
+#[test]
+fn changes_of_other_flags_do_not_shorten_a_timeout() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static FLAGS: EventFlags = EventFlags::new();
+    host::run_for(
+        100,
+        |boot| {
+            let any = |task: &mut Task| {
+                for _ in 0..3 {
+                    let result = FLAGS.wait_any_timeout(task, 1 | 4, 20);
+                    LOG.note(format!("any: {result:?} at {}", now(task)));
+                }
+                idle(task)
+            };
+            STACKS[0].start(boot, Priority::P2, any).unwrap();
+            let all = |task: &mut Task| {
+                for _ in 0..2 {
+                    let result = FLAGS.wait_all_timeout(task, 8 | 16, 30);
+                    LOG.note(format!("all: {result:?} at {}", now(task)));
+                }
+                idle(task)
+            };
+            STACKS[1].start(boot, Priority::P3, all).unwrap();
+        },
+        |interrupt, tick| match tick {
+            5 | 28 | 32 => FLAGS.set(interrupt, 2),
+            10 => FLAGS.set(interrupt, 8),
+            15 => FLAGS.set(interrupt, 4 | 2),
+            45 => FLAGS.set(interrupt, 16 | 1),
+            _ => {}
+        },
+    );
+    LOG.expect(&[
+        "any: Ok(4) at 15",
+        "all: Err(Elapsed) at 30",
+        "any: Err(Elapsed) at 35",
+        "any: Ok(1) at 45",
+        "all: Ok(()) at 45",
+    ]);
+}

@@ -3,11 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The test that plays scripts of kernel calls. Each other is the sweep of the image of its name.
-pub const MODEL: &str = "model";
-
-/// How many sequences it plays.
-const SEQUENCES: &str = "6000";
+/// The test that plays scripts of kernel calls, with how many sequences. Each other is the sweep of the image of
+/// its name.
+pub const MODEL: &str = "model 6000";
 
 /// After so many seconds a test is ended that does not end by itself.
 const PATIENCE: &str = "240";
@@ -21,18 +19,24 @@ pub enum Verdict {
 
 /// Builds the image of `test` from the sources in `scratch` and runs it, by a simulator built from `root`.
 pub fn run(test: &str, root: &Path, scratch: &Path) -> Result<Verdict, String> {
-    build(test, scratch)?;
+    let (image, sequences) = match test.split_once(' ') {
+        Some((image, sequences)) => (image, Some(sequences)),
+        None => (test, None),
+    };
+    build(image, scratch)?;
     let mut command = Command::new("timeout");
     command.args(["--kill-after=5", PATIENCE, "cargo", "run", "--locked", "--quiet"]);
     command.args(["-p", "superbot-tests-simavr", "--bin"]);
-    match test {
-        MODEL => command.args(["model", "--", "atmega128", SEQUENCES]),
-        image => command.args(["sweep", "--", "--quick", image]),
+    match sequences {
+        Some(sequences) => command.args([image, "--", "atmega128", sequences]),
+        None => command.args(["sweep", "--", "--quick", image]),
     };
     command.current_dir(root).env("SUPERBOT_IMAGES", scratch.join("target/images"));
     let output = outcome(&mut command)?;
     match output.status.code() {
         Some(0) => Ok(Verdict::Passed),
+        // An image without what a test looks for was not built as it should be.
+        Some(101) if told(&output).contains("build it anew") => Err(told(&output)),
         // The test's own verdict, and a panic.
         Some(1 | 101) => Ok(Verdict::Failed(complaint(&output))),
         Some(124 | 137) => Ok(Verdict::Failed(format!("it has not ended after {PATIENCE} s"))),

@@ -99,11 +99,17 @@ fn director(task: &mut Task) {
         mark(if GATE.wait_timeout(task, 1).is_ok() { 5 } else { 6 });
         NOTHING
     });
+    path(task, 11, |task| {
+        mark(1);
+        GO_MIDDLE.post_in_loop(task);
+        mark(3);
+        NOTHING
+    });
 }
 
 fn middle(task: &mut Task, path: u8) {
     match path {
-        2 => mark(2),
+        2 | 11 => mark(2),
         3 => {
             mark(1);
             GO_LOW.post(task);
