@@ -241,3 +241,45 @@ fn changes_of_other_flags_do_not_shorten_a_timeout() {
         "all: Ok(()) at 45",
     ]);
 }
+
+/// A task above the ceiling locks while a lower one has the value.
+#[test]
+fn a_mutex_that_does_not_come_in_time_is_not_had() {
+    static LOG: Log = Log::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static GO: Semaphore = Semaphore::new(0);
+    static TOTAL: kernel::Mutex<u8> = kernel::Mutex::new(Priority::P3, 0);
+    fn high(task: &mut Task) -> kernel::Never {
+        loop {
+            GO.wait(task);
+            let result = TOTAL.lock_timeout(task, 10).map(|mut total| *total += 1);
+            LOG.note(format!("{result:?} at {}", now(task)));
+            // Refused of one that has a mutex.
+            LOG.note(format!("{:?}", HIGH.task().suspend(task)));
+        }
+    }
+    fn low(task: &mut Task) -> kernel::Never {
+        let total = TOTAL.lock(task);
+        host::interrupt(|interrupt| GO.post(interrupt));
+        (0..15).for_each(|_| host::interrupt(host::tick));
+        drop(total);
+        HIGH.task().resume(task);
+        let total = TOTAL.lock(task);
+        host::interrupt(|interrupt| GO.post(interrupt));
+        (0..5).for_each(|_| host::interrupt(host::tick));
+        drop(total);
+        HIGH.task().resume(task);
+        LOG.note(format!("{}", *TOTAL.lock(task)));
+        idle(task)
+    }
+    host::run_for(
+        1,
+        |boot| {
+            HIGH.start(boot, Priority::P2, high).unwrap();
+            LOW.start(boot, Priority::P4, low).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["Err(Elapsed) at 10", "Ok(())", "Ok(()) at 20", "Ok(())", "1"]);
+}

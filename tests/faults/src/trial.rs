@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The test that plays scripts of kernel calls, with how many sequences. Each other is the sweep of the image of
-/// its name.
+/// The test that plays scripts of kernel calls: so many sequences, from the seed behind that, or 0. Each other is
+/// the sweep of the image of its name.
 pub const MODEL: &str = "model 6000";
 
 /// After so many seconds a test is ended that does not end by itself.
-const PATIENCE: &str = "240";
+const PATIENCE: &str = "600";
 
 /// How a test ended.
 pub enum Verdict {
@@ -19,18 +19,18 @@ pub enum Verdict {
 
 /// Builds the image of `test` from the sources in `scratch` and runs it, by a simulator built from `root`.
 pub fn run(test: &str, root: &Path, scratch: &Path) -> Result<Verdict, String> {
-    let (image, sequences) = match test.split_once(' ') {
-        Some((image, sequences)) => (image, Some(sequences)),
-        None => (test, None),
-    };
+    let mut words = test.split(' ');
+    let image = words.next().unwrap_or_default();
+    let numbers: Vec<_> = words.collect();
     build(image, scratch)?;
     let mut command = Command::new("timeout");
     command.args(["--kill-after=5", PATIENCE, "cargo", "run", "--locked", "--quiet"]);
     command.args(["-p", "superbot-tests-simavr", "--bin"]);
-    match sequences {
-        Some(sequences) => command.args([image, "--", "atmega128", sequences]),
-        None => command.args(["sweep", "--", "--quick", image]),
-    };
+    if numbers.is_empty() {
+        command.args(["sweep", "--", "--quick", image]);
+    } else {
+        command.args([image, "--", "atmega128"]).args(numbers);
+    }
     command.current_dir(root).env("SUPERBOT_IMAGES", scratch.join("target/images"));
     let output = outcome(&mut command)?;
     match output.status.code() {
