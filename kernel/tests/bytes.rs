@@ -2,7 +2,7 @@
 
 mod log;
 
-use kernel::{Fifo, LONGEST, Pipe, Priority, Stack, Task, host, now};
+use kernel::{Context, Fifo, LONGEST, MaskedCell, Pipe, Priority, Stack, Task, host, now};
 use log::Log;
 
 fn idle(task: &mut Task) -> kernel::Never {
@@ -176,4 +176,22 @@ fn a_flush_drops_also_what_waits_to_be_put() {
         |_, _| {},
     );
     LOG.expect(&["put", "flushed"]);
+}
+
+#[test]
+fn a_count_stays_at_its_largest_value() {
+    static COUNT: MaskedCell<u16> = MaskedCell::new(u16::MAX - 1);
+    host::run_for(
+        0,
+        |boot| {
+            let counts = [(); 3].map(|()| {
+                boot.mask(|masked| {
+                    COUNT.count(masked);
+                    COUNT.get(masked)
+                })
+            });
+            assert_eq!(counts, [u16::MAX; 3]);
+        },
+        |_, _| {},
+    );
 }

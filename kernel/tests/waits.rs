@@ -199,3 +199,87 @@ fn events_wake_who_waits_for_any_or_for_all() {
     );
     LOG.expect(&["any 0001 at 2", "all at 3", "any 0010 at 3", "all at 4", "any 0011 at 4"]);
 }
+
+#[test]
+fn changes_of_other_flags_do_not_shorten_a_timeout() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static FLAGS: EventFlags = EventFlags::new();
+    host::run_for(
+        100,
+        |boot| {
+            let any = |task: &mut Task| {
+                for _ in 0..3 {
+                    let result = FLAGS.wait_any_timeout(task, 1 | 4, 20);
+                    LOG.note(format!("any: {result:?} at {}", now(task)));
+                }
+                idle(task)
+            };
+            STACKS[0].start(boot, Priority::P2, any).unwrap();
+            let all = |task: &mut Task| {
+                for _ in 0..2 {
+                    let result = FLAGS.wait_all_timeout(task, 8 | 16, 30);
+                    LOG.note(format!("all: {result:?} at {}", now(task)));
+                }
+                idle(task)
+            };
+            STACKS[1].start(boot, Priority::P3, all).unwrap();
+        },
+        |interrupt, tick| match tick {
+            5 | 28 | 32 => FLAGS.set(interrupt, 2),
+            10 => FLAGS.set(interrupt, 8),
+            15 => FLAGS.set(interrupt, 4 | 2),
+            45 => FLAGS.set(interrupt, 16 | 1),
+            _ => {}
+        },
+    );
+    LOG.expect(&[
+        "any: Ok(4) at 15",
+        "all: Err(Elapsed) at 30",
+        "any: Err(Elapsed) at 35",
+        "any: Ok(1) at 45",
+        "all: Ok(()) at 45",
+    ]);
+}
+
+/// A task above the ceiling locks while a lower one has the value.
+#[test]
+fn a_mutex_that_does_not_come_in_time_is_not_had() {
+    static LOG: Log = Log::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static GO: Semaphore = Semaphore::new(0);
+    static TOTAL: kernel::Mutex<u8> = kernel::Mutex::new(Priority::P3, 0);
+    fn high(task: &mut Task) -> kernel::Never {
+        loop {
+            GO.wait(task);
+            let result = TOTAL.lock_timeout(task, 10).map(|mut total| *total += 1);
+            LOG.note(format!("{result:?} at {}", now(task)));
+            // Refused of one that has a mutex.
+            LOG.note(format!("{:?}", HIGH.task().suspend(task)));
+        }
+    }
+    fn low(task: &mut Task) -> kernel::Never {
+        let total = TOTAL.lock(task);
+        host::interrupt(|interrupt| GO.post(interrupt));
+        (0..15).for_each(|_| host::interrupt(host::tick));
+        drop(total);
+        HIGH.task().resume(task);
+        let total = TOTAL.lock(task);
+        host::interrupt(|interrupt| GO.post(interrupt));
+        (0..5).for_each(|_| host::interrupt(host::tick));
+        drop(total);
+        HIGH.task().resume(task);
+        LOG.note(format!("{}", *TOTAL.lock(task)));
+        idle(task)
+    }
+    host::run_for(
+        1,
+        |boot| {
+            HIGH.start(boot, Priority::P2, high).unwrap();
+            LOW.start(boot, Priority::P4, low).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["Err(Elapsed) at 10", "Ok(())", "Ok(()) at 20", "Ok(())", "1"]);
+}

@@ -1,0 +1,105 @@
+//! `faults [NAME...]`: plants faults into a copy of the kernel, one after the other, and tells which test in
+//! simavr finds each. All of the list, unless some are named.
+//!
+//! Fails when a fault is not found, and the list gives no reason; and when one is found that the list says
+//! is not.
+
+mod fault;
+mod scratch;
+mod trial;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use fault::Fault;
+use scratch::Scratch;
+use trial::Verdict;
+
+/// The sources.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// The list of faults.
+const LIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/faults.toml");
+
+fn main() -> ExitCode {
+    let names: Vec<_> = std::env::args().skip(1).collect();
+    match run(&names) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Whether all is as the list says.
+fn run(names: &[String]) -> Result<bool, String> {
+    let faults = chosen(fault::read(Path::new(LIST))?, names)?;
+    let root = Path::new(ROOT).canonicalize().map_err(|error| format!("{ROOT}: {error}"))?;
+    let scratch = Scratch::new(&root, root.join("target/faults"))?;
+    let try_it = |test: &str| trial::run(test, &root, scratch.root());
+    for test in faults.iter().flat_map(|fault| &fault.tests).collect::<BTreeSet<_>>() {
+        let start = Instant::now();
+        if let Verdict::Failed(complaint) = try_it(test)? {
+            return Err(format!("{test} fails on the kernel as it is: {complaint}"));
+        }
+        println!("{test} passes on the kernel as it is ({} s)", start.elapsed().as_secs());
+    }
+    let mut wrong = Vec::new();
+    let (mut caught, mut listed) = (0, 0);
+    for fault in &faults {
+        let start = Instant::now();
+        let found = scratch.with(fault, || find(fault, try_it))??;
+        let (told, is_right) = match (found, &fault.not_caught) {
+            (Some(by), None) => {
+                caught += 1;
+                (format!("caught by {by}"), true)
+            }
+            (None, Some(reason)) => {
+                listed += 1;
+                (format!("NOT CAUGHT, as listed: {reason}"), true)
+            }
+            (None, None) => ("NOT CAUGHT".to_owned(), false),
+            (Some(by), Some(_)) => (format!("listed as not caught, but caught by {by}"), false),
+        };
+        println!("{:28} {told} ({} s)", fault.name, start.elapsed().as_secs());
+        if !is_right {
+            println!("    {}: {}", fault.file, fault.means);
+            wrong.push(&fault.name[..]);
+        }
+    }
+    println!(
+        "{} faults: {caught} caught, {listed} not, for the reasons given, {} wrong",
+        faults.len(),
+        wrong.len()
+    );
+    if !wrong.is_empty() {
+        println!("wrong: {}. Write a test that finds it, or give the reason in {LIST}", wrong.join(" "));
+    }
+    Ok(wrong.is_empty())
+}
+
+/// The faults of these names; all if there is no name.
+fn chosen(mut faults: Vec<Fault>, names: &[String]) -> Result<Vec<Fault>, String> {
+    let known = faults.iter().map(|fault| &fault.name);
+    if let Some(unknown) = names.iter().find(|&name| !known.clone().any(|known| known == name)) {
+        let known: Vec<_> = known.map(String::as_str).collect();
+        return Err(format!("there is no fault {unknown}; there are: {}", known.join(", ")));
+    }
+    faults.retain(|fault| names.is_empty() || names.contains(&fault.name));
+    Ok(faults)
+}
+
+/// The test that finds `fault`, which is in the kernel, and what it said.
+fn find(fault: &Fault, try_it: impl Fn(&str) -> Result<Verdict, String>) -> Result<Option<String>, String> {
+    for test in &fault.tests {
+        let verdict = try_it(test).map_err(|error| format!("fault {}: {error}", fault.name))?;
+        if let Verdict::Failed(complaint) = verdict {
+            return Ok(Some(format!("{test}: {complaint}")));
+        }
+    }
+    Ok(None)
+}
