@@ -83,7 +83,7 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<283> = Stack::new();
+    pub static RECEIVE: Stack<284> = Stack::new();
     pub static SEND_USART0: Stack<237> = Stack::new();
     pub static SEND_USART1: Stack<237> = Stack::new();
     pub static SEND_SOFT_UART: Stack<237> = Stack::new();
