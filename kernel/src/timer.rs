@@ -366,8 +366,8 @@ fn compare_with_first(masked: &Masked) {
 
 /// One tick. Returns whether a deadline has come: then [`expire`] is to follow.
 ///
-/// On the AVR the vector of [`tick_interrupt!`](crate::tick_interrupt!) does this in assembly, in 39 cycles where a
-/// handler takes 120; `tests/simavr/tests/tick.rs` holds it against this function.
+/// On the AVR the vector of [`tick_interrupt!`](crate::tick_interrupt!) does this in assembly, in 39 cycles
+/// where a handler takes 120; `tests/simavr/tests/tick.rs` holds it against this function.
 #[doc(hidden)]
 pub fn count_tick(masked: &Masked) -> bool {
     let now = TICKS.get(masked).wrapping_add(1);
@@ -400,8 +400,8 @@ pub extern "C" fn expire() {
     interrupt.mask(compare_with_first);
 }
 
-/// Takes the first timer out of the list, and wakes the task whose delay it ends. Returns whose wait it ends besides, or
-/// `None` where there was no timer.
+/// Takes the first timer out of the list, and wakes the task whose delay it ends. Returns whose wait it ends
+/// besides, or `None` where there was no timer.
 #[inline(always)]
 fn expire_first(masked: &Masked) -> Option<Target> {
     let slot = &KERNEL.timers.first;

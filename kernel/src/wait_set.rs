@@ -1,8 +1,8 @@
 //! Proxy waiters: a task that waits for several things, or for a limited time.
 //!
-//! A task can be in one list only. So where it waits for several semaphores, proxy waiters wait in its place: control
-//! blocks without a stack that are always halted. One that is woken joins the task's wait set, and wakes the
-//! task if that is blocked.
+//! A task can be in one list only. So where it waits for several semaphores, proxy waiters wait in its place:
+//! control blocks without a stack that are always halted. One that is woken joins the task's wait set, and
+//! wakes the task if that is blocked.
 
 use core::ptr;
 
@@ -110,8 +110,8 @@ impl WaitSet {
         ready::enqueue(masked, &self.signaled, proxy);
     }
 
-    /// The first that was given a signal; blocks until there is one, or until `has_expired`, asked in the critical
-    /// section that blocks: `None` then.
+    /// The first that was given a signal; blocks until there is one, or until `has_expired`, asked in the
+    /// critical section that blocks: `None` then.
     pub(crate) fn receive(
         &self,
         task: &mut Task,

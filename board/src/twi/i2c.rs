@@ -61,7 +61,7 @@ impl Master {
 }
 
 impl i2c::ErrorType for WithTask<'_, Master> {
-    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that struck while the transaction
+    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that came while the transaction
     /// waited for the bus. A lost arbitration is no error: the transaction is tried again.
     type Error = ErrorKind;
 }

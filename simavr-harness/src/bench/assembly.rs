@@ -19,12 +19,15 @@ pub(super) fn measure() -> Measured {
 fn instructions(source: &str) -> u64 {
     let lines = source.lines().map(str::trim);
     let behind = std::iter::once("").chain(lines.clone());
-    lines.zip(behind).filter(|(line, before)| is_instruction(line) && !before.contains("fault-")).count() as u64
+    lines.zip(behind).filter(|(line, before)| is_instruction(line) && !before.contains("fault-")).count()
+        as u64
 }
 
 /// Not a label, a directive or another string.
 fn is_instruction(line: &str) -> bool {
-    let Some((text, rest)) = line.strip_prefix('"').and_then(|line| line.split_once('"')) else { return false };
+    let Some((text, rest)) = line.strip_prefix('"').and_then(|line| line.split_once('"')) else {
+        return false;
+    };
     let operation = text.split(' ').next().unwrap_or_default();
     let is_last = rest.is_empty() || rest.starts_with(',');
     is_last && !operation.is_empty() && operation.bytes().all(|byte| byte.is_ascii_lowercase())

@@ -1,5 +1,5 @@
-//! The kernel's feature `stack-check`: an overflow of one byte is found, a stack that is used to its last byte
-//! is none, and what a switch takes for it.
+//! The kernel's feature `stack-check`: an overflow of one byte is found, a stack that is used to its last
+//! byte is none, and what a switch takes for it.
 
 use fastrand::Rng;
 use simavr_harness::{Marker, Place, State};

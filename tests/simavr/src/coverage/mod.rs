@@ -38,8 +38,8 @@ pub use variants::{Found, Functions};
 /// The environment variable with the folder of the records.
 pub const FOLDER: &str = "SUPERBOT_COVERAGE";
 
-/// Images that test the robot's devices, and figures: their kernel is the same, and not what they test. And the
-/// one on which interrupts are drawn by lot: what it executes would depend on the draw.
+/// Images that test the robot's devices, and figures: their kernel is the same, and not what they test. And
+/// the one on which interrupts are drawn by lot: what it executes would depend on the draw.
 const OTHERS: [&str; 5] = ["board_", "bench_", "flood_", "devices", "storm"];
 
 /// But for this one.

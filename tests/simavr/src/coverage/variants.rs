@@ -84,9 +84,9 @@ impl Functions {
         gaps
     }
 
-    /// The variants that are to be covered. An image that tests one behaviour is not to go all ways: where the
-    /// image that is has a function, its variants of that count. Assembly differs by what is configured and
-    /// not by what is inlined, so all variants of it count.
+    /// The variants that are to be covered. An image that tests one behaviour is not to go all ways: where
+    /// the image that is has a function, its variants of that count. Assembly differs by what is configured
+    /// and not by what is inlined, so all variants of it count.
     fn counted(&self) -> impl Iterator<Item = (&str, &Variant)> {
         let all = || self.variants.iter().map(|((function, _), variant)| (&**function, variant));
         let to_go_all_ways: BTreeSet<_> =

@@ -247,7 +247,7 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// A task that is resumed is the one to run. The idle task is not: it stands in while a preempted context
+    /// A task that is resumed is the one to run. The idle task is not: it runs while a preempted context
     /// is loaded.
     fn check_resumed(&mut self, mcu: &Mcu) -> Result<(), String> {
         if !mcu.interrupts_enabled() {
