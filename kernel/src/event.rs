@@ -5,7 +5,7 @@ use crate::context::{Context, Task};
 use crate::critical::MaskedCell;
 use crate::proxy::Elapsed;
 use crate::semaphore::Semaphore;
-use crate::timer::{LONGEST, Ticks, now};
+use crate::timer::{Ticks, deadline_in};
 use crate::traversal;
 use crate::wait::WakeCondition;
 
@@ -70,13 +70,16 @@ impl EventFlags {
     /// # Errors
     /// [`Elapsed`] when the time is up. No flag was taken then.
     pub fn wait_any_timeout(&self, task: &mut Task, flags: u8, ticks: Ticks) -> Result<u8, Elapsed> {
-        let mut deadline = Deadline::new(task, ticks);
+        let deadline = deadline_in(task, ticks);
         loop {
             let taken = self.take(task, flags);
             if taken != 0 {
                 return Ok(taken);
             }
-            self.block_until(task, WakeCondition::any(&self.set, flags), &mut deadline)?;
+            if ticks == 0 {
+                return Err(Elapsed);
+            }
+            self.changed.wait_until(task, deadline, Some(&WakeCondition::any(&self.set, flags)))?;
         }
     }
 
@@ -92,9 +95,12 @@ impl EventFlags {
     /// # Errors
     /// [`Elapsed`] when the time is up. No flag was taken then.
     pub fn wait_all_timeout(&self, task: &mut Task, flags: u8, ticks: Ticks) -> Result<(), Elapsed> {
-        let mut deadline = Deadline::new(task, ticks);
+        let deadline = deadline_in(task, ticks);
         while !self.take_all(task, flags) {
-            self.block_until(task, WakeCondition::all(&self.set, flags), &mut deadline)?;
+            if ticks == 0 {
+                return Err(Elapsed);
+            }
+            self.changed.wait_until(task, deadline, Some(&WakeCondition::all(&self.set, flags)))?;
         }
         Ok(())
     }
@@ -118,17 +124,6 @@ impl EventFlags {
         }
     }
 
-    /// The same, until `deadline` at most.
-    fn block_until(
-        &self,
-        task: &mut Task,
-        condition: WakeCondition,
-        deadline: &mut Deadline,
-    ) -> Result<(), Elapsed> {
-        let ticks = deadline.left(task);
-        self.changed.wait_for_condition(task, Some(&condition), ticks)
-    }
-
     /// Takes those of `flags` that are set, without waiting: 0 if none is.
     pub fn take(&self, context: &mut impl Context, flags: u8) -> u8 {
         context.mask(|masked| {
@@ -136,25 +131,5 @@ impl EventFlags {
             self.set.set(masked, self.set.get(masked) & !taken);
             taken
         })
-    }
-}
-
-/// The time of a wait that several changes may interrupt.
-struct Deadline {
-    left: Ticks,
-    since: Ticks,
-}
-
-impl Deadline {
-    fn new(task: &mut Task, ticks: Ticks) -> Self {
-        Deadline { left: ticks.min(LONGEST), since: now(task) }
-    }
-
-    /// The ticks that are left. To be asked once in 65,536 ticks at least.
-    fn left(&mut self, task: &mut Task) -> Ticks {
-        let now = now(task);
-        self.left = self.left.saturating_sub(now.wrapping_sub(self.since));
-        self.since = now;
-        self.left
     }
 }

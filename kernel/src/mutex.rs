@@ -52,7 +52,8 @@ impl<T> Mutex<T> {
 
     /// Takes the value if no other task has it.
     pub fn try_lock<'a>(&'a self, task: &'a mut Task) -> Option<Guard<'a, T>> {
-        self.lock.try_take(task).then_some(Guard { mutex: self, task })
+        // Not `then_some`: that makes a guard in any case, which gives the mutex where it is dropped.
+        if self.lock.try_take(task) { Some(Guard { mutex: self, task }) } else { None }
     }
 
     /// Takes the value until the guard is dropped, if it comes within `ticks` ticks. With 0 ticks it does not

@@ -8,7 +8,7 @@ use core::ptr;
 use crate::context::{Context, Task};
 use crate::link::Link;
 use crate::semaphore::Semaphore;
-use crate::timer::{LONGEST, Ticks, Timer, now};
+use crate::timer::{Ticks, Timer, deadline_in};
 use crate::wait::{WaitOutcome, WakeCondition};
 use crate::wait_set::{ProxyWaiter, WaitSet};
 
@@ -57,8 +57,7 @@ impl ProxyWaiter {
     /// has done so.
     fn give_back(&self, task: &mut Task) {
         if task.mask(|masked| self.control.link.get(masked) != Link::NONE) {
-            let is_due = task.mask(|masked| self.word.signal_by_call(masked));
-            task.reschedule(is_due);
+            self.word.post(task);
         }
     }
 }
@@ -67,13 +66,12 @@ impl ProxyWaiter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Elapsed;
 
-/// Waits for `semaphores`, for `ticks` ticks at most where a number is given. Returns the index of the one
-/// that came.
+/// Waits for `semaphores`, until the tick `deadline` if there is one. Returns the index of the one that came.
 fn wait_for<const N: usize>(
     task: &mut Task,
     semaphores: [&Semaphore; N],
     condition: Option<&WakeCondition>,
-    ticks: Option<Ticks>,
+    deadline: Option<Ticks>,
 ) -> Result<usize, Elapsed> {
     let set = WaitSet::new(task);
     // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is
@@ -83,7 +81,6 @@ fn wait_for<const N: usize>(
     // list.
     let (set, proxies): (&'static WaitSet, &'static [ProxyWaiter]) =
         unsafe { (&*ptr::from_ref(&set), &*ptr::from_ref(proxies.as_slice())) };
-    let deadline = ticks.map(|ticks| now(task).wrapping_add(ticks.min(LONGEST)));
     set.wait(task, proxies, condition, deadline).ok_or(Elapsed)
 }
 
@@ -100,21 +97,22 @@ impl Semaphore {
         if self.try_wait(task) {
             return Ok(());
         }
-        self.wait_for_condition(task, None, ticks)
-    }
-
-    /// The same, which a wake condition ends, too.
-    #[inline(never)]
-    pub(crate) fn wait_for_condition(
-        &self,
-        task: &mut Task,
-        condition: Option<&WakeCondition>,
-        ticks: Ticks,
-    ) -> Result<(), Elapsed> {
         if ticks == 0 {
             return Err(Elapsed);
         }
-        wait_for(task, [self], condition, Some(ticks)).map(|_| ())
+        let deadline = deadline_in(task, ticks);
+        self.wait_until(task, deadline, None)
+    }
+
+    /// The same until the tick `deadline`, or until a wake condition holds.
+    #[inline(never)]
+    pub(crate) fn wait_until(
+        &self,
+        task: &mut Task,
+        deadline: Ticks,
+        condition: Option<&WakeCondition>,
+    ) -> Result<(), Elapsed> {
+        wait_for(task, [self], condition, Some(deadline)).map(|_| ())
     }
 }
 
@@ -150,6 +148,7 @@ impl Task {
         if ticks == Some(0) {
             return Err(Elapsed);
         }
-        wait_for(self, semaphores, None, ticks)
+        let deadline = ticks.map(|ticks| deadline_in(self, ticks));
+        wait_for(self, semaphores, None, deadline)
     }
 }

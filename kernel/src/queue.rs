@@ -65,8 +65,7 @@ impl<T: Pooled> Queue<T> {
             Append::Awaited => {
                 // In a section of its own, to be short. Should another's message have woken the task meanwhile,
                 // this signal is for that.
-                let is_due = context.mask(|masked| self.messages.word.signal_by_call(masked));
-                context.reschedule(is_due);
+                self.messages.word.post(context);
                 Ok(())
             }
             Append::Full => Err(self.refuse(context, slot)),

@@ -163,7 +163,7 @@ impl Timer {
         ticks: Ticks,
         semaphore: &'static Semaphore,
     ) {
-        let deadline = now(context).wrapping_add(ticks.min(LONGEST));
+        let deadline = deadline_in(context, ticks);
         if !self.arm(context, deadline, Target::semaphore(semaphore)) {
             semaphore.post(context);
         }
@@ -355,6 +355,12 @@ impl Period {
 #[inline(always)]
 fn is_ahead(ticks: Ticks) -> bool {
     (1..=LONGEST).contains(&ticks)
+}
+
+/// The tick in `ticks` ticks, or in [`LONGEST`] where that is less.
+#[inline(always)]
+pub(crate) fn deadline_in(context: &mut impl Context, ticks: Ticks) -> Ticks {
+    now(context).wrapping_add(ticks.min(LONGEST))
 }
 
 /// Has the tick compare with the first timer's deadline; with none, the tick is 65,536 ticks ahead.

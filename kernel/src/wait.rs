@@ -107,6 +107,13 @@ impl Word {
         self.signal(masked)
     }
 
+    /// Signals by a call, and switches if that is due; from an ISR at its end.
+    #[inline(always)]
+    pub(crate) fn post(&self, context: &mut impl Context) {
+        let is_due = context.mask(|masked| self.signal_by_call(masked));
+        context.reschedule(is_due);
+    }
+
     /// Wakes `first`, the first waiter. Returns whether another task is the head now.
     #[inline(always)]
     pub(crate) fn wake(&self, masked: &Masked, first: &'static ControlBlock) -> bool {

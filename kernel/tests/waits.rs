@@ -283,3 +283,39 @@ fn a_mutex_that_does_not_come_in_time_is_not_had() {
     );
     LOG.expect(&["Err(Elapsed) at 10", "Ok(())", "Ok(()) at 20", "Ok(())", "1"]);
 }
+
+/// A task above the ceiling looks while a lower one has the value.
+#[test]
+fn a_mutex_that_another_task_has_stays_with_that_when_it_is_tried() {
+    static LOG: Log = Log::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static GO: Semaphore = Semaphore::new(0);
+    static TOTAL: kernel::Mutex<u8> = kernel::Mutex::new(Priority::P3, 0);
+    fn high(task: &mut Task) -> kernel::Never {
+        loop {
+            GO.wait(task);
+            for _ in 0..2 {
+                let has_come = TOTAL.try_lock(task).map(|mut total| *total += 1).is_some();
+                LOG.note(format!("{has_come}"));
+            }
+        }
+    }
+    fn low(task: &mut Task) -> kernel::Never {
+        let total = TOTAL.lock(task);
+        host::interrupt(|interrupt| GO.post(interrupt));
+        drop(total);
+        host::interrupt(|interrupt| GO.post(interrupt));
+        LOG.note(format!("{}", *TOTAL.lock(task)));
+        idle(task)
+    }
+    host::run_for(
+        1,
+        |boot| {
+            HIGH.start(boot, Priority::P2, high).unwrap();
+            LOW.start(boot, Priority::P4, low).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["false", "false", "true", "true", "2"]);
+}

@@ -147,7 +147,7 @@ impl<S: Script> Lockstep<S> {
         let mut own = Belongings::default();
         loop {
             match self.next_call(id) {
-                Some((Call::Lock { mutex }, interruption)) => self.section(id, task, mutex, interruption),
+                Some((call, interruption)) if call.locks() => self.section(id, task, call, interruption),
                 Some((Call::Exit, interruption)) => return self.exit(id, interruption, task),
                 Some((Call::RunJobs { jobs }, interruption)) => {
                     own.drop_messages();
@@ -213,10 +213,13 @@ impl<S: Script> Lockstep<S> {
         self: &Rc<Self>,
         id: TaskId,
         task: &mut Task,
-        mutex: usize,
+        call: Call,
         interruption: Option<Interruption>,
     ) {
-        let mut value = self.called(id, interruption, || self.world.mutexes[mutex].lock(task));
+        let mut value = match self.called(id, interruption, || self.world.lock(task, call)) {
+            Ok(value) => value,
+            Err(outcome) => return self.returned(id, outcome),
+        };
         self.returned(id, Outcome::Number((*value).into()));
         *value = value.wrapping_add(1);
         let interruption = self.next_call(id).and_then(|(_, interruption)| interruption);

@@ -123,6 +123,17 @@ fn so_it_is_where_tasks_wait_for_several_semaphores() {
 }
 
 #[test]
+fn so_it_is_where_waits_time_out() {
+    play_all(&ARRANGEMENTS, systems::timeouts, Exhaustive::new, depth().saturating_sub(1));
+    play_all(
+        &ARRANGEMENTS,
+        systems::timeouts,
+        Exhaustive::with_interruptions,
+        interrupted_depth().saturating_sub(1),
+    );
+}
+
+#[test]
 fn so_it_is_where_tasks_wait_on_a_pipe() {
     play_all(WITHOUT_MUTEX, systems::pipe, Exhaustive::new, depth().saturating_sub(1));
     play_all(WITHOUT_MUTEX, systems::pipe, Exhaustive::with_interruptions, interrupted_depth());

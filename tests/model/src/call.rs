@@ -68,6 +68,10 @@ pub enum Call {
     WaitForSeveral {
         semaphores: [usize; SEVERAL],
     },
+    WaitForSeveralTimeout {
+        semaphores: [usize; SEVERAL],
+        ticks: Ticks,
+    },
     /// Returns, as [`EndJob`](Call::EndJob) does, the job that begins.
     RunJobs {
         jobs: [usize; JOBS],
@@ -77,11 +81,26 @@ pub enum Call {
     Lock {
         mutex: usize,
     },
+    TryLock {
+        mutex: usize,
+    },
+    LockTimeout {
+        mutex: usize,
+        ticks: Ticks,
+    },
     Unlock,
     SetFlags(u8),
     TakeFlags(u8),
     WaitAny(u8),
     WaitAll(u8),
+    WaitAnyTimeout {
+        flags: u8,
+        ticks: Ticks,
+    },
+    WaitAllTimeout {
+        flags: u8,
+        ticks: Ticks,
+    },
     /// Makes a message and sends it; drops it if the queue is full.
     Send {
         queue: usize,
@@ -175,24 +194,45 @@ impl Call {
             Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => {
                 Some(Object::Semaphore(semaphore))
             }
-            Call::Lock { mutex } => Some(Object::Mutex(mutex)),
+            Call::Lock { mutex } | Call::LockTimeout { mutex, .. } => Some(Object::Mutex(mutex)),
             Call::Receive { queue } | Call::ReceiveTimeout { queue, .. } => Some(Object::Queue(queue)),
-            Call::WaitAny(_) | Call::WaitAll(_) => Some(Object::Flags),
+            Call::WaitAny(_)
+            | Call::WaitAll(_)
+            | Call::WaitAnyTimeout { .. }
+            | Call::WaitAllTimeout { .. } => Some(Object::Flags),
             Call::PipePut(_) | Call::PipePutTimeout { .. } => Some(Object::Space),
             Call::PipeTake | Call::PipeTakeTimeout { .. } => Some(Object::Byte),
             _ => None,
         }
     }
 
-    /// The ticks of a wait with a timeout.
+    /// The ticks of a wait for one thing with a timeout.
     pub fn timeout(self) -> Option<Ticks> {
         match self {
             Call::WaitTimeout { ticks, .. }
+            | Call::LockTimeout { ticks, .. }
+            | Call::WaitAnyTimeout { ticks, .. }
+            | Call::WaitAllTimeout { ticks, .. }
             | Call::ReceiveTimeout { ticks, .. }
             | Call::PipePutTimeout { ticks, .. }
             | Call::PipeTakeTimeout { ticks } => Some(ticks),
             _ => None,
         }
+    }
+
+    /// The semaphores of a wait for several.
+    pub fn several(self) -> Option<[usize; SEVERAL]> {
+        match self {
+            Call::WaitForSeveral { semaphores } | Call::WaitForSeveralTimeout { semaphores, .. } => {
+                Some(semaphores)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a task that makes it has a mutex then, if it comes.
+    pub fn locks(self) -> bool {
+        matches!(self, Call::Lock { .. } | Call::TryLock { .. } | Call::LockTimeout { .. })
     }
 
     /// Whether only a task can make it, and no job.
@@ -201,6 +241,8 @@ impl Call {
             || matches!(
                 self,
                 Call::WaitForSeveral { .. }
+                    | Call::WaitForSeveralTimeout { .. }
+                    | Call::TryLock { .. }
                     | Call::RunJobs { .. }
                     | Call::Exit
                     | Call::Yield
@@ -261,6 +303,12 @@ impl From<Option<u8>> for Outcome {
 
 impl From<Result<(), Elapsed>> for Outcome {
     fn from(result: Result<(), Elapsed>) -> Self {
+        result.map_or(Outcome::Elapsed, Outcome::from)
+    }
+}
+
+impl From<Result<u8, Elapsed>> for Outcome {
+    fn from(result: Result<u8, Elapsed>) -> Self {
         result.map_or(Outcome::Elapsed, Outcome::from)
     }
 }

@@ -89,10 +89,10 @@ impl Random {
     fn call_of_task(&mut self, reference: &Reference) -> Call {
         let semaphore = self.semaphore();
         let queue = self.queue();
-        match draw(&mut self.rng, self.of_task, 31) {
+        match draw(&mut self.rng, self.of_task, 33) {
             0..2 => Call::Wait { semaphore },
             2 => Call::WaitTimeout { semaphore, ticks: self.ticks() },
-            3..6 => Call::Lock { mutex: self.rng.usize(..self.setup.ceilings.len()) },
+            3..6 => Call::Lock { mutex: self.mutex() },
             6 => Call::WaitAny(self.flags()),
             7 => Call::WaitAll(self.flags()),
             8 => Call::Receive { queue },
@@ -111,7 +111,15 @@ impl Random {
             22 => Call::PipePutTimeout { byte: self.rng.u8(..), ticks: self.ticks() },
             23 => Call::PipeTake,
             24 => Call::PipeTakeTimeout { ticks: self.ticks() },
-            25 if self.rng.u8(..3) == 0 => Call::Exit,
+            25 => Call::TryLock { mutex: self.mutex() },
+            26 => Call::LockTimeout { mutex: self.mutex(), ticks: self.ticks() },
+            27 => Call::WaitAnyTimeout { flags: self.flags(), ticks: self.ticks() },
+            28 => Call::WaitAllTimeout { flags: self.flags(), ticks: self.ticks() },
+            29 => Call::WaitForSeveralTimeout {
+                semaphores: array::from_fn(|_| self.semaphore()),
+                ticks: self.ticks(),
+            },
+            30 if self.rng.u8(..3) == 0 => Call::Exit,
             _ => self.call_of_thread(),
         }
     }
@@ -166,6 +174,10 @@ impl Random {
 
     fn semaphore(&mut self) -> usize {
         self.rng.usize(..self.setup.semaphores.len())
+    }
+
+    fn mutex(&mut self) -> usize {
+        self.rng.usize(..self.setup.ceilings.len())
     }
 
     fn queue(&mut self) -> usize {

@@ -67,6 +67,28 @@ pub fn several(priorities: [Priority; 3], ceiling: Priority) -> System {
     }
 }
 
+/// Waits with a timeout, of all kinds.
+pub fn timeouts(priorities: [Priority; 3], ceiling: Priority) -> System {
+    System {
+        setup: setup(priorities, ceiling),
+        calls: &[
+            Call::WaitForSeveralTimeout { semaphores: [0, 1, 0], ticks: 1 },
+            Call::WaitAnyTimeout { flags: 3, ticks: 1 },
+            Call::WaitAllTimeout { flags: 3, ticks: 2 },
+            Call::LockTimeout { mutex: 0, ticks: 1 },
+            Call::TryLock { mutex: 0 },
+            Call::Unlock,
+            Call::SetFlags(1),
+            Call::Post { semaphore: 0 },
+            Call::Kill { task: 0 },
+            Call::Yield,
+        ],
+        of_interrupts: &[Call::SetFlags(2), Call::Post { semaphore: 0 }],
+        ticks: true,
+        is_left: true,
+    }
+}
+
 /// A pipe with two places.
 pub fn pipe(priorities: [Priority; 3], ceiling: Priority) -> System {
     System {

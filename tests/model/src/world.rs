@@ -3,8 +3,8 @@
 use core::array;
 
 use kernel::{
-    Boot, Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Interrupt, Job, JobContext, JobTaken, Message,
-    Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, TaskState,
+    Boot, Context, Elapsed, EventFlags, Exhausted, Fifo, Full, Guard, Interrupt, Job, JobContext, JobTaken,
+    Message, Mutex, Never, Period, Pipe, Pooled, Priority, Queue, Semaphore, Task, TaskHandle, TaskState,
     ThreadContext, Timer, now,
 };
 use serde::{Deserialize, Serialize};
@@ -38,7 +38,7 @@ pub struct Arrangement {
 }
 
 pub struct World {
-    pub mutexes: [Mutex<u8>; MUTEXES],
+    mutexes: [Mutex<u8>; MUTEXES],
     tasks: &'static [TaskHandle],
     semaphores: &'static [Semaphore; SEMAPHORES],
     jobs: [Job; JOBS_IN_ALL],
@@ -105,7 +105,19 @@ impl World {
         task.run_jobs(&jobs.map(|job| &self.jobs[job]))
     }
 
-    /// A task's call. `Lock` and `Unlock` are not among them: they are the two ends of a guard's life;
+    /// The call of a task that has a mutex then, unless this tells what it returns.
+    pub fn lock<'a>(&'static self, task: &'a mut Task, call: Call) -> Result<Guard<'a, u8>, Outcome> {
+        match call {
+            Call::Lock { mutex } => Ok(self.mutexes[mutex].lock(task)),
+            Call::TryLock { mutex } => self.mutexes[mutex].try_lock(task).ok_or(Outcome::Truth(false)),
+            Call::LockTimeout { mutex, ticks } => {
+                self.mutexes[mutex].lock_timeout(task, ticks).map_err(|Elapsed| Outcome::Elapsed)
+            }
+            _ => unreachable!("it takes no mutex"),
+        }
+    }
+
+    /// A task's call. Those that [lock](Self::lock) and `Unlock` are not among them, the ends of a guard's life;
     /// nor are `RunJobs`, `EndJob` and `Exit`, which may not return.
     #[inline(never)]
     pub fn call_of_task(&'static self, task: &mut Task, own: &mut Belongings, call: Call) -> Outcome {
@@ -118,8 +130,14 @@ impl World {
                 let index = task.wait_any(semaphores.map(|semaphore| &self.semaphores[semaphore]));
                 Outcome::Number(index as u16)
             }
+            Call::WaitForSeveralTimeout { semaphores, ticks } => {
+                let semaphores = semaphores.map(|semaphore| &self.semaphores[semaphore]);
+                task.wait_any_timeout(semaphores, ticks).map(|index| index as u8).into()
+            }
             Call::WaitAny(flags) => self.flags.wait_any(task, flags).into(),
             Call::WaitAll(flags) => self.flags.wait_all(task, flags).into(),
+            Call::WaitAnyTimeout { flags, ticks } => self.flags.wait_any_timeout(task, flags, ticks).into(),
+            Call::WaitAllTimeout { flags, ticks } => self.flags.wait_all_timeout(task, flags, ticks).into(),
             Call::Receive { queue } => own.keep(Some(self.queues[queue].receive(task))),
             Call::ReceiveTimeout { queue, ticks } => match self.queues[queue].receive_timeout(task, ticks) {
                 Ok(message) => own.keep(Some(message)),

@@ -140,7 +140,7 @@ fn run(id: usize, task: &mut Task) -> Never {
     let mut own = Belongings::default();
     loop {
         let outcome = match mailbox.next(id, &mut own) {
-            Some(Call::Lock { mutex }) => section(id, task, mutex),
+            Some(call) if call.locks() => section(id, task, call),
             Some(Call::Exit) => {
                 STARTED.set(id, false);
                 return task.exit();
@@ -175,9 +175,12 @@ fn run(id: usize, task: &mut Task) -> Never {
 
 /// From the lock of a mutex to its unlock, which is the only call that can come next.
 #[inline(never)]
-fn section(id: usize, task: &mut Task, mutex: usize) -> Outcome {
+fn section(id: usize, task: &mut Task, call: Call) -> Outcome {
     let mailbox = Mailbox::of(id);
-    let mut value = world().mutexes[mutex].lock(task);
+    let mut value = match world().lock(task, call) {
+        Ok(value) => value,
+        Err(outcome) => return outcome,
+    };
     mailbox.reply(Outcome::Number((*value).into()));
     *value = value.wrapping_add(1);
     mailbox.next(id, &mut Belongings::default());

@@ -15,9 +15,10 @@ impl Reference {
         }
         let clock = *self.tasks[id].clock.get_or_insert(self.now);
         let outcome = match call {
-            Call::WaitForSeveral { .. } | Call::RunJobs { .. } | Call::EndJob => {
-                return self.begin_several(id, call);
-            }
+            Call::WaitForSeveral { .. }
+            | Call::WaitForSeveralTimeout { .. }
+            | Call::RunJobs { .. }
+            | Call::EndJob => return self.begin_several(id, call),
             Call::Wait { .. }
             | Call::WaitTimeout { .. }
             | Call::PipePut(_)
@@ -31,22 +32,25 @@ impl Reference {
                 }
                 None
             }
-            Call::WaitAny(flags) => match self.take_flags(flags) {
+            Call::WaitAny(flags) | Call::WaitAnyTimeout { flags, .. } => match self.take_flags(flags) {
                 0 => None,
                 taken => Some(Outcome::Number(taken.into())),
             },
-            Call::WaitAll(flags) => {
+            Call::WaitAll(flags) | Call::WaitAllTimeout { flags, .. } => {
                 let are_set = self.flags & flags == flags;
                 are_set.then(|| {
                     self.take_flags(flags);
                     Outcome::Nothing
                 })
             }
-            Call::Lock { mutex } if self.mutexes[mutex].is_taken => {
+            Call::TryLock { mutex } if self.mutexes[mutex].is_taken => Some(Outcome::Truth(false)),
+            Call::Lock { mutex } | Call::LockTimeout { mutex, .. } if self.mutexes[mutex].is_taken => {
                 self.tasks[id].locks = true;
                 None
             }
-            Call::Lock { mutex } => Some(self.lock(id, mutex)),
+            Call::Lock { mutex } | Call::TryLock { mutex } | Call::LockTimeout { mutex, .. } => {
+                Some(self.lock(id, mutex))
+            }
             Call::Unlock => Some(self.unlock(id)),
             Call::TryReceive { queue } => {
                 let message = self.receive(queue);
@@ -258,9 +262,12 @@ impl Reference {
 
     /// Wakes the first who waits for flags. Returns whether there was one.
     pub(super) fn wake_for_flags(&mut self) -> bool {
+        self.pass_over(Object::Flags);
         let Some(id) = self.first_task_in_line(Object::Flags) else { return false };
-        let Activity::Blocked(call) = self.tasks[id].activity else { unreachable!("it is blocked") };
-        self.wake(id, Activity::Acting(call));
+        let (Activity::Blocked(call) | Activity::Enlisted(call)) = self.tasks[id].activity else {
+            unreachable!("it stands in line")
+        };
+        self.wake(id, Activity::Again(call));
         true
     }
 
@@ -289,6 +296,7 @@ impl Reference {
     pub(super) fn hand_over(&mut self, id: TaskId) {
         let mutex = self.tasks[id].holds.expect("it holds one");
         self.mutexes[mutex].is_taken = false;
+        self.pass_over(Object::Mutex(mutex));
         if let Some(next) = self.first_task_in_line(Object::Mutex(mutex)) {
             let outcome = self.lock(next, mutex);
             self.wake(next, Activity::Returning(outcome));
@@ -323,17 +331,14 @@ impl Reference {
     }
 
     /// The tick at which a call that can't go on ends by itself.
-    fn end(&self, id: TaskId, call: Call) -> Option<u64> {
+    pub(super) fn end(&self, id: TaskId, call: Call) -> Option<u64> {
         let clock = self.tasks[id].clock?;
         let ticks = match call {
-            Call::WaitTimeout { ticks, .. }
-            | Call::ReceiveTimeout { ticks, .. }
-            | Call::PipePutTimeout { ticks, .. }
-            | Call::PipeTakeTimeout { ticks } => ticks.min(LONGEST),
+            Call::WaitForSeveralTimeout { ticks, .. } => ticks.min(LONGEST),
             Call::Delay(ticks) => ticks,
             Call::DelayUntil(deadline) => deadline.wrapping_sub(clock as Ticks),
             Call::WaitForPeriod => self.tasks[id].period?.deadline.wrapping_sub(clock as Ticks),
-            _ => return None,
+            _ => call.timeout()?.min(LONGEST),
         };
         Some(deadline(clock, ticks))
     }
@@ -341,10 +346,7 @@ impl Reference {
     /// What a call returns that has ended by itself.
     pub(super) fn outcome_in_the_end(&self, id: TaskId, call: Call) -> Outcome {
         match call {
-            Call::WaitTimeout { .. }
-            | Call::ReceiveTimeout { .. }
-            | Call::PipePutTimeout { .. }
-            | Call::PipeTakeTimeout { .. } => Outcome::Elapsed,
+            _ if call.timeout().is_some() => Outcome::Elapsed,
             Call::DelayUntil(_) => Outcome::Truth(true),
             Call::WaitForPeriod => Outcome::Number(self.tasks[id].period.map_or(0, |period| period.missed)),
             _ => Outcome::Nothing,

@@ -5,7 +5,6 @@ use std::mem;
 use kernel::{Priority, Refused, TaskState};
 
 use super::{Activity, Reference, TaskId, Waiter};
-use crate::call::Call;
 
 impl Reference {
     /// Returns whether the task was new, or had ended.
@@ -123,7 +122,7 @@ impl Reference {
         let other = &self.tasks[task];
         let is_by_proxy = other.is_proxied || other.group.is_some();
         let is_blocked = matches!(other.activity, Activity::Blocked(call)
-            if call.timeout().is_some() || matches!(call, Call::WaitForSeveral { .. }));
+            if call.timeout().is_some() || call.several().is_some());
         let may = !other.is_unkillable && (!is_by_proxy || is_blocked);
         if may { Ok(()) } else { Err(Refused::Busy) }
     }

@@ -19,20 +19,23 @@ impl Reference {
                 return if is_in_call { vec![before] } else { Vec::new() };
             }
         }
+        if let Activity::Again(_) = before.tasks[id].activity {
+            let mut next = before.clone();
+            next.settle_first();
+            let later = next.interrupted_in_call(id);
+            return iter::once(before).chain(later).collect();
+        }
         let mut ways = vec![before.clone()];
         let mut acted = before.clone();
         if let Activity::Acting(call) = before.tasks[id].activity {
             // It counts time from here.
             let mut begun = before.clone();
             begun.tasks[id].clock.get_or_insert(before.now);
-            // It has set the time at which it ends, but does not wait yet; or it is to wait by proxy, with a
-            // clock or without.
+            // It has set the time at which it ends, but does not wait yet; or it is to wait by proxy.
             let mut timed = begun.clone();
             if call.timeout().is_some_and(|ticks| ticks > 0) {
                 timed.tasks[id].is_proxied = true;
-                let mut proxied = before.clone();
-                proxied.tasks[id].is_proxied = true;
-                ways.push(proxied);
+                timed.tasks[id].locks |= matches!(call, Call::LockTimeout { .. });
             } else {
                 timed.set_end(id, call);
             }
@@ -128,7 +131,7 @@ impl Reference {
             // Messages are dropped one by one.
             Call::DropMessages => iter::from_fn(|| way.drop_message(id).then(|| way.clone())).collect(),
             // That a mutex is taken is found before the task waits for it.
-            Call::Lock { mutex } if way.mutexes[mutex].is_taken => {
+            Call::Lock { mutex } | Call::LockTimeout { mutex, .. } if way.mutexes[mutex].is_taken => {
                 way.tasks[id].locks = true;
                 vec![way]
             }

@@ -35,16 +35,21 @@ impl Reference {
             Activity::Blocked(Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. }) => {
                 self.post_for_task(semaphore)
             }
-            Activity::Blocked(Call::WaitForSeveral { semaphores }) => {
-                semaphores.into_iter().find_map(|semaphore| self.post_for_task(semaphore))
-            }
+            Activity::Blocked(
+                Call::WaitForSeveral { semaphores } | Call::WaitForSeveralTimeout { semaphores, .. },
+            ) => semaphores.into_iter().find_map(|semaphore| self.post_for_task(semaphore)),
             // A task that stays blocked may have all messages.
             Activity::Blocked(Call::Receive { queue } | Call::ReceiveTimeout { queue, .. })
                 if self.pool.used < BUFFERS =>
             {
                 Some(Call::Send { queue, value: 0 })
             }
-            Activity::Blocked(Call::WaitAny(1..) | Call::WaitAll(_)) => Some(Call::SetFlags(0xff)),
+            Activity::Blocked(
+                Call::WaitAny(1..)
+                | Call::WaitAll(_)
+                | Call::WaitAnyTimeout { flags: 1.., .. }
+                | Call::WaitAllTimeout { .. },
+            ) => Some(Call::SetFlags(0xff)),
             Activity::Blocked(Call::PipeTake | Call::PipeTakeTimeout { .. }) if self.pipe.space > 0 => {
                 Some(Call::PipeTryPut(0))
             }

@@ -10,6 +10,7 @@ mod messages;
 mod several;
 
 use std::collections::VecDeque;
+use std::mem;
 
 use kernel::{Priority, Ticks};
 
@@ -31,6 +32,8 @@ enum Activity {
     Returning(Outcome),
     /// In this call, which acts when the task runs: at first, or again.
     Acting(Call),
+    /// In this wait for flags, which have changed: it looks again when the task runs.
+    Again(Call),
     /// In a call that takes a message when the task runs: one is promised to it.
     Receiving { queue: usize },
     /// In a call that announces a message when the task runs.
@@ -323,7 +326,9 @@ impl Reference {
             Event::Post { semaphore, .. } => self.signal(Object::Semaphore(semaphore)),
             Event::EndWait(id) => {
                 // If it does not wait yet, it looks at the clock itself before it does.
-                if let Activity::Blocked(call) = self.tasks[id].activity {
+                if let Activity::Blocked(Call::WaitForSeveralTimeout { .. }) = self.tasks[id].activity {
+                    self.end_several(id);
+                } else if let Activity::Blocked(call) = self.tasks[id].activity {
                     for (_, waiter) in &mut self.lines {
                         if *waiter == Waiter::Task(id) {
                             *waiter = Waiter::Void(id);
@@ -356,8 +361,13 @@ impl Reference {
             task.is_unkillable = false;
             return true;
         }
+        if task.locks && task.holds.is_none() && task.activity == Activity::Returning(Outcome::Elapsed) {
+            task.locks = false;
+            return true;
+        }
         match task.activity {
             Activity::Acting(call) => self.perform(id, call),
+            Activity::Again(call) => task.activity = Activity::Acting(call),
             Activity::Receiving { queue } => self.take_promised(id, queue),
             Activity::Announcing { queue } => {
                 self.tasks[id].activity = Activity::Returning(Outcome::Nothing);
@@ -431,19 +441,29 @@ impl Reference {
 
     /// The first that waits for `object`.
     fn first_in_line(&self, object: Object) -> Option<Waiter> {
-        let is_first =
-            |&&(other, waiter): &&(Object, Waiter)| other == object && !matches!(waiter, Waiter::Void(_));
+        let is_first = |&&(other, waiter): &&(Object, Waiter)| other == object && !self.is_void(waiter);
         self.lines.iter().find(is_first).map(|&(_, waiter)| waiter)
     }
 
     /// A signal for `object` passes over those who do not wait any more, and come before the first who does.
     fn pass_over(&mut self, object: Object) {
         let mut has_passed = false;
-        self.lines.retain(|&(other, waiter)| {
-            let is_void = matches!(waiter, Waiter::Void(_));
+        let mut lines = mem::take(&mut self.lines);
+        lines.retain(|&(other, waiter)| {
+            let is_void = self.is_void(waiter);
             has_passed |= other == object && !is_void;
             other != object || !is_void || has_passed
         });
+        self.lines = lines;
+    }
+
+    /// Whether the wait is over of who stands there.
+    fn is_void(&self, waiter: Waiter) -> bool {
+        match waiter {
+            Waiter::Task(_) => false,
+            Waiter::Void(_) => true,
+            Waiter::Member(id, _) => self.is_over(id),
+        }
     }
 
     /// The first task that waits for `object`, one for which only tasks do.

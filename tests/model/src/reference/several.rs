@@ -14,6 +14,8 @@ pub struct Group {
     members: Vec<Member>,
     /// The members that were given a signal, in this order.
     woken: VecDeque<usize>,
+    /// The time of the wait was up.
+    is_over: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -29,6 +31,8 @@ struct Member {
 pub enum Stage {
     /// To take a signal of this semaphore of the call's.
     Try(usize),
+    /// To see when the wait ends by itself.
+    LookAtClock,
     /// To have a group.
     Gather,
     /// To have a member for this semaphore, or job, of the call's.
@@ -41,10 +45,10 @@ pub enum Stage {
     Follow(usize),
     /// To look for a member that was given a signal.
     Receive,
-    /// Member `came` ends the wait: to take `next` from its line, and then the others before `end`.
-    Leave { came: usize, next: usize, end: usize },
+    /// Member `came` ends the wait, or time: to take `next` from its line, and then the others before `end`.
+    Leave { came: Option<usize>, next: usize, end: usize },
     /// To give the signal of `next` back, which was given one too, and to go on so.
-    GiveBack { came: usize, next: usize, end: usize },
+    GiveBack { came: Option<usize>, next: usize, end: usize },
 }
 
 type Next = ControlFlow<Outcome, Stage>;
@@ -52,7 +56,7 @@ type Next = ControlFlow<Outcome, Stage>;
 impl Reference {
     pub(super) fn begin_several(&mut self, id: TaskId, call: Call) {
         let stage = match call {
-            Call::WaitForSeveral { .. } => Stage::Try(0),
+            Call::WaitForSeveral { .. } | Call::WaitForSeveralTimeout { .. } => Stage::Try(0),
             Call::RunJobs { .. } => Stage::Gather,
             _ => Stage::Enter(self.tasks[id].job.take().expect("it is in a job")),
         };
@@ -63,6 +67,10 @@ impl Reference {
     pub(super) fn go_on_with_several(&mut self, id: TaskId, call: Call, stage: Stage) {
         let next = match stage {
             Stage::Try(index) => self.try_one(call, index),
+            Stage::LookAtClock => {
+                self.tasks[id].clock = Some(self.now);
+                Continue(Stage::Gather)
+            }
             Stage::Gather => {
                 self.tasks[id].group = Some(Group::default());
                 Continue(Stage::Join(0))
@@ -76,7 +84,13 @@ impl Reference {
             }
             Stage::Receive => match self.group(id).woken.pop_front() {
                 Some(member) => self.receive_signal(id, member),
-                None => return self.block(id, call),
+                None if self.end(id, call).is_some_and(|end| end <= self.now) => {
+                    return self.end_several(id);
+                }
+                None => {
+                    self.set_end(id, call);
+                    return self.block(id, call);
+                }
             },
             Stage::Leave { came, next, end } => self.leave_next_line(id, came, next, end),
             Stage::GiveBack { came, next, end } => {
@@ -99,6 +113,22 @@ impl Reference {
         }
     }
 
+    /// The time of the wait of `id` is up.
+    pub(super) fn end_several(&mut self, id: TaskId) {
+        self.group(id).is_over = true;
+        let stage = Stage::Leave { came: None, next: 0, end: self.group(id).members.len() };
+        match self.tasks[id].activity {
+            Activity::Blocked(call) => self.wake(id, Activity::Several(call, stage)),
+            Activity::Several(call, _) => self.tasks[id].activity = Activity::Several(call, stage),
+            _ => unreachable!("it waits for several semaphores"),
+        }
+    }
+
+    /// Whether the time of the wait of `id` was up.
+    pub(super) fn is_over(&self, id: TaskId) -> bool {
+        self.tasks[id].group.as_ref().is_some_and(|group| group.is_over)
+    }
+
     pub(super) fn priority_of_member(&self, id: TaskId, member: usize) -> Priority {
         self.member(id, member).priority
     }
@@ -114,7 +144,11 @@ impl Reference {
                 Break((index as u16).into())
             }
             Some(_) => Continue(Stage::Try(index + 1)),
-            None => Continue(Stage::Gather),
+            None => match call {
+                Call::WaitForSeveralTimeout { ticks: 0, .. } => Break(Outcome::Elapsed),
+                Call::WaitForSeveralTimeout { .. } => Continue(Stage::LookAtClock),
+                _ => Continue(Stage::Gather),
+            },
         }
     }
 
@@ -155,7 +189,7 @@ impl Reference {
         } else if self.is_job(id, member) {
             Stage::Follow(member)
         } else {
-            Stage::Leave { came: member, next: 0, end: member }
+            Stage::Leave { came: Some(member), next: 0, end: member }
         })
     }
 
@@ -163,27 +197,28 @@ impl Reference {
     fn after(call: Call, member: usize) -> Stage {
         match call {
             Call::RunJobs { jobs } if member + 1 < jobs.len() => Stage::Enter(member + 1),
-            Call::WaitForSeveral { semaphores } if member + 1 < semaphores.len() => Stage::Join(member + 1),
+            _ if call.several().is_some_and(|all| member + 1 < all.len()) => Stage::Join(member + 1),
             _ => Stage::Receive,
         }
     }
 
     fn receive_signal(&mut self, id: TaskId, member: usize) -> Next {
         let Some(job) = self.member(id, member).job else {
-            return Continue(Stage::Leave { came: member, next: 0, end: self.group(id).members.len() });
+            return Continue(Stage::Leave { came: Some(member), next: 0, end: self.group(id).members.len() });
         };
         self.tasks[id].job = Some(member);
         Break((job as u16).into())
     }
 
-    fn leave_next_line(&mut self, id: TaskId, came: usize, next: usize, end: usize) -> Next {
+    fn leave_next_line(&mut self, id: TaskId, came: Option<usize>, next: usize, end: usize) -> Next {
         if next == end {
             self.tasks[id].group = None;
-            return Break((came as u16).into());
+            return Break(came.map_or(Outcome::Elapsed, |came| (came as u16).into()));
         }
         let before = self.lines.len();
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Member(id, next));
-        Continue(if next == came || self.lines.len() < before {
+        // One whose wait was over has passed its signal on.
+        Continue(if came.is_none_or(|came| came == next) || self.lines.len() < before {
             Stage::Leave { came, next: next + 1, end }
         } else {
             Stage::GiveBack { came, next, end }
@@ -200,6 +235,5 @@ impl Reference {
 }
 
 fn semaphores(call: Call) -> [usize; SEVERAL] {
-    let Call::WaitForSeveral { semaphores } = call else { unreachable!("{call:?} waits for none") };
-    semaphores
+    call.several().unwrap_or_else(|| unreachable!("{call:?} waits for none"))
 }
