@@ -39,7 +39,7 @@ fn setting(name: &str, otherwise: u64) -> u64 {
 /// agreed.
 fn play_seed(seed: u64, alter: impl Fn(&mut Setup)) -> Result<u64, Box<Disagreement>> {
     let mut rng = fastrand::Rng::with_seed(seed);
-    let supposed = Setup::random(&mut rng, TASKS);
+    let supposed = Setup::random(&mut rng, TASKS, None);
     let mut real = supposed.clone();
     alter(&mut real);
     let script = Random::new(rng, supposed.clone(), STEPS, sections);

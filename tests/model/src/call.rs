@@ -187,7 +187,52 @@ pub enum Object {
     Space,
 }
 
+/// Calls that an image can do without where the flash is small, by a feature for each group.
+#[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Group {
+    /// Those of FIFOs and pipes; and whatever is called before the kernel runs.
+    Bytes,
+    /// Waits for one of several semaphores, jobs, and event flags.
+    Several,
+}
+
 impl Call {
+    /// The group that it is of.
+    pub fn group(self) -> Option<Group> {
+        match self {
+            Call::FifoPut(_)
+            | Call::FifoTake
+            | Call::FifoPeek
+            | Call::FifoLength
+            | Call::FifoSpace
+            | Call::FifoFlush
+            | Call::FifoOverruns
+            | Call::PipePut(_)
+            | Call::PipePutTimeout { .. }
+            | Call::PipeTake
+            | Call::PipeTakeTimeout { .. }
+            | Call::PipeTryPut(_)
+            | Call::PipeTryTake
+            | Call::PipePeek
+            | Call::PipeLength
+            | Call::PipeSpace
+            | Call::PipeFlush
+            | Call::PipeOverruns => Some(Group::Bytes),
+            Call::WaitForSeveral { .. }
+            | Call::WaitForSeveralTimeout { .. }
+            | Call::RunJobs { .. }
+            | Call::EndJob
+            | Call::SetFlags(_)
+            | Call::TakeFlags(_)
+            | Call::WaitAny(_)
+            | Call::WaitAll(_)
+            | Call::WaitAnyTimeout { .. }
+            | Call::WaitAllTimeout { .. } => Some(Group::Several),
+            _ => None,
+        }
+    }
+
     /// What it waits for, if need be, in line with others.
     pub fn awaits(self) -> Option<Object> {
         match self {

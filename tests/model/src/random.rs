@@ -5,7 +5,7 @@ use std::{array, iter};
 use fastrand::Rng;
 use kernel::{LONGEST, Priority, Ticks};
 
-use crate::call::Call;
+use crate::call::{Call, Group};
 use crate::referee::Script;
 use crate::reference::Reference;
 use crate::setup::Setup;
@@ -17,8 +17,9 @@ use Priority::{P0, P1, P2, P3, P4, P5, P6, P7};
 const PRIORITIES: [Priority; 8] = [P0, P1, P2, P3, P4, P5, P6, P7];
 
 impl Setup {
-    /// Up to so many tasks, many of them equals, and few objects, so that tasks meet there.
-    pub fn random(rng: &mut Rng, tasks: usize) -> Self {
+    /// Up to so many tasks, many of them equals, and few objects, so that tasks meet there; `without` some
+    /// calls.
+    pub fn random(rng: &mut Rng, tasks: usize, without: Option<Group>) -> Self {
         let highest = rng.usize(0..PRIORITIES.len());
         let lowest = rng.usize(highest..PRIORITIES.len());
         let priorities = several(rng, 1, tasks, |rng| PRIORITIES[rng.usize(highest..=lowest)]);
@@ -37,11 +38,12 @@ impl Setup {
             }),
             rooms: several(rng, 1, QUEUES, |rng| rng.u8(0..4)),
             timers: rng.usize(1..=TIMERS),
+            without,
             boot: Vec::new(),
         };
-        let most = *one_of(rng, &[0, 4]);
+        let most = if without == Some(Group::Bytes) { 0 } else { *one_of(rng, &[0, 4]) };
         let mut calls = Random::new(rng.fork(), setup.clone(), 0, sections);
-        Setup { boot: several(rng, 0, most, |_| calls.call_of_thread()), ..setup }
+        Setup { boot: several(rng, 0, most, |_| calls.one_that_is_there(Random::call_of_thread)), ..setup }
     }
 }
 
@@ -83,6 +85,16 @@ impl Random {
             Some(Call::EndJob) if self.rng.u8(..4) > 0 => self.call_of_thread(),
             Some(call) => call,
             None => self.call_of_task(reference),
+        }
+    }
+
+    /// One of the calls that the setup has.
+    fn one_that_is_there(&mut self, mut draw: impl FnMut(&mut Self) -> Call) -> Call {
+        loop {
+            let call = draw(self);
+            if self.setup.has(call) {
+                return call;
+            }
         }
     }
 
@@ -214,7 +226,7 @@ impl Random {
             return self.tick();
         }
         let number = *one_of(&mut self.rng, &[1, 1, 1, 2, 4]);
-        Handler::Calls((0..number).map(|_| self.call_of_any()).collect())
+        Handler::Calls((0..number).map(|_| self.one_that_is_there(Self::call_of_any)).collect())
     }
 
     /// Another interrupt comes inside of half of all.
@@ -253,7 +265,8 @@ impl Script for Random {
             return Some(Step::Interrupt(self.handler()));
         }
         if reference.running().is_some() {
-            let call = iter::repeat_with(|| self.call(reference)).find(|&call| reference.permits(call))?;
+            let calls = iter::repeat_with(|| self.one_that_is_there(|random| random.call(reference)));
+            let call = { calls }.find(|&call| reference.permits(call))?;
             return Some(Step::Call(call, self.interruption_into(call)));
         }
         Some(match self.rng.u16(..4000) {

@@ -4,7 +4,7 @@ use std::array;
 
 use kernel::Priority;
 
-use crate::call::Call;
+use crate::call::{Call, Group};
 use crate::world::{Arrangement, MUTEXES, QUEUES, SEMAPHORES};
 
 #[derive(Clone, Debug)]
@@ -22,6 +22,8 @@ pub struct Setup {
     pub timers: usize,
     /// A job for each, for the signals of this semaphore.
     pub jobs: Vec<usize>,
+    /// Calls that nobody makes.
+    pub without: Option<Group>,
     /// What is called once these tasks are started, before the kernel runs.
     pub boot: Vec<Call>,
 }
@@ -38,6 +40,11 @@ impl Setup {
             rooms: padded::<QUEUES>(self.rooms.iter().copied()),
             jobs: padded(self.jobs.iter().map(|&semaphore| semaphore as u8)),
         }
+    }
+
+    /// Whether this call is made.
+    pub fn has(&self, call: Call) -> bool {
+        call.group().is_none_or(|group| self.without != Some(group))
     }
 
     /// A call for everything that an interrupt can find out.
@@ -57,7 +64,8 @@ impl Setup {
             Call::PoolExhausted,
             Call::Now,
         ];
-        semaphores.chain(queues).chain(tasks).chain(timers).chain(others).collect()
+        let all = semaphores.chain(queues).chain(tasks).chain(timers).chain(others);
+        all.filter(|&call| self.has(call)).collect()
     }
 }
 

@@ -167,6 +167,7 @@ fn setup(priorities: [Priority; 3], ceiling: Priority) -> Setup {
         rooms: vec![1],
         timers: 0,
         jobs: Vec::new(),
+        without: None,
         boot: Vec::new(),
     }
 }

@@ -37,6 +37,7 @@ pub struct Arrangement {
     pub jobs: [u8; JOBS_IN_ALL],
 }
 
+#[allow(dead_code, reason = "an image without some calls has their objects all the same")]
 pub struct World {
     mutexes: [Mutex<u8>; MUTEXES],
     tasks: &'static [TaskHandle],
@@ -126,26 +127,36 @@ impl World {
             Call::WaitTimeout { semaphore, ticks } => {
                 self.semaphores[semaphore].wait_timeout(task, ticks).into()
             }
+            #[cfg(not(feature = "without-several"))]
             Call::WaitForSeveral { semaphores } => {
                 let index = task.wait_any(semaphores.map(|semaphore| &self.semaphores[semaphore]));
                 Outcome::Number(index as u16)
             }
+            #[cfg(not(feature = "without-several"))]
             Call::WaitForSeveralTimeout { semaphores, ticks } => {
                 let semaphores = semaphores.map(|semaphore| &self.semaphores[semaphore]);
                 task.wait_any_timeout(semaphores, ticks).map(|index| index as u8).into()
             }
+            #[cfg(not(feature = "without-several"))]
             Call::WaitAny(flags) => self.flags.wait_any(task, flags).into(),
+            #[cfg(not(feature = "without-several"))]
             Call::WaitAll(flags) => self.flags.wait_all(task, flags).into(),
+            #[cfg(not(feature = "without-several"))]
             Call::WaitAnyTimeout { flags, ticks } => self.flags.wait_any_timeout(task, flags, ticks).into(),
+            #[cfg(not(feature = "without-several"))]
             Call::WaitAllTimeout { flags, ticks } => self.flags.wait_all_timeout(task, flags, ticks).into(),
             Call::Receive { queue } => own.keep(Some(self.queues[queue].receive(task))),
             Call::ReceiveTimeout { queue, ticks } => match self.queues[queue].receive_timeout(task, ticks) {
                 Ok(message) => own.keep(Some(message)),
                 Err(Elapsed) => Outcome::Elapsed,
             },
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipePut(byte) => self.pipe.put(task, byte).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipePutTimeout { byte, ticks } => self.pipe.put_timeout(task, byte, ticks).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeTake => Some(self.pipe.take(task)).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeTakeTimeout { ticks } => match self.pipe.take_timeout(task, ticks) {
                 Ok(byte) => Some(byte).into(),
                 Err(Elapsed) => Outcome::Elapsed,
@@ -233,7 +244,9 @@ impl World {
             Call::TryWait { semaphore } => self.semaphores[semaphore].try_wait(context).into(),
             Call::Resume { task } => self.tasks[task].resume(context).into(),
             Call::Priority { task } => Outcome::Priority(self.tasks[task].priority(context)),
+            #[cfg(not(feature = "without-several"))]
             Call::SetFlags(flags) => self.flags.set(context, flags).into(),
+            #[cfg(not(feature = "without-several"))]
             Call::TakeFlags(flags) => self.flags.take(context, flags).into(),
             Call::Send { queue, value } => match Message::new(context, Parcel(value)) {
                 Ok(message) => match self.queues[queue].send(context, message) {
@@ -246,19 +259,33 @@ impl World {
             Call::Refused { queue } => self.queues[queue].refused(context).into(),
             Call::PoolMostUsed => Parcel::pool().most_used(context).into(),
             Call::PoolExhausted => Parcel::pool().exhausted(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoPut(byte) => self.fifo.put(context, byte).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoTake => self.fifo.take(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoPeek => self.fifo.peek(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoLength => self.fifo.length(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoSpace => self.fifo.space(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoFlush => self.fifo.flush(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::FifoOverruns => self.fifo.overruns(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeTryPut(byte) => self.pipe.try_put(context, byte).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeTryTake => self.pipe.try_take(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipePeek => self.pipe.peek(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeLength => self.pipe.length(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeSpace => self.pipe.space(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeFlush => self.pipe.flush(context).into(),
+            #[cfg(not(feature = "without-bytes"))]
             Call::PipeOverruns => self.pipe.overruns(context).into(),
             Call::TimerIsRunning { timer } => self.timers[timer].is_running(context).into(),
             Call::Now => now(context).into(),

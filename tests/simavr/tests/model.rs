@@ -14,9 +14,7 @@ fn run(subject: &Subject, sequences: u64) -> Total {
 
 #[test]
 fn the_kernel_does_what_the_reference_does_on_every_mcu() {
-    // The flash of the ATmega328P does not hold the image.
-    for target in TARGETS.into_iter().filter(|target| target.part.name != "atmega328p") {
-        let subject = Subject::new(target, target.image("model"));
+    for subject in TARGETS.into_iter().flat_map(Subject::all) {
         let total = run(&subject, 6_000);
         assert!(total.failures.is_empty(), "{:?}", total.failures);
         assert!(total.counts.inside > 6_000, "few interrupts come inside of calls: {total}");

@@ -9,11 +9,10 @@ mod mailbox;
 #[path = "model/objects.rs"]
 mod objects;
 
-use core::ptr;
 use core::sync::atomic::AtomicBool;
 use core::sync::atomic::Ordering::Relaxed;
 
-use kernel::{Boot, Context, Interrupt, JobContext, JobTaken, Never, Semaphore, Task};
+use kernel::{Boot, Context, Interrupt, JobContext, Never, Semaphore, Task};
 use model::call::{Call, Outcome};
 use model::world::{Belongings, JOBS_IN_ALL, priority};
 use tests_images::start;
@@ -114,7 +113,10 @@ fn boot_calls(boot: &mut Boot) {
     while let Some(call) = mailbox.next(HANDLER, &mut Belongings::default()) {
         mailbox.reply(match call {
             Call::Start { task } => started(boot, task),
+            #[cfg(not(feature = "without-bytes"))]
             _ => world().call_of_boot(boot, call),
+            #[cfg(feature = "without-bytes")]
+            _ => tests_images::finish(),
         });
     }
 }
@@ -157,8 +159,9 @@ fn run(id: usize, task: &mut Task) -> Never {
                 }
                 outcome
             }
+            #[cfg(not(feature = "without-several"))]
             Some(Call::RunJobs { jobs }) => {
-                let Err(JobTaken) = world().run_jobs(task, jobs);
+                let Err(kernel::JobTaken) = world().run_jobs(task, jobs);
                 Outcome::JobTaken
             }
             Some(Call::Start { task: id }) => started(task, id),
@@ -193,10 +196,14 @@ fn job<const JOB: u16>(context: &mut JobContext) {
     run_job(context, JOB);
 }
 
+#[cfg(feature = "without-several")]
+fn run_job(_: &mut JobContext, _: u16) {}
+
+#[cfg(not(feature = "without-several"))]
 #[inline(never)]
 fn run_job(context: &mut JobContext, job: u16) {
     let address = context.mask(kernel::running);
-    let stack = STACKS.iter().position(|stack| ptr::from_ref(stack).addr() == address);
+    let stack = STACKS.iter().position(|stack| core::ptr::from_ref(stack).addr() == address);
     let Some(id) = stack else { tests_images::finish() };
     let mailbox = Mailbox::of(id);
     mailbox.reply(Outcome::Number(job));

@@ -27,12 +27,12 @@ fn main() -> ExitCode {
     let sequences = numbers.first().copied().unwrap_or(100_000);
     let first_seed = numbers.get(1).copied().unwrap_or(0);
     let mut have_agreed = true;
-    for target in targets {
+    for subject in targets.into_iter().flat_map(Subject::all) {
         let start = Instant::now();
-        let subject = Subject::new(target, target.image("model"));
         let total = Campaign { first_seed, sequences }.run(&subject);
         total.failures.iter().for_each(|failure| println!("{failure}"));
-        println!("{}: {total}, from seed {first_seed}", target.part.name);
+        let without = subject.without().map_or(String::new(), |group| format!(" without {group:?}"));
+        println!("{}{without}: {total}, from seed {first_seed}", subject.target().part.name);
         eprintln!("{:.0} s", start.elapsed().as_secs_f64());
         have_agreed &= total.failures.is_empty();
     }

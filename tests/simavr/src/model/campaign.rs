@@ -136,7 +136,7 @@ pub fn play_seed(
     alter: impl Fn(&mut Setup),
 ) -> Result<(), Box<Disagreement>> {
     let mut rng = Rng::with_seed(seed);
-    let supposed = Setup::random(&mut rng, player.subject.tasks());
+    let supposed = Setup::random(&mut rng, player.subject.tasks(), player.subject.without());
     let mut real = supposed.clone();
     alter(&mut real);
     let outcome = (0..SCRIPTS).try_fold(Vec::new(), |_, _| {

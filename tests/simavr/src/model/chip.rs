@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use model::call::Outcome;
+use model::call::{Group, Outcome};
 use model::referee::Complaint;
 use model::reference::TaskId;
 use model::wire::{COMMAND_BYTES, Command, REPLY_BYTES, Reply};
@@ -34,6 +34,8 @@ pub struct Boundary {
 /// The image `model`, and where it has what the harness needs.
 pub struct Subject {
     target: &'static Target,
+    /// Calls that the image does not make.
+    without: Option<Group>,
     image: Arc<Image>,
     mailboxes: u16,
     arrangement: u16,
@@ -63,6 +65,22 @@ impl Subject {
     /// # Panics
     /// When the image is not `model`.
     pub fn new(target: &'static Target, image: Arc<Image>) -> Self {
+        Subject::of(target, image, None)
+    }
+
+    /// The images for `target`: one that makes all calls, or several where the flash is small.
+    ///
+    /// # Panics
+    /// When one is not there.
+    pub fn all(target: &'static Target) -> Vec<Self> {
+        if target.part.name != "atmega328p" {
+            return vec![Subject::new(target, target.image("model"))];
+        }
+        let parts = [("without-bytes/model", Group::Bytes), ("without-several/model", Group::Several)];
+        parts.map(|(name, group)| Subject::of(target, target.image(name), Some(group))).into()
+    }
+
+    fn of(target: &'static Target, image: Arc<Image>, without: Option<Group>) -> Self {
         let find = |name: &str| match image.symbol(name).map(|symbol| (symbol.place, symbol.size)) {
             Some((Place::Data(start), size)) => start..start + size,
             _ => panic!("the image has no {name}: build it anew"),
@@ -70,6 +88,7 @@ impl Subject {
         let mailboxes = find("MODEL_MAILBOXES");
         Subject {
             target,
+            without,
             arrangement: find("MODEL_ARRANGEMENT").start,
             stacks: find("MODEL_STACKS"),
             // The last one is the handler's.
@@ -82,6 +101,11 @@ impl Subject {
     /// How many tasks a setup has at most.
     pub fn tasks(&self) -> usize {
         self.tasks
+    }
+
+    /// Calls that the image does not make.
+    pub fn without(&self) -> Option<Group> {
+        self.without
     }
 
     /// The MCU on which it runs.
