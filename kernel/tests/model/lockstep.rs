@@ -11,6 +11,7 @@ use kernel::{
     Boot, Context, Interrupt, JobContext, JobTaken, Never, Priority, Semaphore, Stack, Task, TaskHandle, host,
 };
 use model::call::{Call, Outcome};
+use model::lives::Lives;
 use model::parcel::Parcel;
 use model::referee::{Complaint, Disagreement, Played, Referee, Script};
 use model::reference::{Reference, TaskId};
@@ -36,8 +37,7 @@ pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<
         priorities: arrangement.priorities.map(priority),
         observations: real.all_observations(),
         is_in_tick: Cell::new(false),
-        dying: [const { Cell::new(false) }; TASKS],
-        started: [const { Cell::new(false) }; TASKS],
+        lives: Lives::new(),
         referee: RefCell::new(Referee::new(supposed, script)),
     });
     let start = |boot: &mut Boot| {
@@ -76,10 +76,7 @@ struct Lockstep<S> {
     priorities: [Priority; TASKS],
     observations: Vec<Call>,
     is_in_tick: Cell<bool>,
-    /// The tasks that calls are killing which are not over.
-    dying: [Cell<bool>; TASKS],
-    /// The tasks that run, or did until a call that is not over.
-    started: [Cell<bool>; TASKS],
+    lives: Lives,
     /// Not borrowed while a task calls the kernel, which may run another.
     referee: RefCell<Referee<S>>,
 }
@@ -110,33 +107,23 @@ impl<S: Script> Lockstep<S> {
         let lockstep = Rc::clone(self);
         let run = OneThread(move |task: &mut Task| lockstep.run(id, task));
         // The call that kills a task is not over as long as the task is dying.
-        if !self.dying[id].get() {
+        if !self.lives.is_dying(id) {
             // SAFETY: that call is over; and a coroutine keeps its stack, which no other gets.
             unsafe { self.stacks[id].task().reuse(context) };
         }
         let is_started =
             self.stacks[id].start(context, self.priorities[id], move |task| run.call(task)).is_ok();
         if is_started {
-            self.started[id].set(true);
+            self.lives.begin(id);
         }
         is_started
-    }
-
-    /// Makes a call that kills a task.
-    fn killing(&self, id: TaskId, call: impl FnOnce() -> Outcome) -> Outcome {
-        let was_dying = self.dying[id].replace(self.started[id].get());
-        let outcome = call();
-        self.dying[id].set(was_dying);
-        if outcome == Outcome::Nothing {
-            self.started[id].set(false);
-        }
-        outcome
     }
 
     /// A call before the kernel runs.
     fn boot(self: &Rc<Self>, boot: &mut Boot, call: Call) {
         let outcome = match call {
             Call::Start { task } => self.start(boot, task).into(),
+            Call::Kill { task } => self.lives.killing(task, || self.world.call_of_boot(boot, call)),
             _ => self.world.call_of_boot(boot, call),
         };
         agreed(self.referee().booted(call, outcome));
@@ -158,13 +145,10 @@ impl<S: Script> Lockstep<S> {
                     let outcome = self.called(id, interruption, || match call {
                         Call::Start { task: id } => self.start(task, id).into(),
                         Call::Kill { task: other } if other == id => {
-                            self.started[id].set(false);
-                            let outcome = self.world.call_of_task(task, &mut own, call);
-                            self.started[id].set(true);
-                            outcome
+                            self.lives.ending(id, || self.world.call_of_task(task, &mut own, call))
                         }
                         Call::Kill { task: other } => {
-                            self.killing(other, || self.world.call_of_task(task, &mut own, call))
+                            self.lives.killing(other, || self.world.call_of_task(task, &mut own, call))
                         }
                         _ => self.world.call_of_task(task, &mut own, call),
                     });
@@ -180,7 +164,7 @@ impl<S: Script> Lockstep<S> {
     }
 
     fn exit(self: &Rc<Self>, id: TaskId, interruption: Option<Interruption>, task: &mut Task) -> Never {
-        self.started[id].set(false);
+        self.lives.end(id);
         self.called(id, interruption, || task.exit())
     }
 
@@ -201,7 +185,9 @@ impl<S: Script> Lockstep<S> {
             }
             let outcome = self.called(id, interruption, || match call {
                 Call::Start { task } => self.start(context, task).into(),
-                Call::Kill { task } => self.killing(task, || self.world.call_of_job(context, &mut own, call)),
+                Call::Kill { task } => {
+                    self.lives.killing(task, || self.world.call_of_job(context, &mut own, call))
+                }
                 _ => self.world.call_of_job(context, &mut own, call),
             });
             self.returned(id, outcome);
@@ -209,13 +195,7 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// From the lock of a mutex to its unlock, which is the only call that can come next.
-    fn section(
-        self: &Rc<Self>,
-        id: TaskId,
-        task: &mut Task,
-        call: Call,
-        interruption: Option<Interruption>,
-    ) {
+    fn section(self: &Rc<Self>, id: TaskId, task: &mut Task, call: Call, interruption: Option<Interruption>) {
         let mut value = match self.called(id, interruption, || self.world.lock(task, call)) {
             Ok(value) => value,
             Err(outcome) => return self.returned(id, outcome),

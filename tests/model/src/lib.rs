@@ -19,6 +19,7 @@
 )]
 
 pub mod call;
+pub mod lives;
 pub mod parcel;
 pub mod wire;
 pub mod world;

@@ -1,7 +1,11 @@
 //! The kernel on the MCU against the reference of the host tests, a part of it: `./x model` plays more. And
 //! what it would find.
 
+use kernel::Priority::{self, P3, P4};
+use model::call::Call;
 use model::setup::Setup;
+use model::shorten::Replay;
+use model::step::{Handler, Interruption, Step};
 use superbot_tests_simavr::image;
 use superbot_tests_simavr::model::{Campaign, Player, Subject, Total, play_seed};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS};
@@ -21,19 +25,50 @@ fn the_kernel_does_what_the_reference_does_on_every_mcu() {
     }
 }
 
-/// Seeds whose scripts once did what the reference does not.
-const FOUND: [u64; 2] = [
-    2_001_950, // an ISR asks the priority of a task whose stack is free, and not another's yet
-    21_427, // an ISR starts a task that ends itself, and runs on its stack still
-];
+/// Plays scripts of these steps and one call more, inside of which an interrupt makes a call: at any cycle.
+fn interrupt_everywhere(setup: &Setup, before: &[Call], call: Call, of_interrupt: Call) {
+    let subject = Subject::new(ATMEGA128, image("model"));
+    let mut player = Player::new(&subject);
+    for after in 0..500 {
+        let handler = Handler::Calls(vec![of_interrupt]);
+        let last = Step::Call(call, Some(Interruption { after, handler, then: None }));
+        let steps = before.iter().map(|&call| Step::Call(call, None)).chain([last]).collect();
+        if let Err(disagreement) = player.play(setup, setup, Replay::new(steps), None).1 {
+            panic!("{after} cycles into {call:?}:\n{disagreement}");
+        }
+    }
+}
+
+/// Tasks that are all started, and then these calls.
+fn tasks(priorities: &[Priority], boot: &[Call]) -> Setup {
+    Setup {
+        priorities: priorities.to_vec(),
+        started: priorities.len(),
+        semaphores: vec![0],
+        ceilings: vec![P3],
+        rooms: vec![1],
+        timers: 1,
+        jobs: vec![0],
+        without: None,
+        boot: boot.to_vec(),
+    }
+}
 
 #[test]
-fn what_was_found_once_stays_mended() {
-    let subject = Subject::new(ATMEGA128, image("model"));
-    for first_seed in FOUND {
-        let total = Campaign { first_seed, sequences: 1 }.run(&subject);
-        assert!(total.failures.is_empty(), "{:?}", total.failures);
-    }
+fn an_isr_starts_a_task_that_ends_itself_and_runs_on_its_stack_still() {
+    interrupt_everywhere(&tasks(&[P3, P4], &[]), &[], Call::Exit, Call::Start { task: 0 });
+}
+
+#[test]
+fn an_isr_asks_the_priority_of_a_stack_that_is_free_and_nobodys_yet() {
+    let setup = tasks(&[P4, P3], &[]);
+    interrupt_everywhere(&setup, &[Call::Exit], Call::Start { task: 1 }, Call::Priority { task: 1 });
+}
+
+#[test]
+fn an_isr_starts_a_task_that_is_killed_for_the_second_time() {
+    let setup = tasks(&[P3, P4], &[Call::Kill { task: 1 }]);
+    interrupt_everywhere(&setup, &[], Call::Kill { task: 1 }, Call::Start { task: 1 });
 }
 
 /// Plays until a fault of the kernel shows.

@@ -9,11 +9,9 @@ mod mailbox;
 #[path = "model/objects.rs"]
 mod objects;
 
-use core::sync::atomic::AtomicBool;
-use core::sync::atomic::Ordering::Relaxed;
-
 use kernel::{Boot, Context, Interrupt, JobContext, Never, Semaphore, Task};
 use model::call::{Call, Outcome};
+use model::lives::Lives;
 use model::world::{Belongings, JOBS_IN_ALL, priority};
 use tests_images::start;
 
@@ -22,6 +20,8 @@ use objects::{STACKS, world};
 
 board::tick_interrupt!();
 board::external_interrupt!(interrupt => handle(interrupt));
+
+static LIVES: Lives = Lives::new();
 
 /// Where tasks wait that have left.
 static GONE: Semaphore = Semaphore::new(0);
@@ -35,7 +35,7 @@ extern "C" fn main() -> ! {
         objects::arrange(boot, &arrangement, BODIES);
         for task in 0..usize::from(arrangement.started) {
             start(start_task(boot, task));
-            STARTED.set(task, true);
+            LIVES.begin(task);
         }
         boot_calls(boot);
     })
@@ -51,59 +51,15 @@ fn start_task(context: &mut impl Context, id: usize) -> Result<(), kernel::Start
 /// The outcome of `Call::Start`. A task that was killed leaves its stack, unless the call that kills it is
 /// not over.
 fn started(context: &mut impl Context, id: usize) -> Outcome {
-    if !DYING.has(id) {
+    if !LIVES.is_dying(id) {
         // SAFETY: the call that killed it is over, and the tasks of scripts pin and lend nothing.
         unsafe { STACKS[id].task().reuse(context) };
     }
     let is_started = start_task(context, id).is_ok();
     if is_started {
-        STARTED.set(id, true);
+        LIVES.begin(id);
     }
     is_started.into()
-}
-
-/// A set of tasks. Only the one that runs changes it, and an interrupt in between leaves the other bytes
-/// alone.
-struct Tasks([AtomicBool; STACKS.len()]);
-
-impl Tasks {
-    const fn new() -> Self {
-        Tasks([const { AtomicBool::new(false) }; STACKS.len()])
-    }
-
-    fn has(&self, id: usize) -> bool {
-        self.0.get(id).is_some_and(|is_in| is_in.load(Relaxed))
-    }
-
-    fn set(&self, id: usize, is_in: bool) {
-        if let Some(slot) = self.0.get(id) {
-            slot.store(is_in, Relaxed);
-        }
-    }
-}
-
-/// The tasks that run, or did until a call that is not over.
-static STARTED: Tasks = Tasks::new();
-
-/// The tasks that calls are killing which are not over.
-static DYING: Tasks = Tasks::new();
-
-/// A call begins that kills a task. Returns whether another one does.
-#[inline(never)]
-fn begin_to_kill(id: usize) -> bool {
-    let was_dying = DYING.has(id);
-    DYING.set(id, STARTED.has(id));
-    was_dying
-}
-
-/// It is over.
-#[inline(never)]
-fn end_to_kill(id: usize, was_dying: bool, outcome: Outcome) -> Outcome {
-    DYING.set(id, was_dying);
-    if outcome == Outcome::Nothing {
-        STARTED.set(id, false);
-    }
-    outcome
 }
 
 #[inline(never)]
@@ -113,6 +69,8 @@ fn boot_calls(boot: &mut Boot) {
     while let Some(call) = mailbox.next(HANDLER, &mut Belongings::default()) {
         mailbox.reply(match call {
             Call::Start { task } => started(boot, task),
+            #[cfg(not(feature = "without-bytes"))]
+            Call::Kill { task } => LIVES.killing(task, || world().call_of_boot(boot, call)),
             #[cfg(not(feature = "without-bytes"))]
             _ => world().call_of_boot(boot, call),
             #[cfg(feature = "without-bytes")]
@@ -144,20 +102,14 @@ fn run(id: usize, task: &mut Task) -> Never {
         let outcome = match mailbox.next(id, &mut own) {
             Some(call) if call.locks() => section(id, task, call),
             Some(Call::Exit) => {
-                STARTED.set(id, false);
+                LIVES.end(id);
                 return task.exit();
             }
+            Some(call @ Call::Kill { task: other }) if other == id => {
+                LIVES.ending(id, || world().call_of_task(task, &mut own, call))
+            }
             Some(call @ Call::Kill { task: other }) => {
-                // A task that kills itself does not come back, unless it is refused.
-                if other == id {
-                    STARTED.set(id, false);
-                }
-                let was_dying = begin_to_kill(other);
-                let outcome = end_to_kill(other, was_dying, world().call_of_task(task, &mut own, call));
-                if other == id {
-                    STARTED.set(id, true);
-                }
-                outcome
+                LIVES.killing(other, || world().call_of_task(task, &mut own, call))
             }
             #[cfg(not(feature = "without-several"))]
             Some(Call::RunJobs { jobs }) => {
@@ -212,10 +164,7 @@ fn run_job(context: &mut JobContext, job: u16) {
         mailbox.reply(match call {
             Call::EndJob => break,
             Call::Start { task } => started(context, task),
-            Call::Kill { task } => {
-                let was_dying = begin_to_kill(task);
-                end_to_kill(task, was_dying, world().call_of_job(context, &mut own, call))
-            }
+            Call::Kill { task } => LIVES.killing(task, || world().call_of_job(context, &mut own, call)),
             _ => world().call_of_job(context, &mut own, call),
         });
     }
