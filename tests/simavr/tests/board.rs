@@ -111,6 +111,19 @@ fn a_panic_leaves_its_place_to_the_next_start() {
     }
 }
 
+#[test]
+fn the_next_start_tells_which_stack_was_overflowed() {
+    const NAME: &str = "stack-check/board_overflow";
+    let Place::Data(task) = image(NAME).symbol("SMALL").expect("there is the task").place else {
+        panic!("a stack lies in RAM")
+    };
+    let mut mcu = mcu(NAME);
+    mcu.run_until(50 * MILLISECOND);
+    let record = [0, 0, task].map(u16::to_le_bytes).concat();
+    assert_eq!(values(&mcu.take_markers()), [vec![1, 2], record].concat());
+    assert_eq!(mcu.state(), State::Sleeping);
+}
+
 /// The direction of the joint.
 const JOINT_DIRECTION: Pin = Pin { port: 'C', bit: 0 };
 

@@ -4,10 +4,10 @@
 use fastrand::Rng;
 use simavr_harness::{Marker, Place, State};
 use superbot_tests_simavr::marks::values;
+use superbot_tests_simavr::mcu;
 use superbot_tests_simavr::stacks::stacks;
 use superbot_tests_simavr::storm::{BOOTED, rage};
-use superbot_tests_simavr::target::ATMEGA128;
-use superbot_tests_simavr::{mcu, test_images};
+use superbot_tests_simavr::target::TARGETS;
 
 /// The mark of an overflow that the kernel found.
 const STACK_OVERFLOW: u8 = 0xec;
@@ -17,34 +17,39 @@ const LIMIT: u64 = 1_000_000;
 
 #[test]
 fn an_overflow_of_one_byte_is_found_at_the_switch() {
-    let stacks = stacks(ATMEGA128.part, &test_images().join("stack-overflow/storm.elf"), None);
-    let busy = stacks.iter().find(|stack| stack.name == "BUSY").expect("the image has that stack");
-    assert_eq!(busy.bound.needs() - u32::from(busy.bound.size), 1, "it is a byte too small");
+    for target in TARGETS {
+        let path = target.images().join("stack-overflow/storm.elf");
+        let stacks = stacks(target.part, &path, None);
+        let busy = stacks.iter().find(|stack| stack.name == "BUSY").expect("the image has that stack");
+        assert_eq!(busy.bound.needs() - u32::from(busy.bound.size), 1, "it is a byte too small");
 
-    let mut mcu = mcu("stack-overflow/storm");
-    ATMEGA128.enable_interrupts(&mut mcu);
-    mcu.run_to_marker(BOOTED, LIMIT).expect("it starts");
-    mcu.take_markers();
-    let mut random = Rng::with_seed(1);
-    while mcu.is_alive() && mcu.cycle() < LIMIT {
-        mcu.raise_interrupt(ATMEGA128.tick.vector);
-        mcu.run_until(mcu.cycle() + random.u64(1..=2000));
+        let mut mcu = target.mcu(target.image("stack-overflow/storm"));
+        target.enable_interrupts(&mut mcu);
+        mcu.run_to_marker(BOOTED, LIMIT).expect("it starts");
+        mcu.take_markers();
+        let mut random = Rng::with_seed(1);
+        while mcu.is_alive() && mcu.cycle() < LIMIT {
+            mcu.raise_interrupt(target.tick.vector);
+            mcu.run_until(mcu.cycle() + random.u64(1..=2000));
+        }
+        let marks = values(mcu.markers());
+        let [.., STACK_OVERFLOW, low, high] = marks[..] else { panic!("none was found: {marks:02x?}") };
+        let is_busy = |(name, _): &(&str, _)| name.ends_with("4BUSY");
+        let place = mcu.image().symbols().find(is_busy).map(|(_, symbol)| symbol.place);
+        assert_eq!(place, Some(Place::Data(u16::from_le_bytes([low, high]))));
     }
-    let marks = values(mcu.markers());
-    let [.., STACK_OVERFLOW, low, high] = marks[..] else { panic!("none was found: {marks:02x?}") };
-    let is_busy = |(name, _): &(&str, _)| name.ends_with("4BUSY");
-    let place = mcu.image().symbols().find(is_busy).map(|(_, symbol)| symbol.place);
-    assert_eq!(place, Some(Place::Data(u16::from_le_bytes([low, high]))));
 }
 
 #[test]
 fn a_stack_that_is_used_to_its_last_byte_is_none() {
-    let stacks = stacks(ATMEGA128.part, &test_images().join("stack-check/storm.elf"), None);
-    let mut mcu = mcu("stack-check/storm");
-    ATMEGA128.enable_interrupts(&mut mcu);
-    rage(ATMEGA128, &mut mcu, 2_000_000, &mut Rng::with_seed(1));
-    let busy = stacks.iter().find(|stack| stack.name == "BUSY").expect("the image has that stack");
-    assert_eq!(busy.used(&mcu), busy.bound.size.into(), "it is used to its last byte");
+    for target in TARGETS {
+        let stacks = stacks(target.part, &target.images().join("stack-check/storm.elf"), None);
+        let mut mcu = target.mcu(target.image("stack-check/storm"));
+        target.enable_interrupts(&mut mcu);
+        rage(target, &mut mcu, 2_000_000, &mut Rng::with_seed(1));
+        let busy = stacks.iter().find(|stack| stack.name == "BUSY").expect("the image has that stack");
+        assert_eq!(busy.used(&mcu), busy.bound.size.into(), "it is used to its last byte");
+    }
 }
 
 /// Cycles that a switch takes for the check: see `docs/kernel.md`, "Stack sizes".

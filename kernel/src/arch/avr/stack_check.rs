@@ -4,6 +4,9 @@
 //! A control block lies below its stack, so the address of one tells where the other ends. What a function
 //! used and has given back by then does not show: [`TaskHandle::is_intact`](crate::TaskHandle::is_intact)
 //! shows that.
+//!
+//! A call of the kernel that overflows the stack by several bytes may overwrite the control block before it
+//! comes to the switch, and go wrong there.
 
 use core::ptr;
 
