@@ -111,12 +111,10 @@ struct Lock {
 impl Lock {
     #[inline(never)]
     fn take(&self, task: &mut Task) {
-        if !self.begin(task) {
-            // The task that gives it hands it to this one.
-            if self.free.word.block(task) {
-                arch::switch_from_call(task);
-            }
-            task.mask(|masked| ready::raise(masked, self.ceiling));
+        // The task that gives it hands it to this one, which is above the ceiling: else it would not have run
+        // while another had the mutex.
+        if !self.begin(task) && self.free.word.block(task) {
+            arch::switch_from_call(task);
         }
     }
 
@@ -129,12 +127,9 @@ impl Lock {
         if self.begin(task) {
             return Ok(());
         }
-        let result = self.free.wait_timeout(task, ticks);
-        task.mask(|masked| match result {
-            Ok(()) => ready::raise(masked, self.ceiling),
-            Err(Elapsed) => ready::running(masked).clear_flag(masked, Flag::Locks),
-        });
-        result
+        self.free
+            .wait_timeout(task, ticks)
+            .inspect_err(|Elapsed| task.mask(|masked| ready::running(masked).clear_flag(masked, Flag::Locks)))
     }
 
     fn take_at_once(&self, masked: &Masked) -> bool {
