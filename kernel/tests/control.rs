@@ -386,3 +386,10 @@ fn who_kills_another_task_is_not_killed_before_that_is_done() {
     }
     assert!(REFUSED.load(Ordering::Relaxed), "a task that kills another was never refused");
 }
+
+#[test]
+fn a_handle_tells_the_size_of_its_stack() {
+    static NONE: Stack<0> = Stack::new();
+    static SOME: Stack<200> = Stack::new();
+    assert_eq!([NONE.task(), SOME.task()].map(kernel::TaskHandle::stack_size), [0, 200]);
+}
