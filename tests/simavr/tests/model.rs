@@ -1,7 +1,8 @@
 //! The kernel on the MCU against the reference of the host tests, a part of it: `./x model` plays more. And
 //! what it would find.
 
-use kernel::Priority::{self, P3, P4};
+use kernel::LONGEST;
+use kernel::Priority::{self, P3, P4, P5};
 use model::call::Call;
 use model::setup::Setup;
 use model::shorten::Replay;
@@ -69,6 +70,52 @@ fn an_isr_asks_the_priority_of_a_stack_that_is_free_and_nobodys_yet() {
 fn an_isr_starts_a_task_that_is_killed_for_the_second_time() {
     let setup = tasks(&[P3, P4], &[Call::Kill { task: 1 }]);
     interrupt_everywhere(&setup, &[], Call::Kill { task: 1 }, Call::Start { task: 1 });
+}
+
+/// Plays these steps.
+fn play(setup: &Setup, steps: &[Step]) {
+    let subject = Subject::new(ATMEGA128, image("model"));
+    let played = Player::new(&subject).play(setup, setup, Replay::new(steps.to_vec()), None).1;
+    let played = played.unwrap_or_else(|disagreement| panic!("{disagreement}"));
+    assert_eq!(played.steps().take(steps.len()).collect::<Vec<_>>(), steps.iter().collect::<Vec<_>>());
+}
+
+fn call(call: Call) -> Step {
+    Step::Call(call, None)
+}
+
+fn interrupt(call: Call) -> Step {
+    Step::Interrupt(Handler::Calls(vec![call]))
+}
+
+#[test]
+fn two_tasks_above_the_ceiling_wait_for_one_mutex() {
+    // The first two wait until the third has the mutex, and then for that.
+    let setup = Setup { ceilings: vec![P4], ..tasks(&[P3, P3, P5], &[]) };
+    let go = Call::Wait { semaphore: 0 };
+    let lock = Call::Lock { mutex: 0 };
+    let in_time = Call::LockTimeout { mutex: 0, ticks: 2 };
+    let post = interrupt(Call::Post { semaphore: 0 });
+    for (first, second) in [(lock, lock), (lock, in_time), (in_time, lock), (in_time, in_time)] {
+        let begin = [go, go, lock].map(call);
+        let meet = [post.clone(), call(first), post.clone(), call(second)];
+        // Each unlocks, and waits again for the next to run.
+        let unlock = [Call::Unlock, Call::Unlock, go, Call::Unlock].map(call);
+        play(&setup, &[&begin[..], &meet, &unlock].concat());
+        // Some give up in the second tick.
+        let ticks = vec![Step::Interrupt(Handler::Tick(None)); 2];
+        let timed = [first, second].into_iter().filter(|&call| call == in_time).count();
+        let go_on = vec![call(go); timed];
+        let unlock = &unlock[..[4, 2, 1][timed]];
+        play(&setup, &[&begin[..], &meet, &ticks, &go_on, unlock].concat());
+    }
+}
+
+#[test]
+fn a_time_beyond_the_longest_counts_as_that() {
+    let setup = tasks(&[P3], &[]);
+    let wait = Call::WaitForSeveralTimeout { semaphores: [0; 3], ticks: LONGEST + 1 };
+    play(&setup, &[call(wait), Step::Silence(LONGEST - 1), Step::Silence(1), call(Call::Now)]);
 }
 
 /// Plays until a fault of the kernel shows.
