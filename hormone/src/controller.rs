@@ -356,7 +356,8 @@ impl Controller {
     /// Does what the rule for a received letter says, be it made good.
     fn relay(&mut self, data: Data) -> Response {
         let rhythm = self.pacemaker.rhythm().wrapping_add(self.rhythm);
-        let pace = Pace { name: self.gait().name, data, rhythm, lifetime: self.lifetime };
+        let is_made_good = self.pacemaker.is_made_good();
+        let pace = Pace { name: self.gait().name, data, is_made_good, rhythm, lifetime: self.lifetime };
         match pace.aged() {
             Some(Pace { lifetime, .. }) => self.act(Source::Hormone, data, rhythm, lifetime),
             None => Response { send: None, ..self.act(Source::Hormone, data, rhythm, None) },
@@ -405,7 +406,8 @@ impl Controller {
         };
         let response = match send {
             Some(Send { data, docks }) => {
-                let pace = Pace { name: self.gait().name, data, rhythm, lifetime };
+                let is_made_good = source == Source::Hormone && self.pacemaker.is_made_good();
+                let pace = Pace { name: self.gait().name, data, is_made_good, rhythm, lifetime };
                 self.send(Hormone::Pace(pace), self.onwards(docks))
             }
             None => NOTHING,

@@ -4,7 +4,7 @@
 //!
 //! | name | hormone | bytes |
 //! |---|---|---|
-//! | 1 to 11 | [`Pace`] of the gait with this name | name and data, rhythm, in a ring lifetime |
+//! | 1 to 11 | [`Pace`] of the gait with this name | name, made good and data, rhythm, in a ring lifetime |
 //! | 13 | [`Order`] to walk by another gait | name and gait, serial, lifetime |
 //! | 14 | [`Order`] to steer | name and course, serial, lifetime |
 //! | 15 | [`Token`] of an election | name, rank (low byte, high byte), hops |
@@ -22,6 +22,8 @@ use crate::pace::Pace;
 pub const LONGEST: usize = 4;
 
 const LAST_GAIT: u8 = 11;
+/// The bit of a pace that was made good.
+const MADE_GOOD: u8 = 1 << 3;
 const WALK: u8 = 13;
 const STEER: u8 = 14;
 const ELECTION: u8 = 15;
@@ -63,9 +65,10 @@ impl Hormone {
     /// The hormone as a message payload.
     pub fn to_payload(self) -> Payload {
         let (bytes, length) = match self {
-            Hormone::Pace(Pace { name, data, rhythm, lifetime }) => {
+            Hormone::Pace(Pace { name, data, is_made_good, rhythm, lifetime }) => {
                 let length = if lifetime.is_some() { 3 } else { 2 };
-                ([name << 4 | data as u8, rhythm, lifetime.map_or(0, NonZeroU8::get), 0], length)
+                let made_good = if is_made_good { MADE_GOOD } else { 0 };
+                ([name << 4 | made_good | data as u8, rhythm, lifetime.map_or(0, NonZeroU8::get), 0], length)
             }
             Hormone::Order(Order { what, serial, lifetime }) => {
                 let first = match what {
@@ -93,7 +96,8 @@ impl Hormone {
         Some(match name {
             1..=LAST_GAIT => {
                 let lifetime = if rest.is_empty() { None } else { Some(lifetime()?) };
-                Hormone::Pace(Pace { name, data: Data::from_byte(low)?, rhythm: second, lifetime })
+                let (data, is_made_good) = (Data::from_byte(low & !MADE_GOOD)?, low & MADE_GOOD != 0);
+                Hormone::Pace(Pace { name, data, is_made_good, rhythm: second, lifetime })
             }
             WALK if (1..=LAST_GAIT).contains(&low) => {
                 Hormone::Order(Order { what: What::Walk(low), serial: second, lifetime: lifetime()? })
@@ -117,8 +121,10 @@ mod tests {
 
     #[test]
     fn the_layout_is_the_documented_one() {
-        let pace = Pace { name: 1, data: Data::B, rhythm: 0x5A, lifetime: None };
+        let pace = Pace { name: 1, data: Data::B, is_made_good: false, rhythm: 0x5A, lifetime: None };
         assert_eq!(Hormone::Pace(pace).to_payload().bytes(), [0x11, 0x5A]);
+        let made_good = Pace { is_made_good: true, ..pace };
+        assert_eq!(Hormone::Pace(made_good).to_payload().bytes(), [0x19, 0x5A]);
         let limited = Pace { lifetime: NonZeroU8::new(6), ..pace };
         assert_eq!(Hormone::Pace(limited).to_payload().bytes(), [0x11, 0x5A, 6]);
         let order = Order { what: What::Walk(2), serial: 3, lifetime: NonZeroU8::MAX };
@@ -132,7 +138,7 @@ mod tests {
     fn every_hormone_survives_its_payload_and_nothing_else_is_one() {
         for first in 0..=u8::MAX {
             let (name, low) = (first >> 4, first & 0x0F);
-            let is_pace = (1..=11).contains(&name) && low < 6;
+            let is_pace = (1..=11).contains(&name) && low & 7 < 6;
             let is_order = name == 13 && (1..=11).contains(&low) || name == 14 && low < 3;
             for second in [0, 1, 0x80, 0xFF] {
                 let payloads: [(&[u8], bool); 7] = [

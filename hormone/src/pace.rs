@@ -1,7 +1,7 @@
 //! The hormone of a gait: the paper's `[CP, A]`, and the like of it for the other gaits.
 //!
 //! ```text
-//!   byte 0: name (7..4), data (3..0) | byte 1: rhythm | byte 2, in a ring only: lifetime
+//!   byte 0: name (7..4), made good (3), data (2..0) | byte 1: rhythm | byte 2, in a ring only: lifetime
 //! ```
 //! In a tree a hormone ends at the leaves. In a ring it would go round for ever: there it has a lifetime.
 
@@ -17,6 +17,8 @@ pub struct Pace {
     pub name: u8,
     /// What it carries.
     pub data: Data,
+    /// The leader's hormone for this beat was lost on the way, and a timer took its place.
+    pub is_made_good: bool,
     /// Changes when the way from the leader to the receiver changes. Each module adds a number of its own
     /// that is random at power-up and grows when its type changes: whose rhythm is another than before,
     /// starts afresh.
@@ -44,7 +46,7 @@ mod tests {
 
     #[test]
     fn a_life_ends() {
-        let pace = Pace { name: 1, data: Data::B, rhythm: 0x5A, lifetime: None };
+        let pace = Pace { name: 1, data: Data::B, is_made_good: false, rhythm: 0x5A, lifetime: None };
         assert_eq!(pace.aged(), Some(pace));
         let limited = Pace { lifetime: NonZeroU8::new(2), ..pace };
         let last = limited.aged().unwrap();

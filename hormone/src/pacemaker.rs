@@ -33,12 +33,14 @@ pub struct Pacemaker {
     rhythm: u8,
     /// Beats since the last hormone.
     missed: u8,
+    /// The last beat is not the leader's: here, or on the way here, a timer took the place of its hormone.
+    is_made_good: bool,
 }
 
 impl Pacemaker {
     /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm.
     pub const fn new(gait: Gait, now: u16) -> Self {
-        Pacemaker { gait, last: Data::A, last_at: now, rhythm: 0, missed: MOST_MISSED }
+        Pacemaker { gait, last: Data::A, last_at: now, rhythm: 0, missed: MOST_MISSED, is_made_good: true }
     }
 
     /// The gait whose beats it counts.
@@ -54,6 +56,11 @@ impl Pacemaker {
     /// The rhythm that the module follows.
     pub fn rhythm(&self) -> u8 {
         self.rhythm
+    }
+
+    /// Whether a timer took the place of the leader's hormone for the last beat, here or on the way here.
+    pub fn is_made_good(&self) -> bool {
+        self.is_made_good
     }
 
     /// Whether the module follows a rhythm.
@@ -95,6 +102,7 @@ impl Pacemaker {
         }
         self.skip(now.wrapping_sub(PATIENCE));
         self.missed += 1;
+        self.is_made_good = true;
         Some(self.last)
     }
 
@@ -117,6 +125,7 @@ impl Pacemaker {
                     self.last_at = self.last_at.wrapping_add(1);
                 }
                 self.missed = 0;
+                self.is_made_good &= pace.is_made_good;
                 return false;
             }
             let is_next = pace.data == self.last.later(1, self.gait.beats);
@@ -132,7 +141,7 @@ impl Pacemaker {
                 return true;
             }
         }
-        if self.is_beating(now) && (is_same || !self.succeeds(same_way, now)) {
+        if self.is_beating(now) && (is_same || !self.succeeds(pace, same_way, now)) {
             return false;
         }
         self.take(pace, now);
@@ -142,7 +151,7 @@ impl Pacemaker {
     /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way
     /// while the present leader beats.
     pub fn change(&mut self, gait: Gait, pace: Pace, same_way: bool, now: u16) -> bool {
-        if self.is_beating(now) && !self.succeeds(same_way, now) {
+        if self.is_beating(now) && !self.succeeds(pace, same_way, now) {
             return false;
         }
         self.gait = gait;
@@ -158,9 +167,11 @@ impl Pacemaker {
 
     /// Whether another rhythm takes the place of one that beats: if it comes the same way, for then it is
     /// that of a new leader, or of a new place in the robot. What comes so within a quarter of a beat may be
-    /// the module's own hormone, round a loop in which nobody leads: there it would race.
-    fn succeeds(&self, same_way: bool, now: u16) -> bool {
-        same_way && now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4
+    /// the module's own hormone, round a loop in which nobody leads: there it would race. It is not, if it is
+    /// a leader's and the module's own is not.
+    fn succeeds(&self, pace: Pace, same_way: bool, now: u16) -> bool {
+        let is_fresher = self.is_made_good && !pace.is_made_good;
+        same_way && (is_fresher || now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4)
     }
 
     fn take(&mut self, pace: Pace, at: u16) {
@@ -168,6 +179,7 @@ impl Pacemaker {
         self.last_at = at;
         self.rhythm = pace.rhythm;
         self.missed = 0;
+        self.is_made_good = pace.is_made_good;
     }
 }
 

@@ -6,8 +6,8 @@
 //!
 //! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again,
 //! and a few milliseconds for each module between a walker and its head; where frames are lost, discovery and
-//! hops have as many times more as a frame and its ACK take tries. What is wrong meanwhile tells how long it
-//! took, and what is wrong later is a violation.
+//! hops have as many times more as a frame and its ACK take tries. What is wrong tells how long it took, and is
+//! a violation where it comes later than that.
 
 use std::collections::VecDeque;
 
@@ -254,10 +254,9 @@ impl Gait {
         }
         // A leg that has just begun to walk has to roll upright before it can tell.
         let settled_at = self.walkers[walker].settled_at.max(self.rolled_at) + self.period;
-        if beat.cycle < settled_at {
-            let since = self.rolled_at.max(self.disturbed_at);
-            self.recovered_after = self.recovered_after.max(Some(end.saturating_sub(since)));
-        } else {
+        let since = self.rolled_at.max(self.disturbed_at);
+        self.recovered_after = self.recovered_after.max(Some(end.saturating_sub(since)));
+        if beat.cycle >= settled_at {
             self.violations += 1;
         }
     }
@@ -281,9 +280,8 @@ impl Gait {
     }
 
     fn wrong(&mut self, walker: usize, at: u64) {
-        if at < self.walkers[walker].settled_at {
-            self.recovered(at);
-        } else {
+        self.recovered(at);
+        if at >= self.walkers[walker].settled_at {
             self.violations += 1;
         }
     }

@@ -46,7 +46,7 @@ pub(crate) fn is_deaf_while_it_sends(dock: Dock) -> bool {
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that
 /// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
-    let pace = Pace { name: 1, data: Data::A, rhythm: 0, lifetime: None };
+    let pace = Pace { name: 1, data: Data::A, is_made_good: false, rhythm: 0, lifetime: None };
     let payload = Hormone::Pace(pace).to_payload().bytes().len() as u64;
     // Control, epoch and CRC-16 beside the payload; of COBS the delimiter.
     let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / BAUD;

@@ -140,6 +140,29 @@ fn a_robot_comes_right_after_whatever_happens_to_it() {
     }
 }
 
+/// Whenever its beat comes, between those of the head before.
+#[test]
+fn a_robot_takes_up_the_beat_of_a_new_head_at_once() {
+    for moment in 0..40_u32 {
+        let at = 4.0 + 0.025 * f64::from(moment);
+        for (name, events) in [
+            ("a head is reset", format!("[[event]]\nat = {at}\nreset = 0")),
+            (
+                "a head comes",
+                format!(
+                    "[[event]]\nat = 0.5\ndetach = \"0.Back\"\n\
+                     [[event]]\nat = {at}\nattach = [\"0.Back\", \"1.Front\"]"
+                ),
+            ),
+        ] {
+            let robot = robot(Shape::Centipede, 20, moment.into());
+            let mut run = Run::new(robot, timeline(&events), PERIOD);
+            while run.step(10 * SECOND).expect("the events can happen") {}
+            assert_eq!(faults(&run), [""; 0], "{name} at {at}");
+        }
+    }
+}
+
 /// When it is turned does not matter, nor that frames are lost: legs ask their own sensors.
 #[test]
 fn a_robot_that_is_turned_over_walks_on() {
@@ -269,7 +292,13 @@ fn a_command_reaches_hormone_through_a_free_dock() {
     let mut robot = robot(Shape::Chain, 3, 1);
     robot.run_until(SECOND / 4);
     robot.take_deeds();
-    let pace = Pace { name: GaitName::Centipede as u8, data: Data::A, rhythm: 0, lifetime: None };
+    let pace = Pace {
+        name: GaitName::Centipede as u8,
+        data: Data::A,
+        is_made_good: false,
+        rhythm: 0,
+        lifetime: None,
+    };
     let payload = Hormone::Pace(pace).to_payload().bytes().to_vec();
     let command = Change::Command { at: face(1, Left), payload };
     robot.change(&command).unwrap();

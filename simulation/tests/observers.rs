@@ -233,7 +233,7 @@ fn feet_that_are_lifted_the_wrong_way_are_wrong_a_period_after_the_robot_was_tur
         assert_eq!(turned(9), (0, Some(0.521)), "the left leg's last swing was over 20 ms after that");
         assert_eq!(turned(10), (0, Some(0.521)), "the right leg swung once more");
         assert_eq!(turned(11), (0, Some(1.02)), "and the left leg");
-        assert_eq!(turned(12), (1, Some(1.02)), "too late");
+        assert_eq!(turned(12), (1, Some(1.521)), "too late");
         assert_eq!(turned(13).0, 2);
     }
 }

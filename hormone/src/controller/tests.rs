@@ -24,7 +24,7 @@ fn module(neighbours: &Neighbours) -> Controller {
 }
 
 fn pace(data: Data) -> Pace {
-    Pace { name: 1, data, rhythm: 0x30, lifetime: None }
+    Pace { name: 1, data, is_made_good: false, rhythm: 0x30, lifetime: None }
 }
 
 /// The centipede's pace.
@@ -212,7 +212,7 @@ fn another_type_rests_until_told() {
 #[test]
 fn a_module_walks_the_gait_of_the_hormone_that_comes() {
     let mut controller = module(&SPINE);
-    let wave = Pace { name: GaitName::Caterpillar as u8, data: Data::E, rhythm: 0, lifetime: None };
+    let wave = Pace { name: GaitName::Caterpillar as u8, rhythm: 0, ..pace(Data::E) };
     let response = controller.received(Front, Hormone::Pace(wave), 10);
     assert_eq!((response.action, sent(response)), (Some(Action::Wave), by(A, &[Back])));
     assert_eq!(controller.status().gait, GaitName::Caterpillar as u8);
@@ -395,8 +395,9 @@ fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
     let mut spine = module(&SPINE);
     let name = GaitName::RollingTrack as u8;
     let beat = GaitName::RollingTrack.gait().beat.get();
-    let roll =
-        |data, lifetime| Hormone::Pace(Pace { name, data, rhythm: 0, lifetime: NonZeroU8::new(lifetime) });
+    let roll = |data, lifetime| {
+        Hormone::Pace(Pace { name, rhythm: 0, lifetime: NonZeroU8::new(lifetime), ..pace(data) })
+    };
     let sent = |response: Response| response.send.map(|outgoing| pace_of(outgoing).lifetime);
     assert_eq!(sent(spine.received(Front, roll(A, 2), 0)), Some(NonZeroU8::new(1)));
     assert_eq!(spine.status().action, Action::Roll);

@@ -9,7 +9,7 @@ fn pacemaker(now: u16) -> Pacemaker {
 }
 
 fn cp(data: Data) -> Pace {
-    Pace { name: 1, data, rhythm: 7, lifetime: None }
+    Pace { name: 1, data, is_made_good: false, rhythm: 7, lifetime: None }
 }
 
 /// Hears a hormone that comes by the dock of those before.

@@ -172,7 +172,13 @@ fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
         while SINK.take(task).is_some() {}
         count = count.wrapping_add(1);
         // Each hormone in a rhythm of its own, so that it is taken up whenever it comes.
-        let pace = Pace { name: GaitName::Centipede as u8, data: Data::A, rhythm: count, lifetime: None };
+        let pace = Pace {
+            name: GaitName::Centipede as u8,
+            data: Data::A,
+            is_made_good: false,
+            rhythm: count,
+            lifetime: None,
+        };
         let hormone = Hormone::Pace(pace).to_payload();
         let payload = if count.is_multiple_of(HORMONE) { hormone.bytes() } else { &[0xff; MAX_PAYLOAD] };
         if let Ok(message) = Message::new(to, from, payload) {
