@@ -134,7 +134,7 @@ impl Reference {
     /// The running task, which stands in line, blocks, unless its time is up.
     pub(super) fn block_enlisted(&mut self, id: TaskId, call: Call) {
         if self.end(id, call).is_some_and(|end| end <= self.now) {
-            self.leave_line(id);
+            self.void_line(id);
             self.cancel_end(id);
             self.tasks[id].activity = Activity::Returning(self.outcome_in_the_end(id, call));
         } else {

@@ -87,6 +87,15 @@ impl Reference {
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Task(id));
     }
 
+    /// The wait of `id` is over: it stands in its line until it leaves that, or a signal passes it over.
+    pub(super) fn void_line(&mut self, id: TaskId) {
+        for (_, waiter) in &mut self.lines {
+            if *waiter == Waiter::Task(id) {
+                *waiter = Waiter::Void(id);
+            }
+        }
+    }
+
     pub(super) fn end_task(&mut self, id: TaskId, activity: Activity) {
         self.ready.retain(|&other| other != id);
         self.leave_line(id);

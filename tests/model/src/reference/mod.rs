@@ -329,11 +329,7 @@ impl Reference {
                 if let Activity::Blocked(Call::WaitForSeveralTimeout { .. }) = self.tasks[id].activity {
                     self.end_several(id);
                 } else if let Activity::Blocked(call) = self.tasks[id].activity {
-                    for (_, waiter) in &mut self.lines {
-                        if *waiter == Waiter::Task(id) {
-                            *waiter = Waiter::Void(id);
-                        }
-                    }
+                    self.void_line(id);
                     self.wake(id, Activity::Returning(self.outcome_in_the_end(id, call)));
                 }
             }
