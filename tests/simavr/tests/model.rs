@@ -9,7 +9,7 @@ use model::shorten::Replay;
 use model::step::{Handler, Interruption, Step};
 use superbot_tests_simavr::image;
 use superbot_tests_simavr::model::{Campaign, Player, Subject, Total, play_seed};
-use superbot_tests_simavr::target::{ATMEGA128, TARGETS};
+use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn run(subject: &Subject, sequences: u64) -> Total {
     let total = Campaign { first_seed: 0, sequences }.run(subject);
@@ -70,6 +70,17 @@ fn an_isr_asks_the_priority_of_a_stack_that_is_free_and_nobodys_yet() {
 fn an_isr_starts_a_task_that_is_killed_for_the_second_time() {
     let setup = tasks(&[P3, P4], &[Call::Kill { task: 1 }]);
     interrupt_everywhere(&setup, &[], Call::Kill { task: 1 }, Call::Start { task: 1 });
+}
+
+/// Seeds whose scripts once did what the reference does not.
+#[test]
+fn a_message_comes_for_a_task_whose_time_is_up_and_that_has_not_left_its_line() {
+    for (mcu, seed) in [("atmega128", 27_131), ("atmega328p", 2_423)] {
+        for subject in Subject::all(Target::named(mcu).expect("it is one of them")) {
+            let total = Campaign { first_seed: seed, sequences: 1 }.run(&subject);
+            assert!(total.failures.is_empty(), "{:?}", total.failures);
+        }
+    }
 }
 
 /// Plays these steps.
