@@ -1,28 +1,19 @@
 //! Where the docks of a robot are, and which way is up in each module, by the angles of its joints: its
 //! modules as rigid bodies, and nothing else. There is no ground, and bodies do not collide. A ring is cut
-//! open to be measured: what its joints do has no effect on each other.
-//!
-//! A module is two cubes in a row. In the middle of each a joint bends it, and between them a third joint
-//! rolls. The frame of a module has its origin between the cubes; x points to the Front, y to the Left, z to
-//! the Up of a straight module. The frame of a dock has its origin in the middle of the dock's face, x points
-//! outwards, and z is what lies on z of the dock that is attached to it; but a Back is attached to a Left or
-//! a Right by a quarter turn, as a leg is: its hip turns about z of the body, and rolled by 90 degrees its
-//! half with the Front dock has its Up where the body has it.
+//! open to be measured: what its joints do has no effect on each other. What a module looks like is in
+//! [`plants::geometry`].
 
 use std::collections::VecDeque;
-use std::f64::consts::FRAC_PI_2;
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use hormone::module_type::ModuleType;
+use plants::geometry::{self, EDGE, Half};
 use tasks::dock::Dock;
 
 use crate::wiring::{Face, Wiring};
 
-/// The edge of a cube, in mm (Salemi, Moll and Shen, 2006: a module is 168 mm long).
-const EDGE: f64 = 84.0;
-
 /// The angles of a module's three joints, in degrees, in the order of [`Axis::ALL`](tasks::motor::Axis::ALL).
-pub type Angles = [f64; 3];
+pub type Angles = geometry::Angles;
 
 /// A dock before another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +66,7 @@ impl Wiring {
                 continue;
             }
             for (module, pose) in self.poses(first, &angles, &mut is_found) {
-                let half = pose.matrix3 * front_half(angles(module)).matrix3;
+                let half = pose.matrix3 * Half::Front.in_module(angles(module)).matrix3;
                 accelerations[module] = (half.transpose() * up).to_array();
             }
         }
@@ -112,48 +103,17 @@ impl Wiring {
 
 /// The frame of a dock in that of its module.
 fn dock(angles: Angles, dock: Dock) -> DAffine3 {
-    // Positive angles bend both halves towards Up.
-    let [_, roll, back] = angles.map(f64::to_radians);
-    let half = match dock {
-        Dock::Front | Dock::Left | Dock::Right => front_half(angles),
-        Dock::Back | Dock::Up | Dock::Down => {
-            DAffine3::from_rotation_x(roll)
-                * DAffine3::from_translation(DVec3::NEG_X * (EDGE / 2.0))
-                * DAffine3::from_rotation_y(back)
-        }
-    };
-    half * DAffine3::from_mat3(orientation(dock)) * DAffine3::from_translation(DVec3::X * (EDGE / 2.0))
-}
-
-/// The frame of the half with the Front dock in that of its module: the master's board, and with it the
-/// accelerometer.
-fn front_half([front, ..]: Angles) -> DAffine3 {
-    DAffine3::from_translation(DVec3::X * (EDGE / 2.0)) * DAffine3::from_rotation_y(-front.to_radians())
-}
-
-/// How a dock is turned in its half. On z of all docks round a module lies its Up, on that of Up and Down its
-/// Front.
-fn orientation(dock: Dock) -> DMat3 {
-    let [outwards, up] = match dock {
-        Dock::Front => [DVec3::X, DVec3::Z],
-        Dock::Back => [DVec3::NEG_X, DVec3::Z],
-        Dock::Left => [DVec3::Y, DVec3::Z],
-        Dock::Right => [DVec3::NEG_Y, DVec3::Z],
-        Dock::Up => [DVec3::Z, DVec3::X],
-        Dock::Down => [DVec3::NEG_Z, DVec3::X],
-    };
-    DMat3::from_cols(outwards, up.cross(outwards), up)
+    place(dock).in_module(angles)
 }
 
 /// From a dock's frame to that of one attached to it.
 fn attached(one: Dock, other: Dock) -> DAffine3 {
-    let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
-    let is_leg = matches!(
-        (one, other),
-        (Dock::Back, Dock::Left | Dock::Right) | (Dock::Left | Dock::Right, Dock::Back)
-    );
-    let turn = if is_leg { DMat3::from_rotation_x(FRAC_PI_2) } else { DMat3::IDENTITY };
-    DAffine3::from_mat3(turn * opposite)
+    geometry::attached(place(one), place(other))
+}
+
+/// The dock's place on the module.
+fn place(dock: Dock) -> geometry::Dock {
+    geometry::Dock::ALL[usize::from(dock.index())]
 }
 
 #[cfg(test)]
