@@ -6,7 +6,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// The edge of a cube, in mm: a module is 168 mm long (Salemi, Moll and Shen, 2006).
 pub const EDGE: f64 = 84.0;
@@ -95,4 +95,15 @@ pub fn attached(one: Dock, other: Dock) -> DAffine3 {
     );
     let turn = if is_leg { DMat3::from_rotation_x(FRAC_PI_2) } else { DMat3::IDENTITY };
     DAffine3::from_mat3(turn * opposite)
+}
+
+/// How a dock lies before another: from the middle of one to the middle of the other in mm, and by how many
+/// degrees it is turned, in any direction, from where it would fit. `None` if it looks away from the other, or
+/// lies behind it. Frames of both docks, in mm.
+pub fn before((one, frame): (Dock, DAffine3), (other, there): (Dock, DAffine3)) -> Option<(f64, f64)> {
+    // Where it is, seen from where it would fit.
+    let off = (frame * attached(one, other)).inverse() * there;
+    let degrees = DQuat::from_mat3(&off.matrix3).angle_between(DQuat::IDENTITY).to_degrees();
+    let is_behind = off.translation.x > EDGE / 2.0;
+    (degrees < 90.0 && !is_behind).then_some((off.translation.length(), degrees))
 }

@@ -84,9 +84,8 @@ impl Joint {
     /// Between pulses the bridge shorts the motor, so that the mean voltage is what counts; a duty of 0
     /// brakes.
     pub fn step(&mut self, duty: f64, seconds: f64) {
-        let Surroundings { supply_volts, load_inertia, load_torque, friction, is_blocked } =
-            self.surroundings;
-        self.amperes = motor::amperes(duty.clamp(-1.0, 1.0) * supply_volts, self.speed);
+        let Surroundings { load_inertia, load_torque, friction, is_blocked, .. } = self.surroundings;
+        self.drive(duty);
         let pull = motor::torque(self.amperes) + load_torque;
         if is_blocked || (self.speed == 0.0 && pull.abs() <= STATIC_FRICTION * friction) {
             self.speed = 0.0;
@@ -103,6 +102,22 @@ impl Joint {
             self.angle = self.angle.clamp(-stop, stop);
             self.speed = 0.0;
         }
+    }
+
+    /// Drives the motor with `duty` of its supply while a world turns the joint.
+    pub fn drive(&mut self, duty: f64) {
+        self.amperes = motor::amperes(self.volts(duty), self.speed);
+    }
+
+    /// The mean voltage at the motor with `duty` of its supply, -1 to 1.
+    pub fn volts(&self, duty: f64) -> f64 {
+        duty.clamp(-1.0, 1.0) * self.surroundings.supply_volts
+    }
+
+    /// Brings the joint to where a world has it: an angle in rad, a speed in rad/s.
+    pub fn put(&mut self, angle: f64, speed: f64) {
+        self.angle = angle;
+        self.speed = speed;
     }
 
     /// The true angle, in degrees.
