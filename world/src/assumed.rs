@@ -11,6 +11,9 @@ pub const FRICTION: f64 = 0.7;
 /// How far the shell stays behind the face of a dock, in mm, so that modules side by side do not rub. Assumed.
 pub const SHELL: f64 = 1.0;
 
+/// How much the part at the roll stays behind the shell of the halves, in mm. Assumed.
+pub const SLIMMER: f64 = 1.0;
+
 /// How soon what presses on the ground, or pulls at a dock, is brought back, in s: stiff, and no stiffer than
 /// steps of a millisecond bear.
 pub const STIFFNESS_SECONDS: f64 = 0.004;

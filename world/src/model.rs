@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3};
 use plants::geometry::{Dock, EDGE, Half};
 use plants::motor::{BRAKING, GEAR_INERTIA, SLIDING_FRICTION, STOP};
 
-use crate::assumed::{MODULE_MASS, SHELL, STIFFNESS_SECONDS};
+use crate::assumed::{MODULE_MASS, SHELL, SLIMMER, STIFFNESS_SECONDS};
 use crate::ground::Ground;
 use crate::world::{Placed, STEP_SECONDS};
 
@@ -63,12 +63,12 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     write!(
         xml,
         "<mujoco><compiler angle='radian'/>
-        <option timestep='{STEP_SECONDS}' integrator='implicitfast' solver='Newton' jacobian='sparse'
+        <option timestep='{STEP_SECONDS}' integrator='implicitfast' solver='Newton' jacobian='sparse' cone='elliptic'
             gravity='{gx} {gy} {gz}' iterations='50'><flag autoreset='disable'/></option>
         <default>
             <geom type='box' contype='0' conaffinity='1' friction='0 0 0' solref='{STIFFNESS_SECONDS} 1'/>
             <joint armature='{GEAR_INERTIA}' damping='{BRAKING}' frictionloss='{SLIDING_FRICTION}'
-                solreffriction='{STIFFNESS_SECONDS} 1' solimpfriction='0.999 0.999 0.001 0.5 2'
+                solreffriction='{STIFFNESS_SECONDS} 1' solimpfriction='0.95 0.95 0.001 0.5 2'
                 limited='true' range='-{stop} {stop}'/>
             <equality solref='{STIFFNESS_SECONDS} 1' solimp='0.99 0.999 0.001 0.5 2'/>
         </default>
@@ -98,34 +98,39 @@ fn write_module(xml: &mut String, Placed { frame, .. }: &Placed) -> fmt::Result 
     let [x, y, z] = (frame.translation * MILLI).to_array();
     let DQuat { x: i, y: j, z: k, w } = DQuat::from_mat3(&frame.matrix3);
     writeln!(xml, "<body name='{module}root' pos='{x} {y} {z}' quat='{w} {i} {j} {k}'><freejoint/>")?;
-    write_box(xml, 1.0)?;
+    write_box(xml, inner_half(), 1.0)?;
     let at = EDGE / 2.0 * MILLI;
     writeln!(xml, "<body pos='{at} 0 0'><joint axis='0 -1 0'/><site name='{module}'/>")?;
-    write_box(xml, 1.0)?;
+    write_box(xml, outer_half(), 1.0)?;
     writeln!(xml, "</body><body><joint axis='1 0 0'/>")?;
-    write_box(xml, -1.0)?;
+    write_box(xml, inner_half(), -1.0)?;
     writeln!(xml, "<body name='{module}back' pos='-{at} 0 0'><joint axis='0 1 0'/>")?;
-    write_box(xml, -1.0)?;
+    write_box(xml, outer_half(), -1.0)?;
     writeln!(xml, "</body></body></body>")
 }
 
 /// Writes half a cube, which lies on one side of its frame along x.
-fn write_box(xml: &mut String, side: f64) -> fmt::Result {
-    let half = box_half();
+fn write_box(xml: &mut String, half: DVec3, side: f64) -> fmt::Result {
     let DVec3 { x, y, z } = half;
     writeln!(xml, "<geom pos='{} 0 0' size='{x} {y} {z}' mass='{}'/>", side * x, MODULE_MASS / BODIES as f64)
 }
 
-/// Half the edges of half a cube, in m.
-fn box_half() -> DVec3 {
+/// Half the edges of half a cube that bears docks, in m.
+fn outer_half() -> DVec3 {
     let half = (EDGE / 2.0 - SHELL) * MILLI;
     DVec3::new(half / 2.0, half, half)
 }
 
-/// The corners of the boxes of a module in the frames of its bodies: of those on the front side and of those
-/// on the back side. In m.
+/// Half the edges of half a cube at the roll, in m: slimmer, so that a module lies on its ends.
+fn inner_half() -> DVec3 {
+    let across = (EDGE / 2.0 - SHELL - SLIMMER) * MILLI;
+    DVec3::new((EDGE / 2.0 - SHELL) / 2.0 * MILLI, across, across)
+}
+
+/// The corners of the boxes that bear docks in the frames of their bodies: of the one on the front side and of
+/// the one on the back side. In m.
 pub fn corners() -> [[DVec3; 8]; 2] {
-    let half = box_half();
+    let half = outer_half();
     [1.0, -1.0].map(|side| {
         [0, 1, 2, 3, 4, 5, 6, 7].map(|corner| {
             let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };

@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::assumed::GRAVITY;
 use crate::ground::Ground;
 use crate::libm;
-use crate::model::{self, BODIES, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, SPEEDS};
+use crate::model::{self, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, SPEEDS};
 use crate::motion::{Motion, Odometer};
 use crate::mujoco::{Simulation, Warning};
 use crate::weld::{self, Weld};
@@ -192,10 +192,10 @@ impl World {
     fn put_on_ground(&mut self) {
         self.simulation.update();
         let corners = model::corners();
-        let bodies = (0..self.modules).flat_map(|module| (0..BODIES).map(move |body| (module, body)));
-        let heights = bodies.flat_map(|(module, body)| {
-            let frame = weld::frame(&self.simulation, model::root(module) + body);
-            corners[body / 2].map(|corner| frame.transform_point3(corner).z)
+        let halves = (0..self.modules).flat_map(|module| [(module, Half::Front), (module, Half::Back)]);
+        let heights = halves.flat_map(|(module, half)| {
+            let frame = weld::frame(&self.simulation, model::half(module, half));
+            corners[half as usize].map(|corner| frame.transform_point3(corner).z)
         });
         let lowest = heights.fold(f64::INFINITY, f64::min);
         for module in 0..self.modules {

@@ -9,7 +9,7 @@ use simulation::{
     BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run, Transcript,
 };
 
-use super::arguments::{EngineName, Sim};
+use super::arguments::{EngineName, Sim, WorldName};
 
 /// Of the modules that do not know what they are, so many are named.
 const MISTAKEN_NAMED: usize = 5;
@@ -57,6 +57,14 @@ pub struct Report {
     /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in
     /// Periods.
     pub recovery_periods_max: Option<f64>,
+    /// What the robot is in.
+    pub world: WorldName,
+    /// How far it has come ahead, in m.
+    pub distance_m: Option<f64>,
+    /// How far it has come to a side, of that.
+    pub sideways_percent: Option<f64>,
+    /// How fast what bears it slides on the ground, of its own speed.
+    pub slip_percent: Option<f64>,
     /// `None` where no MCU is simulated.
     pub cpu_load: Option<CpuLoad>,
     pub link: LinkTotals,
@@ -147,6 +155,8 @@ impl Report {
         };
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
+        let motion = robot.motion();
+        let finite = |value: f64| value.is_finite().then_some(value);
         let mut report = Report {
             engine: options.engine,
             modules,
@@ -172,6 +182,10 @@ impl Report {
             gait_violations: gait.violations,
             leg_skew_us_max: gait.skew_max.map(|cycles| us(cycles as f64)),
             recovery_periods_max: gait.recovery_periods(),
+            world: if motion.is_some() { WorldName::Ground } else { WorldName::None },
+            distance_m: motion.map(|motion| motion.distance),
+            sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
+            slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
             cpu_load,
             link: robot.links(),
             bridge: robot.bridges(),
@@ -190,6 +204,7 @@ impl Report {
 
     fn find_faults(&self, robot: &impl Robot, is_calm: bool) -> Vec<String> {
         let mut faults = robot.crashes();
+        faults.extend(robot.trouble());
         let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !robot.is_right(module)).collect();
         for &module in mistaken.iter().take(MISTAKEN_NAMED) {
             let wiring = robot.wiring().neighbours(module);

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, Image, Images, RobotBuilder, Wiring};
+use simavr_harness::{Engine, Ground, Image, Images, RobotBuilder, Wiring};
 use simulation::{Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
-use super::arguments::{EngineName, Sim, Source};
+use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
 use super::json;
 use super::report::{Console, CpuLoad, Report};
@@ -34,6 +34,11 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             })
         }
         EngineName::Host => {
+            if options.world == Some(WorldName::Ground) {
+                return Err(
+                    "the native engine has no world: leave --world out, or ask for --engine simavr".into()
+                );
+            }
             if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
                 return Err("a console tells of programs that run: ask for --engine simavr".into());
             }
@@ -118,6 +123,8 @@ fn build_robot(wiring: &Wiring, options: &Sim) -> Result<simavr_harness::Robot, 
     for face in wiring.attached() {
         images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
     }
-    let builder = RobotBuilder::wired(images, wiring);
-    Ok(builder.seed(options.seed).power_up_within(POWER_UP_WITHIN).build()?)
+    let builder = RobotBuilder::wired(images, wiring).seed(options.seed).power_up_within(POWER_UP_WITHIN);
+    let builder =
+        if options.world == Some(WorldName::None) { builder } else { builder.on(Ground::default()) };
+    Ok(builder.build()?)
 }
