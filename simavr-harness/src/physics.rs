@@ -110,8 +110,8 @@ impl Physics {
     }
 
     pub fn motion(&self) -> Motion {
-        let world::Motion { distance, sideways, slip } = self.world.motion();
-        Motion { distance, sideways, slip }
+        let world::Motion { distance, sideways, length, slip } = self.world.motion();
+        Motion { distance, sideways, length, slip }
     }
 
     /// A hash of where all is and how it moves.

@@ -14,6 +14,8 @@ pub struct Motion {
     pub distance: f64,
     /// How far it has come to the left, in m.
     pub sideways: f64,
+    /// How long the robot was at the beginning, along x, in m.
+    pub length: f64,
     /// The mean speed at which what bears the robot slides on the ground, weighted by what it bears, over the
     /// robot's mean speed. Infinite for a robot that has not come anywhere.
     pub slip: f64,
@@ -23,6 +25,7 @@ pub struct Motion {
 #[derive(Default)]
 pub struct Odometer {
     start: DVec3,
+    length: f64,
     looks: u64,
     /// Force times time, and that times the speed of sliding.
     borne: f64,
@@ -31,7 +34,7 @@ pub struct Odometer {
 
 impl Odometer {
     pub fn new(world: &World) -> Self {
-        Odometer { start: world.middle(), ..Odometer::default() }
+        Odometer { start: world.middle(), length: world.length(), ..Odometer::default() }
     }
 
     /// Looks at the world after a step.
@@ -49,6 +52,6 @@ impl Odometer {
     pub fn motion(&self, world: &World) -> Motion {
         let way = world.middle() - self.start;
         let speed = way.truncate().length() / world.seconds();
-        Motion { distance: way.x, sideways: way.y, slip: self.slid / self.borne / speed }
+        Motion { distance: way.x, sideways: way.y, length: self.length, slip: self.slid / self.borne / speed }
     }
 }

@@ -191,17 +191,30 @@ impl World {
     /// Raises or lowers all modules so that the lowest touches the ground.
     fn put_on_ground(&mut self) {
         self.simulation.update();
-        let corners = model::corners();
-        let halves = (0..self.modules).flat_map(|module| [(module, Half::Front), (module, Half::Back)]);
-        let heights = halves.flat_map(|(module, half)| {
-            let frame = weld::frame(&self.simulation, model::half(module, half));
-            corners[half as usize].map(|corner| frame.transform_point3(corner).z)
-        });
-        let lowest = heights.fold(f64::INFINITY, f64::min);
+        let lowest = self.corners().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
         for module in 0..self.modules {
             self.simulation.positions_mut()[POSITIONS * module + 2] -= lowest;
         }
         self.simulation.update();
+    }
+
+    /// The corners of all halves, in m.
+    fn corners(&self) -> impl Iterator<Item = DVec3> {
+        let corners = model::corners();
+        let halves = (0..self.modules).flat_map(|module| [(module, Half::Front), (module, Half::Back)]);
+        halves.flat_map(move |(module, half)| {
+            let frame = weld::frame(&self.simulation, model::half(module, half));
+            corners[half as usize].map(|corner| frame.transform_point3(corner))
+        })
+    }
+
+    /// How long the robot is along x, in m.
+    pub fn length(&self) -> f64 {
+        let (least, most) =
+            self.corners().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), corner| {
+                (least.min(corner.x), most.max(corner.x))
+            });
+        most - least
     }
 
     /// How many modules there are.

@@ -14,6 +14,25 @@ use super::arguments::{EngineName, Sim, WorldName};
 /// Of the modules that do not know what they are, so many are named.
 const MISTAKEN_NAMED: usize = 5;
 
+/// The least speed of a robot that walks, in m/s: a module's half in 5 s.
+const WALKS: f64 = 0.084 / 5.0;
+
+/// The time in which its modules learn their types, and legs roll upright, in s.
+const RISES: f64 = 3.0;
+
+/// A robot that has run for less is not asked how far it has come, in s.
+const JUDGED_AFTER: f64 = 8.0;
+
+/// What a robot has been through, which decides what is expected of it.
+pub struct Course {
+    /// Nothing has happened to it, and no frames were lost.
+    pub is_calm: bool,
+    /// It was told to walk by another gait.
+    pub is_ordered: bool,
+    /// Nothing else has happened to it.
+    pub is_undisturbed: bool,
+}
+
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
 pub struct Report {
@@ -61,6 +80,8 @@ pub struct Report {
     pub world: WorldName,
     /// How far it has come ahead, in m.
     pub distance_m: Option<f64>,
+    /// Of its length at power-up.
+    pub body_lengths: Option<f64>,
     /// How far it has come to a side, of that.
     pub sideways_percent: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
@@ -123,7 +144,7 @@ impl Report {
         run: &Run<impl Robot>,
         wall: Duration,
         cpu_load: Option<CpuLoad>,
-        is_calm: bool,
+        course: &Course,
     ) -> Self {
         let Run { robot, observer, .. } = run;
         let modules = robot.wiring().modules();
@@ -184,6 +205,7 @@ impl Report {
             recovery_periods_max: gait.recovery_periods(),
             world: if motion.is_some() { WorldName::Ground } else { WorldName::None },
             distance_m: motion.map(|motion| motion.distance),
+            body_lengths: motion.map(|motion| motion.distance / motion.length),
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
             cpu_load,
@@ -193,7 +215,7 @@ impl Report {
             state_hash: format!("{:016x}", robot.state_hash()),
             faults: Vec::new(),
         };
-        report.faults = report.find_faults(robot, is_calm);
+        report.faults = report.find_faults(robot, course);
         report
     }
 
@@ -202,7 +224,8 @@ impl Report {
         &self.faults
     }
 
-    fn find_faults(&self, robot: &impl Robot, is_calm: bool) -> Vec<String> {
+    fn find_faults(&self, robot: &impl Robot, course: &Course) -> Vec<String> {
+        let &Course { is_calm, is_ordered, is_undisturbed } = course;
         let mut faults = robot.crashes();
         faults.extend(robot.trouble());
         let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !robot.is_right(module)).collect();
@@ -219,6 +242,15 @@ impl Report {
         }
         if self.gait_violations > 0 {
             faults.push(format!("the gait was wrong {} times", self.gait_violations));
+        }
+        let least = WALKS * (self.simulated_seconds - RISES);
+        if let Some(distance) = self.distance_m.filter(|_| is_undisturbed && (self.legs > 0 || is_ordered))
+            && self.simulated_seconds >= JUDGED_AFTER
+            && distance < least
+        {
+            faults.push(format!(
+                "the robot does not walk: {distance:.3} m ahead, where {least:.3} m are the least"
+            ));
         }
         // Where frames are lost or modules come and go hormones may be given up; what the legs made of it is
         // counted above.

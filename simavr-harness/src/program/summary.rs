@@ -56,7 +56,8 @@ impl fmt::Display for Report {
             let percent = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1} %"));
             writeln!(
                 f,
-                "motion     {distance:.3} m ahead, {} of that sideways, {} slip",
+                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, {} slip",
+                self.body_lengths.unwrap_or_default(),
                 percent(self.sideways_percent),
                 percent(self.slip_percent)
             )?;

@@ -1,7 +1,7 @@
 //! Robots with the images that they are flashed with, in a physical world.
 
 use simavr_harness::{Engine, Ground, RobotBuilder};
-use simulation::{Change, Face, Robot, Shape};
+use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
 use tasks::motor::Axis;
@@ -99,4 +99,49 @@ fn modules_that_change_places_take_their_joints_with_them() {
     assert!((angles(&engine, 2)[roll] - before[1][roll]).abs() < 1.0);
     engine.run_until(engine.cycle() + SECOND);
     assert!(engine.trouble().is_none());
+}
+
+/// Runs a robot through a file's events. Returns how it has moved after each of the times.
+fn motions(file: &str, looks: &[u64]) -> Vec<Motion> {
+    let Scenario { wiring, timeline } = Scenario::from_toml(file).unwrap();
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
+    let mut run = Run::new(Engine::new(robot.on(Ground::default()).build().unwrap(), 2), timeline, SECOND);
+    let look = |&at: &u64| {
+        while run.step(at).unwrap() {}
+        assert_eq!(run.robot.trouble(), None);
+        run.robot.motion().unwrap()
+    };
+    looks.iter().map(look).collect()
+}
+
+#[test]
+fn a_centipede_walks_ahead() {
+    let mut engine = centipede(10, 1, 2);
+    engine.run_until(8 * SECOND);
+    let Motion { distance, sideways, slip, .. } = engine.motion().unwrap();
+    assert!(distance > 0.4, "{distance} m");
+    assert!(sideways.abs() < 0.3 * distance, "{sideways} m sideways of {distance}");
+    assert!(slip < 1.5, "it drags itself: {slip}");
+}
+
+#[test]
+fn on_its_back_it_walks_on_at_half_its_speed_at_least() {
+    let file = "modules = 10\nshape = 'centipede'\n[[event]]\nat = 6\nroll = 180\n";
+    let ways: Vec<f64> = motions(file, &[3, 6, 8, 11].map(|at| at * SECOND))
+        .into_iter()
+        .map(|motion| motion.distance)
+        .collect();
+    let [upright, over] = [ways[1] - ways[0], ways[3] - ways[2]];
+    assert!(upright > 0.15 && over > upright / 2.0, "{upright} m, then {over} m on its back");
+}
+
+#[test]
+fn a_ring_rolls_and_a_chain_crawls_half_a_body_length_at_least() {
+    for file in [
+        include_str!("../../../robots/gaits/rolling-track.toml"),
+        include_str!("../../../robots/gaits/caterpillar.toml"),
+    ] {
+        let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
+        assert!(distance > length / 2.0, "{distance} m of {length}");
+    }
 }
