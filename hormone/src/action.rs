@@ -122,6 +122,8 @@ actions! {
     Release = 9 in release,
     /// Swing on the back: lift the leg the other way.
     SwingOver = 10 in swing_over,
+    /// Hold on the back: press the foot down to the other side.
+    HoldingOver = 11 in holding_over,
 }
 
 #[cfg(test)]
@@ -157,13 +159,15 @@ mod tests {
         };
         assert_eq!(ends(Action::Swing).1, ends(Action::Holding).0);
         assert_eq!(ends(Action::Swing).0.motor2, ends(Action::Holding).1.motor2);
-        assert!(ends(Action::Swing).0.motor0 > 0, "lifted first");
+        assert!(ends(Action::Swing).0.motor0 > ends(Action::Holding).1.motor0, "lifted first");
     }
 
     #[test]
     fn on_its_back_a_leg_is_lifted_the_other_way_and_the_hip_turns_as_before() {
-        let turned = Action::Swing.motion().iter().map(|up| Posture { motor0: -up.motor0, ..up });
-        assert!(turned.eq(Action::SwingOver.motion().iter()));
+        for (usual, over) in [(Action::Swing, Action::SwingOver), (Action::Holding, Action::HoldingOver)] {
+            let mirrored = |up: Posture| posture(-up.motor0, 90 + (90 - up.roll), up.motor2);
+            assert!(usual.motion().iter().map(mirrored).eq(over.motion().iter()));
+        }
     }
 
     #[test]

@@ -59,6 +59,9 @@ struct Part {
     of: u8,
 }
 
+/// How far a leg is rolled that stands upright, in degrees.
+const UPRIGHT: i8 = 90;
+
 /// The state of HORMONE.
 ///
 /// A module whose type no rule covers keeps still. One of type [`ModuleType::Other`] besides passes a
@@ -243,8 +246,8 @@ impl Controller {
 
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
-    /// A right leg is a left one turned round: its hip turns the other way. A leg on the side that the robot
-    /// turns to takes half the stride.
+    /// A right leg is a left one in a mirror: its hip turns the other way, and from upright it rolls to the other
+    /// side. A leg on the side that the robot turns to takes half the stride.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let (index, _) = self.progress(now)?;
         let posture = self.status.action.motion().get(index)?;
@@ -254,7 +257,10 @@ impl Controller {
             (ModuleType::RightLeg, _) => posture.motor2.wrapping_neg(),
             _ => posture.motor2,
         };
-        Some(Posture { motor2, ..posture })
+        // A leg that does not stand has no mirror image within reach.
+        let mirrored = UPRIGHT.checked_sub(posture.roll).and_then(|left| UPRIGHT.checked_add(left));
+        let roll = mirrored.filter(|_| self.acting == ModuleType::RightLeg).unwrap_or(posture.roll);
+        Some(Posture { motor2, roll, ..posture })
     }
 
     /// Milliseconds from `now` until the action's next posture; `None` while it has no other.

@@ -1,26 +1,7 @@
 //! A joint: DC motor, planetary and external gear, friction, load, potentiometer.
 
-/// The voltage of a full duty, in V: two Li-ion cells at their nominal voltage (Salemi, Moll and Shen, 2006).
-pub const SUPPLY_VOLTS: f64 = 7.4;
-
-/// The torque at the standing joint with full duty, in Nm. From memory of SuperBot's papers, unverified.
-const STALL_TORQUE: f64 = 6.38;
-
-/// The current at the standing joint with full duty, in A. Assumed.
-const STALL_CURRENT: f64 = 1.2;
-
-/// The inertia of rotor and gear at the joint, in kg m². Assumed: 1e-7 kg m² behind a gear of 508.7.
-const GEAR_INERTIA: f64 = 1e-7 * 508.7 * 508.7;
-
-/// The torque of the gear's dry friction while the joint turns, in Nm. Assumed: 8 % of the stall torque.
-const SLIDING_FRICTION: f64 = 0.08 * STALL_TORQUE;
-
-/// The torque that it takes to break the standing joint loose, in Nm. Assumed: half as much again.
-const STATIC_FRICTION: f64 = 1.5 * SLIDING_FRICTION;
-
-/// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees"
-/// says.
-const STOP: f64 = 138.0;
+pub use crate::motor::SUPPLY_VOLTS;
+use crate::motor::{self, GEAR_INERTIA, SLIDING_FRICTION, STATIC_FRICTION, STOP};
 
 /// The electrical travel of the potentiometer, in degrees, over the converter's whole range. Assumed.
 pub const POTENTIOMETER_TRAVEL: f64 = 300.8;
@@ -30,13 +11,6 @@ pub const CURRENT_VOLTS_PER_AMPERE: f64 = 1.0;
 
 /// Full scale of the converter, in V.
 const REFERENCE_VOLTS: f64 = 5.0;
-
-/// The winding's resistance, in ohms.
-const RESISTANCE: f64 = SUPPLY_VOLTS / STALL_CURRENT;
-
-/// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s
-/// without load.
-const TORQUE_CONSTANT: f64 = STALL_TORQUE / STALL_CURRENT;
 
 /// What may be wrong with a potentiometer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,10 +84,9 @@ impl Joint {
     /// Between pulses the bridge shorts the motor, so that the mean voltage is what counts; a duty of 0
     /// brakes.
     pub fn step(&mut self, duty: f64, seconds: f64) {
-        let Surroundings { supply_volts, load_inertia, load_torque, friction, is_blocked } =
-            self.surroundings;
-        self.amperes = (duty.clamp(-1.0, 1.0) * supply_volts - TORQUE_CONSTANT * self.speed) / RESISTANCE;
-        let pull = TORQUE_CONSTANT * self.amperes + load_torque;
+        let Surroundings { load_inertia, load_torque, friction, is_blocked, .. } = self.surroundings;
+        self.drive(duty);
+        let pull = motor::torque(self.amperes) + load_torque;
         if is_blocked || (self.speed == 0.0 && pull.abs() <= STATIC_FRICTION * friction) {
             self.speed = 0.0;
             return;
@@ -129,6 +102,22 @@ impl Joint {
             self.angle = self.angle.clamp(-stop, stop);
             self.speed = 0.0;
         }
+    }
+
+    /// Drives the motor with `duty` of its supply while a world turns the joint.
+    pub fn drive(&mut self, duty: f64) {
+        self.amperes = motor::amperes(self.volts(duty), self.speed);
+    }
+
+    /// The mean voltage at the motor with `duty` of its supply, -1 to 1.
+    pub fn volts(&self, duty: f64) -> f64 {
+        duty.clamp(-1.0, 1.0) * self.surroundings.supply_volts
+    }
+
+    /// Brings the joint to where a world has it: an angle in rad, a speed in rad/s.
+    pub fn put(&mut self, angle: f64, speed: f64) {
+        self.angle = angle;
+        self.speed = speed;
     }
 
     /// The true angle, in degrees.
@@ -171,6 +160,7 @@ pub fn counts(volts: f64) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motor::STALL_CURRENT;
 
     fn run(joint: &mut Joint, duty: f64, seconds: f64) {
         for _ in 0..(seconds * 10_000.0) as u32 {
@@ -182,7 +172,7 @@ mod tests {
     fn full_duty_turns_at_no_more_than_the_speed_without_load() {
         let mut joint = Joint::at(-100.0);
         run(&mut joint, 1.0, 1.0);
-        let ideal = (SUPPLY_VOLTS / TORQUE_CONSTANT).to_degrees();
+        let ideal = motor::free_speed(SUPPLY_VOLTS).to_degrees();
         assert!((0.8 * ideal..ideal).contains(&joint.degrees_per_second()), "{joint:?}");
     }
 

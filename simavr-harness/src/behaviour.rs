@@ -2,7 +2,7 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
-use simulation::{BridgeTotals, Change, Deed, Event, LinkTotals, Transcript, Wiring, WiringError};
+use simulation::{BridgeTotals, Change, Deed, Event, LinkTotals, Motion, Transcript, Wiring, WiringError};
 
 use crate::counters;
 use crate::engine::Engine;
@@ -74,6 +74,14 @@ impl simulation::Robot for Engine {
             format!("module {module}: the {controller:?} MCU crashed: {reason}")
         };
         crashes.map(line).collect()
+    }
+
+    fn motion(&self) -> Option<Motion> {
+        self.robot().motion()
+    }
+
+    fn trouble(&self) -> Option<String> {
+        self.robot().trouble().map(ToString::to_string)
     }
 
     fn state_hash(&self) -> u64 {

@@ -92,6 +92,8 @@ const DOCKS: [(Controller, [Dock; 3]); 2] = [
 #[derive(Clone, Debug)]
 pub struct Body {
     joints: [Joint; 3],
+    /// Where a world moves the joints.
+    driven: Option<Driven>,
     latches: [Latch; 6],
     /// Docks whose motors have moved their latches to an end, and to which.
     arrivals: Vec<(Dock, End)>,
@@ -112,11 +114,20 @@ pub struct Body {
     pub(crate) acceleration: [f64; 3],
 }
 
+/// What the motors of a body had since the world last asked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Driven {
+    /// The sum over the steps, in V.
+    volts: [f64; 3],
+    steps: u32,
+}
+
 impl Default for Body {
     /// A module that lies still, straight and released from all others, with a full battery.
     fn default() -> Self {
         Body {
             joints: [0.0; 3].map(Joint::at),
+            driven: None,
             latches: [0.0; 6].map(Latch::at),
             arrivals: Vec::new(),
             switches: [[None; 2]; 6],
@@ -150,6 +161,27 @@ impl Body {
     /// The angles of the joints.
     pub fn angles(&self) -> Angles {
         self.joints.each_ref().map(Joint::degrees)
+    }
+
+    /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in V.
+    pub(crate) fn take_volts(&mut self) -> [f64; 3] {
+        let Driven { volts, steps } = self.driven.replace(Driven::default()).unwrap_or_default();
+        volts.map(|sum| sum / f64::from(steps.max(1)))
+    }
+
+    /// Brings the joints to where a world has them, in rad and rad/s, and shows the accelerometer what it has to
+    /// feel, in multiples of the acceleration of gravity.
+    pub(crate) fn put(&mut self, angles: [f64; 3], speeds: [f64; 3], acceleration: [f64; 3]) {
+        for ((joint, angle), speed) in self.joints.iter_mut().zip(angles).zip(speeds) {
+            joint.put(angle, speed);
+        }
+        self.acceleration = acceleration;
+    }
+
+    /// What the accelerometer reads along x, y and z of the half with the Front dock, in multiples of the
+    /// acceleration of gravity.
+    pub fn acceleration(&self) -> [f64; 3] {
+        self.acceleration
     }
 
     /// The docks that send out light, to look for others.
@@ -197,10 +229,17 @@ impl Body {
             let joint = &mut self.joints[usize::from(wiring.axis.index())];
             let duty = duty(&mcus[wiring.controller as usize], wiring);
             joint.surroundings.supply_volts = volts;
-            for _ in 0..PARTS {
-                joint.step(duty, SECONDS / f64::from(PARTS));
+            match &mut self.driven {
+                None => (0..PARTS).for_each(|_| joint.step(duty, SECONDS / f64::from(PARTS))),
+                Some(driven) => {
+                    joint.drive(duty);
+                    driven.volts[usize::from(wiring.axis.index())] += joint.volts(duty);
+                }
             }
             amperes += joint.amperes() * duty.abs();
+        }
+        if let Some(driven) = &mut self.driven {
+            driven.steps += 1;
         }
         let is_charging = is_high(&mcus[Controller::Slave as usize], PORTD, 7);
         for (controller, docks) in DOCKS {
@@ -227,7 +266,7 @@ impl Body {
     }
 
     /// Sets the voltages and pins that the MCUs see.
-    fn show(&mut self, mcus: &mut [Mcu; 2]) {
+    pub(crate) fn show(&mut self, mcus: &mut [Mcu; 2]) {
         for wiring in &JOINTS {
             let joint = &self.joints[usize::from(wiring.axis.index())];
             mcus[wiring.controller as usize].set_analog(|analog| {

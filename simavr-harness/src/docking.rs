@@ -46,7 +46,10 @@ impl Robot {
         if self.wiring().peer(face).is_some() {
             return None;
         }
-        let facing = self.wiring().facing(face, |module| self.members[module].module.body().angles());
+        let facing = match &self.physics {
+            Some(physics) => physics.facing(self.wiring(), face),
+            None => self.wiring().facing(face, |module| self.members[module].module.body().angles()),
+        };
         facing.into_iter().max_by_key(|facing| reflected(facing.millimetres, facing.degrees))
     }
 }

@@ -12,7 +12,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
+use simulation::MILLISECOND;
+
 use crate::module::Controller;
+use crate::physics::Physics;
 use crate::robot::{Delivery, Member, Robot};
 
 /// The longest window, in cycles: a frame of ten bits at 38400 baud, at 16 MHz. It holds while no
@@ -76,7 +79,7 @@ impl Engine {
 
     /// Runs the robot up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
-        while self.cycle < cycle && !self.robot.members.is_empty() {
+        while self.cycle < cycle && !self.robot.members.is_empty() && self.robot.trouble().is_none() {
             if self.cycle.is_multiple_of(FEELING_STEP) {
                 self.robot.feel();
             }
@@ -89,9 +92,11 @@ impl Engine {
         }
     }
 
-    /// Runs the modules up to `cycle`, or to where docks have to be looked at if that comes first.
+    /// Runs the modules and the world up to `cycle`, or to where docks have to be looked at if that comes
+    /// first.
     fn run_modules(&mut self, cycle: u64) {
-        let run = Run::new(&mut self.robot.members, self.cycle, cycle);
+        let Robot { members, physics, .. } = &mut self.robot;
+        let run = Run::new(members, physics.as_mut(), self.cycle, cycle);
         thread::scope(|scope| {
             for _ in 1..self.threads {
                 scope.spawn(|| run.work());
@@ -110,6 +115,7 @@ impl Engine {
 /// that the system holds up holds up no more than the module it has taken.
 struct Run<'a> {
     members: Vec<Mutex<&'a mut Member>>,
+    step: Option<Step<'a>>,
     /// What was sent in this window.
     mail: Mutex<Vec<Delivery>>,
     target: u64,
@@ -127,24 +133,58 @@ struct Run<'a> {
     over: AtomicBool,
 }
 
+/// The step of the world in the present millisecond, taken by whichever thread comes first while the others
+/// run modules.
+struct Step<'a> {
+    physics: Mutex<&'a mut Physics>,
+    /// Nobody has taken it yet.
+    is_due: AtomicBool,
+    is_done: AtomicBool,
+}
+
 /// Rounds of spinning before a thread that has nothing to do gives its core to others.
 const SPINS: u32 = 200;
 
 impl<'a> Run<'a> {
-    fn new(members: &'a mut [Member], from: u64, target: u64) -> Self {
+    fn new(members: &'a mut [Member], physics: Option<&'a mut Physics>, from: u64, target: u64) -> Self {
         let frames = members.iter().filter_map(|member| member.module.shortest_frame());
         let window = frames.min().unwrap_or(LONGEST_WINDOW).min(LONGEST_WINDOW);
-        Self {
+        let has_world = physics.is_some();
+        let run = Self {
             members: members.iter_mut().map(Mutex::new).collect(),
+            step: physics.map(Step::new),
             mail: Mutex::default(),
             target,
-            end: AtomicU64::new(window_end(from, window).min(target)),
+            end: AtomicU64::new(window_end(from, window, has_world).min(target)),
             next: AtomicUsize::new(0),
             finished: AtomicUsize::new(0),
             shortest_frame: AtomicU64::new(LONGEST_WINDOW),
             is_docking: AtomicBool::new(false),
             over: AtomicBool::new(false),
+        };
+        run.begin_step(from);
+        run
+    }
+
+    /// Where a millisecond begins, shows modules where the world has them, and has the world take its next
+    /// step. Nobody runs a module now.
+    fn begin_step(&self, now: u64) {
+        let Some(step) = self.step.as_ref().filter(|_| now.is_multiple_of(MILLISECOND)) else { return };
+        let mut physics = lock(&step.physics);
+        for (module, member) in self.members.iter().enumerate() {
+            physics.exchange(module, lock(member).module.body_mut());
         }
+        step.is_done.store(false, Ordering::Relaxed);
+        step.is_due.store(true, Ordering::Release);
+    }
+
+    /// Takes the world's step if nobody has, or waits for whoever has. Returns whether the world can go on.
+    fn end_step(&self) -> bool {
+        let Some(step) = &self.step else { return true };
+        while !step.take() && !step.is_done.load(Ordering::Acquire) {
+            thread::yield_now();
+        }
+        lock(&step.physics).trouble().is_none()
     }
 
     /// What each thread does until the run is over.
@@ -152,6 +192,10 @@ impl<'a> Run<'a> {
         let _guard = EndIfPanicking(&self.over);
         let mut idle_spins = 0;
         while !self.over.load(Ordering::Acquire) {
+            // The longest piece of work comes first.
+            if self.step.as_ref().is_some_and(Step::take) {
+                continue;
+            }
             match self.take_module() {
                 Some(number) => {
                     idle_spins = 0;
@@ -205,8 +249,12 @@ impl<'a> Run<'a> {
         let window = self.shortest_frame.swap(LONGEST_WINDOW, Ordering::Relaxed);
         self.finished.store(0, Ordering::Relaxed);
         let end = self.end.load(Ordering::Relaxed);
-        if end < self.target && !self.is_docking.load(Ordering::Relaxed) {
-            self.end.store(window_end(end, window).min(self.target), Ordering::Relaxed);
+        let goes_on = end < self.target && !self.is_docking.load(Ordering::Relaxed);
+        // A step ends with its millisecond, and no run ends before it.
+        let is_whole = (goes_on && !end.is_multiple_of(MILLISECOND)) || self.end_step();
+        if goes_on && is_whole {
+            self.begin_step(end);
+            self.end.store(window_end(end, window, self.step.is_some()).min(self.target), Ordering::Relaxed);
             self.next.store(0, Ordering::Release);
         } else {
             self.over.store(true, Ordering::Release);
@@ -214,9 +262,30 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Where a window ends that begins at `from`: no later than docks are to be looked at.
-fn window_end(from: u64, window: u64) -> u64 {
-    (from + window).min((from + 1).next_multiple_of(DOCKING_STEP))
+impl<'a> Step<'a> {
+    fn new(physics: &'a mut Physics) -> Self {
+        let physics = Mutex::new(physics);
+        Step { physics, is_due: AtomicBool::new(false), is_done: AtomicBool::new(true) }
+    }
+
+    /// Takes the step if it is due. Returns whether it was.
+    fn take(&self) -> bool {
+        // A look first, as for modules.
+        if !self.is_due.load(Ordering::Relaxed) || !self.is_due.swap(false, Ordering::Acquire) {
+            return false;
+        }
+        lock(&self.physics).step();
+        self.is_done.store(true, Ordering::Release);
+        true
+    }
+}
+
+/// Where a window ends that begins at `from`: no later than docks are to be looked at, or a world takes its
+/// next step.
+fn window_end(from: u64, window: u64, has_world: bool) -> u64 {
+    let next = |step: u64| (from + 1).next_multiple_of(step);
+    let end = (from + window).min(next(DOCKING_STEP));
+    if has_world { end.min(next(MILLISECOND)) } else { end }
 }
 
 impl Member {

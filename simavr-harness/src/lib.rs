@@ -8,6 +8,7 @@
 //! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they
 //!   move.
 //! - [`Robot`]: modules, and which dock is attached to which.
+//! - `physics`: the [world](world) that a robot may be in.
 //! - [`Engine`]: a robot running, on as many threads as there are.
 //! - [`bench`]: the kernel's figures, measured on single MCUs, and those of a module.
 //!
@@ -33,6 +34,7 @@ mod masked;
 mod mcu;
 mod module;
 mod part;
+mod physics;
 mod probe;
 mod repair;
 mod robot;
@@ -56,3 +58,4 @@ pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Face, Wiring, WiringError};
+pub use world::{Ground, Steps};

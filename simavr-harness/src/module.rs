@@ -172,6 +172,11 @@ impl Module {
         &mut self.body
     }
 
+    /// Shows the MCUs where the body is before either of them has run.
+    pub(crate) fn show_body(&mut self) {
+        self.body.show(&mut self.mcus);
+    }
+
     /// Whether a dock looks for another, or has moved its latch to an end.
     pub(crate) fn is_docking(&self) -> bool {
         self.body.has_arrived() || !self.looking().is_empty()

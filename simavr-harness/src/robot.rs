@@ -4,21 +4,25 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Random, Terminal, Transcript, Wiring, WiringError, fnv_1a,
+    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, Terminal, Transcript, Wiring, WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
 use thiserror::Error;
+use world::{Ground, Trouble, WorldError};
 
 use crate::engine::{Event, LONGEST_WINDOW};
 use crate::link::{Channel, Faults, LinkCounts};
 use crate::mcu::{McuError, Reset};
 use crate::module::{Controller, Images, Module};
+use crate::physics::Physics;
 use crate::repair::usart::Character;
 
 /// Modules and the attachments between their docks.
 pub struct Robot {
     pub(crate) members: Vec<Member>,
+    /// The world that it is in, if in any.
+    pub(crate) physics: Option<Physics>,
     wiring: Wiring,
     seed: u64,
     /// Channels made so far.
@@ -69,6 +73,7 @@ pub struct RobotBuilder {
     attachments: Vec<(Face, Face)>,
     seed: u64,
     power_up_within: u64,
+    ground: Option<Ground>,
 }
 
 /// Why a robot cannot be built so.
@@ -78,6 +83,8 @@ pub enum RobotError {
     Wiring(#[from] WiringError),
     #[error(transparent)]
     Mcu(#[from] McuError),
+    #[error(transparent)]
+    World(#[from] WorldError),
 }
 
 impl RobotBuilder {
@@ -90,6 +97,7 @@ impl RobotBuilder {
             attachments: Vec::new(),
             seed: 0,
             power_up_within: 0,
+            ground: None,
         }
     }
 
@@ -136,12 +144,19 @@ impl RobotBuilder {
         self
     }
 
+    /// Puts the robot into a physical world. Without one joints turn by themselves, and nothing has weight.
+    #[must_use]
+    pub fn on(mut self, ground: Ground) -> Self {
+        self.ground = Some(ground);
+        self
+    }
+
     /// Builds the robot, all MCUs at power-up.
     ///
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
-        let Self { images, others, modules, attachments, seed, power_up_within } = self;
+        let Self { images, others, modules, attachments, seed, power_up_within, ground } = self;
         let member = |index| {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
@@ -151,9 +166,12 @@ impl RobotBuilder {
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
         let wiring = Wiring::new(modules);
-        let mut robot = Robot { members, wiring, seed, channels: 0, roll: 0.0, commands: 0 };
+        let mut robot = Robot { members, physics: None, wiring, seed, channels: 0, roll: 0.0, commands: 0 };
         for (one, other) in attachments {
             robot.attach(one, other)?;
+        }
+        if let Some(ground) = ground {
+            robot.enter(Physics::new(&robot.wiring, &ground)?);
         }
         Ok(robot)
     }
@@ -183,6 +201,30 @@ impl Robot {
         self.wiring.peer(face)
     }
 
+    /// How it has moved; `None` where there is no world.
+    pub fn motion(&self) -> Option<Motion> {
+        self.physics.as_ref().map(Physics::motion)
+    }
+
+    /// From the middle of one dock to the middle of the other in mm, where there is a world.
+    pub fn distance(&self, one: Face, other: Face) -> Option<f64> {
+        Some(self.physics.as_ref()?.distance(one, other))
+    }
+
+    /// Why its world can't go on.
+    pub fn trouble(&self) -> Option<&Trouble> {
+        self.physics.as_ref()?.trouble()
+    }
+
+    /// From now on a world moves the joints.
+    fn enter(&mut self, mut physics: Physics) {
+        for (number, member) in self.members.iter_mut().enumerate() {
+            physics.exchange(number, member.module.body_mut());
+            member.module.show_body();
+        }
+        self.physics = Some(physics);
+    }
+
     /// Attaches two docks to each other.
     ///
     /// # Errors
@@ -199,6 +241,9 @@ impl Robot {
     pub fn change(&mut self, change: &Change) -> Result<(), WiringError> {
         let before = self.wiring.clone();
         change.apply(&mut self.wiring)?;
+        if let Some(physics) = &mut self.physics {
+            physics.change(change, &before, &self.wiring);
+        }
         for face in before.attached() {
             if self.wiring.peer(face) != before.peer(face) {
                 *self.port_mut(face) = None;
@@ -249,8 +294,11 @@ impl Robot {
         Ok(())
     }
 
-    /// Has all modules feel how they lie now.
+    /// Has all modules feel how they lie now, where no world shows them.
     pub(crate) fn feel(&mut self) {
+        if self.physics.is_some() {
+            return;
+        }
         let angles = |module: usize| self.members[module].module.body().angles();
         let accelerations = self.wiring.accelerations(self.roll, angles);
         for (member, acceleration) in self.members.iter_mut().zip(accelerations) {
@@ -338,9 +386,10 @@ impl Robot {
         })
     }
 
-    /// A hash of the state of all MCUs.
+    /// A hash of the state of all MCUs, and of the world.
     pub fn state_hash(&self) -> u64 {
         let hashes = self.members.iter().map(|member| member.module.state_hash());
+        let hashes = hashes.chain(self.physics.as_ref().map(Physics::state_hash));
         fnv_1a(hashes.flat_map(u64::to_le_bytes))
     }
 

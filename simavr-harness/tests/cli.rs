@@ -266,3 +266,31 @@ fn images_that_are_not_there_can_be_built() {
     assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
     assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");
 }
+
+#[test]
+fn a_robot_that_was_told_to_walk_and_does_not_ends_with_status_1() {
+    let file = std::env::temp_dir().join(format!("superbot-still-{}.toml", std::process::id()));
+    // A centipede without legs.
+    let text = "modules = 2\nshape = 'chain'\n[[event]]\nat = 1\ncommand = [0xd1, 1, 255]\nto = '0.Front'\n";
+    std::fs::write(&file, text).unwrap();
+    let output = run(&["sim", file.to_str().unwrap(), "--seconds", "8", "--json", "-"]);
+    std::fs::remove_file(&file).unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("does not walk"), "{message}");
+    assert_eq!(json(&output)["world"], "ground");
+}
+
+#[test]
+fn without_a_world_nothing_is_said_of_motion() {
+    let output = run(&["sim", "chain", "--modules", "2", "--seconds", "2", "--world", "none", "--json", "-"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = json(&output);
+    assert_eq!(report["world"], "none");
+    assert!(report["distance_m"].is_null() && report["slip_percent"].is_null(), "{report:#}");
+}
+
+#[test]
+fn the_native_engine_has_no_world() {
+    assert_refused(&run(&["sim", "--engine", "host", "--world", "ground"]), "leave --world out");
+}

@@ -209,7 +209,7 @@ impl Gait {
         self.walkers[walker].overdue_at = beat.cycle + self.period;
         self.beats += 1;
         let is_right = match beat.action {
-            Action::Swing | Action::SwingOver | Action::Holding => {
+            Action::Swing | Action::SwingOver | Action::Holding | Action::HoldingOver => {
                 is_leg && before.is_none_or(|before| step(before.action) != step(beat.action))
             }
             action => !is_leg && action == Action::Straight,
@@ -287,9 +287,13 @@ impl Gait {
     }
 }
 
-/// What a leg does, whichever way it lifts its foot.
+/// What a leg does, whichever way up it lies.
 fn step(action: Action) -> Action {
-    if action == Action::SwingOver { Action::Swing } else { action }
+    match action {
+        Action::SwingOver => Action::Swing,
+        Action::HoldingOver => Action::Holding,
+        action => action,
+    }
 }
 
 /// What Table 1 has a module do.

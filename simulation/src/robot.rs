@@ -4,6 +4,7 @@ use hormone::status::Status;
 
 use crate::change::Change;
 use crate::deed::Deed;
+use crate::motion::Motion;
 use crate::scenario::Event;
 use crate::terminal::Transcript;
 use crate::totals::{BridgeTotals, LinkTotals};
@@ -55,6 +56,16 @@ pub trait Robot {
     /// The programs that have crashed, and why, a line each.
     fn crashes(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// How it has moved; `None` where there is no world.
+    fn motion(&self) -> Option<Motion> {
+        None
+    }
+
+    /// Why it can't go on: [`run_until`](Self::run_until) does nothing any more.
+    fn trouble(&self) -> Option<String> {
+        None
     }
 
     /// A hash of the whole state: equal runs have equal hashes.

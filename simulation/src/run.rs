@@ -26,7 +26,7 @@ impl<R: Robot> Run<R> {
     const STEP: u64 = 250 * MILLISECOND;
 
     /// Runs for 250 ms, or up to the next event or to `end` if that comes first, and lets what is due happen.
-    /// Returns whether there is more to run.
+    /// Returns whether there is more to run, and can be.
     ///
     /// # Errors
     /// An event can't happen.
@@ -39,7 +39,7 @@ impl<R: Robot> Run<R> {
             self.robot.change(&change)?;
             self.observer.changed(&Event { at: now, change });
         }
-        Ok(now < end)
+        Ok(now < end && self.robot.trouble().is_none())
     }
 
     /// How many events have not happened yet.

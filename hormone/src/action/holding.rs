@@ -1,6 +1,17 @@
 //! Holding (Table 1): the foot stays on the ground "while rotating the hip to compensate the swing actions of
 //! other legs".
+//!
+//! Legs are no longer than the body is high, so the foot has to be pressed down for the body to leave the
+//! ground. Motor0 by 20 degrees lifts it by 12 mm, a roll of 20 degrees onto an edge by as much again: half of
+//! the way for each joint, and a leg has an eighth of a second to take the load. By the roll the foot comes down
+//! backwards, as the hip moves it.
 
 use super::posture;
 
-motion![posture(0, 90, 20), posture(0, 90, 10), posture(0, 90, 0), posture(0, 90, -10), posture(0, 90, -20)];
+motion![
+    posture(-20, 70, 18),
+    posture(-20, 70, 9),
+    posture(-20, 70, 0),
+    posture(-20, 70, -9),
+    posture(-20, 70, -18)
+];

@@ -2,7 +2,7 @@ use super::*;
 use crate::gait::{GAITS, GaitName};
 use crate::sense::LASTS;
 use crate::sense::Sense::UpsideDown;
-use Action::{Holding, Rest, Straight, Swing, SwingOver};
+use Action::{Holding, HoldingOver, Rest, Straight, Swing, SwingOver};
 use Data::{A, B};
 use Dock::{Back, Down, Front, Left, Right, Up};
 
@@ -238,12 +238,15 @@ fn a_motion_is_spread_over_the_beats_of_its_rule() {
 }
 
 #[test]
-fn a_right_legs_hip_turns_the_other_way() {
+fn a_right_leg_is_a_left_one_in_a_mirror() {
     let (mut left, mut right) = (module(&LEFT_LEG), module(&RIGHT_LEG));
     let _ = (left.received(Back, cp(A), 0), right.received(Back, cp(B), 0));
-    let (left, right) = (left.posture(0).unwrap(), right.posture(0).unwrap());
-    assert_eq!(right, Posture { motor2: -left.motor2, ..left });
-    assert_ne!(left.motor2, 0);
+    for now in [0, 499] {
+        let (left, right) = (left.posture(now).unwrap(), right.posture(now).unwrap());
+        assert_eq!(right, Posture { motor2: -left.motor2, roll: 90 + (90 - left.roll), ..left });
+        assert_ne!(left.motor2, 0);
+    }
+    assert_ne!(left.posture(499).unwrap().roll, 90);
 }
 
 /// What comes of a beat's question: no answer, or one from a leg on its feet, or on its back.
@@ -269,6 +272,7 @@ fn a_leg_that_lies_on_its_back_lifts_the_other_way_until_it_does_not_or_nobody_s
                 let holds = said.is_some_and(|said| beat - said <= usize::from(LASTS));
                 let expected = match action_to[beat % 2] {
                     Swing if holds => SwingOver,
+                    Holding if holds => HoldingOver,
                     action => action,
                 };
                 assert_eq!(action, expected, "beat {beat} of {answers:?}");
@@ -364,15 +368,15 @@ fn an_order_goes_to_all_others_once_and_legs_of_that_side_shorten_their_stride()
         let _ = (left_leg.received(Back, cp(A), now), right_leg.received(Back, cp(B), now));
         [left_leg.posture(now).unwrap().motor2, right_leg.posture(now).unwrap().motor2]
     };
-    assert_eq!(hips(&mut left_leg, &mut right_leg, 0), [-20, 20]);
+    assert_eq!(hips(&mut left_leg, &mut right_leg, 0), [-18, 18]);
     for leg in [&mut left_leg, &mut right_leg] {
         let _ = leg.received(Back, Hormone::Order(left), 20);
     }
-    assert_eq!([left_leg.posture(20).unwrap().motor2, right_leg.posture(20).unwrap().motor2], [-10, 20]);
+    assert_eq!([left_leg.posture(20).unwrap().motor2, right_leg.posture(20).unwrap().motor2], [-9, 18]);
     for leg in [&mut left_leg, &mut right_leg] {
         assert!(leg.timer(20 + crate::order::HOLDS).is_some(), "the beat");
     }
-    assert_eq!(hips(&mut left_leg, &mut right_leg, 2_500), [-20, 20], "the order holds no longer");
+    assert_eq!(hips(&mut left_leg, &mut right_leg, 2_500), [-18, 18], "the order holds no longer");
 }
 
 #[test]

@@ -11,7 +11,7 @@
 //! turned over walks on. Nobody tells it; the hip goes on as before, and ahead is where it was.
 
 use super::Leader;
-use crate::action::Action::{Holding, Straight, Swing, SwingOver};
+use crate::action::Action::{Holding, HoldingOver, Straight, Swing, SwingOver};
 use crate::data::Data::{A, B};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
@@ -31,7 +31,9 @@ crate::gait! {
         received(LeftLeg, A).perform(Swing),
         received(LeftLeg, A).given(UpsideDown).perform(SwingOver),
         received(RightLeg, A).perform(Holding),
+        received(RightLeg, A).given(UpsideDown).perform(HoldingOver),
         received(LeftLeg, B).perform(Holding),
+        received(LeftLeg, B).given(UpsideDown).perform(HoldingOver),
         received(RightLeg, B).perform(Swing),
         received(RightLeg, B).given(UpsideDown).perform(SwingOver),
     ],

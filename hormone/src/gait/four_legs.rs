@@ -4,7 +4,7 @@
 //! So they swing in the order left hind, left front, right hind, right front.
 
 use super::Leader;
-use crate::action::Action::{Holding, Straight, Swing, SwingOver};
+use crate::action::Action::{Holding, HoldingOver, Straight, Swing, SwingOver};
 use crate::data::Data::{A, B, C, D};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
@@ -21,8 +21,10 @@ crate::gait! {
         received(LeftLeg, A).perform(Swing),
         received(LeftLeg, A).given(UpsideDown).perform(SwingOver),
         received(LeftLeg, B).to(D).perform(Holding),
+        received(LeftLeg, B).to(D).given(UpsideDown).perform(HoldingOver),
         received(RightLeg, C).perform(Swing),
         received(RightLeg, C).given(UpsideDown).perform(SwingOver),
         received(RightLeg, D).to(B).perform(Holding),
+        received(RightLeg, D).to(B).given(UpsideDown).perform(HoldingOver),
     ],
 }

@@ -5,7 +5,7 @@
 //! faster walk on three legs at a time there is the centipede.
 
 use super::Leader;
-use crate::action::Action::{Holding, Straight, Swing, SwingOver};
+use crate::action::Action::{Holding, HoldingOver, Straight, Swing, SwingOver};
 use crate::data::Data::{A, B, C, D, E, F};
 use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
@@ -22,8 +22,10 @@ crate::gait! {
         received(LeftLeg, A).perform(Swing),
         received(LeftLeg, A).given(UpsideDown).perform(SwingOver),
         received(LeftLeg, B).to(F).perform(Holding),
+        received(LeftLeg, B).to(F).given(UpsideDown).perform(HoldingOver),
         received(RightLeg, D).perform(Swing),
         received(RightLeg, D).given(UpsideDown).perform(SwingOver),
         received(RightLeg, E).to(C).perform(Holding),
+        received(RightLeg, E).to(C).given(UpsideDown).perform(HoldingOver),
     ],
 }

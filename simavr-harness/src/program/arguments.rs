@@ -35,6 +35,11 @@ pub struct Sim {
     #[arg(long, default_value = "simavr")]
     pub engine: EngineName,
 
+    /// What the robot is in: level ground, where it has weight and moves; or none, where each joint turns by
+    /// itself. Ground, unless given; with --engine host none.
+    #[arg(long)]
+    pub world: Option<WorldName>,
+
     /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs
     /// 11, cross 5.
     #[arg(long, value_parser = modules)]
@@ -98,6 +103,14 @@ pub struct Bench {
 pub enum EngineName {
     Simavr,
     Host,
+}
+
+/// What a robot is in.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WorldName {
+    Ground,
+    None,
 }
 
 /// What robot to run.

@@ -9,10 +9,29 @@ use simulation::{
     BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run, Transcript,
 };
 
-use super::arguments::{EngineName, Sim};
+use super::arguments::{EngineName, Sim, WorldName};
 
 /// Of the modules that do not know what they are, so many are named.
 const MISTAKEN_NAMED: usize = 5;
+
+/// The least speed of a robot that walks, in m/s: a module's half in 5 s.
+const WALKS: f64 = 0.084 / 5.0;
+
+/// The time in which its modules learn their types, and legs roll upright, in s.
+const RISES: f64 = 3.0;
+
+/// A robot that has run for less is not asked how far it has come, in s.
+const JUDGED_AFTER: f64 = 8.0;
+
+/// What a robot has been through, which decides what is expected of it.
+pub struct Course {
+    /// Nothing has happened to it, and no frames were lost.
+    pub is_calm: bool,
+    /// It was told to walk by another gait.
+    pub is_ordered: bool,
+    /// Nothing else has happened to it.
+    pub is_undisturbed: bool,
+}
 
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
@@ -57,6 +76,16 @@ pub struct Report {
     /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in
     /// Periods.
     pub recovery_periods_max: Option<f64>,
+    /// What the robot is in.
+    pub world: WorldName,
+    /// How far it has come ahead, in m.
+    pub distance_m: Option<f64>,
+    /// Of its length at power-up.
+    pub body_lengths: Option<f64>,
+    /// How far it has come to a side, of that.
+    pub sideways_percent: Option<f64>,
+    /// How fast what bears it slides on the ground, of its own speed.
+    pub slip_percent: Option<f64>,
     /// `None` where no MCU is simulated.
     pub cpu_load: Option<CpuLoad>,
     pub link: LinkTotals,
@@ -115,7 +144,7 @@ impl Report {
         run: &Run<impl Robot>,
         wall: Duration,
         cpu_load: Option<CpuLoad>,
-        is_calm: bool,
+        course: &Course,
     ) -> Self {
         let Run { robot, observer, .. } = run;
         let modules = robot.wiring().modules();
@@ -147,6 +176,8 @@ impl Report {
         };
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
+        let motion = robot.motion();
+        let finite = |value: f64| value.is_finite().then_some(value);
         let mut report = Report {
             engine: options.engine,
             modules,
@@ -172,6 +203,11 @@ impl Report {
             gait_violations: gait.violations,
             leg_skew_us_max: gait.skew_max.map(|cycles| us(cycles as f64)),
             recovery_periods_max: gait.recovery_periods(),
+            world: if motion.is_some() { WorldName::Ground } else { WorldName::None },
+            distance_m: motion.map(|motion| motion.distance),
+            body_lengths: motion.map(|motion| motion.distance / motion.length),
+            sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
+            slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
             cpu_load,
             link: robot.links(),
             bridge: robot.bridges(),
@@ -179,7 +215,7 @@ impl Report {
             state_hash: format!("{:016x}", robot.state_hash()),
             faults: Vec::new(),
         };
-        report.faults = report.find_faults(robot, is_calm);
+        report.faults = report.find_faults(robot, course);
         report
     }
 
@@ -188,8 +224,10 @@ impl Report {
         &self.faults
     }
 
-    fn find_faults(&self, robot: &impl Robot, is_calm: bool) -> Vec<String> {
+    fn find_faults(&self, robot: &impl Robot, course: &Course) -> Vec<String> {
+        let &Course { is_calm, is_ordered, is_undisturbed } = course;
         let mut faults = robot.crashes();
+        faults.extend(robot.trouble());
         let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !robot.is_right(module)).collect();
         for &module in mistaken.iter().take(MISTAKEN_NAMED) {
             let wiring = robot.wiring().neighbours(module);
@@ -204,6 +242,15 @@ impl Report {
         }
         if self.gait_violations > 0 {
             faults.push(format!("the gait was wrong {} times", self.gait_violations));
+        }
+        let least = WALKS * (self.simulated_seconds - RISES);
+        if let Some(distance) = self.distance_m.filter(|_| is_undisturbed && (self.legs > 0 || is_ordered))
+            && self.simulated_seconds >= JUDGED_AFTER
+            && distance < least
+        {
+            faults.push(format!(
+                "the robot does not walk: {distance:.3} m ahead, where {least:.3} m are the least"
+            ));
         }
         // Where frames are lost or modules come and go hormones may be given up; what the legs made of it is
         // counted above.

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, Image, Images, RobotBuilder, Wiring};
+use simavr_harness::{Engine, Ground, Image, Images, RobotBuilder, Wiring};
 use simulation::{Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
-use super::arguments::{EngineName, Sim, Source};
+use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
 use super::json;
-use super::report::{Console, CpuLoad, Report};
+use super::report::{Console, Course, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
@@ -34,6 +34,11 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             })
         }
         EngineName::Host => {
+            if options.world == Some(WorldName::Ground) {
+                return Err(
+                    "the native engine has no world: leave --world out, or ask for --engine simavr".into()
+                );
+            }
             if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
                 return Err("a console tells of programs that run: ask for --engine simavr".into());
             }
@@ -49,7 +54,12 @@ fn run_robot<R: Robot>(
     options: &Sim,
     cpu_load: impl Fn(&R) -> Option<CpuLoad>,
 ) -> Result<bool, Box<dyn Error>> {
-    let is_calm = options.loss == 0.0 && timeline.is_empty();
+    let mut course = Course {
+        is_calm: options.loss == 0.0 && timeline.is_empty(),
+        is_ordered: timeline.iter().any(|event| event.change.orders().is_some()),
+        is_undisturbed: timeline.iter().all(|event| event.change.orders().is_some_and(keeps_shape)),
+    };
+    course.is_undisturbed &= options.loss == 0.0;
     if options.loss > 0.0 {
         let change = Change::Loss { links: Links::All, probability: options.loss };
         timeline.insert(0, Event { at: 0, change });
@@ -63,7 +73,7 @@ fn run_robot<R: Robot>(
     }
     display.show(&run, end, started.elapsed())?;
     display.finish();
-    let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), is_calm);
+    let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), &course);
     for Console { at, dock, complete, text } in &report.consoles {
         let rest = if *complete { "" } else { "...\n" };
         eprint!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n");
@@ -79,6 +89,11 @@ fn run_robot<R: Robot>(
         eprintln!("superbot-sim: {fault}");
     }
     Ok(report.faults().is_empty())
+}
+
+/// Whether a robot that is ordered this goes somewhere, and does not change its shape.
+fn keeps_shape(gait: GaitName) -> bool {
+    !matches!(gait, GaitName::CloseRing | GaitName::OpenRing)
 }
 
 fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
@@ -118,6 +133,8 @@ fn build_robot(wiring: &Wiring, options: &Sim) -> Result<simavr_harness::Robot, 
     for face in wiring.attached() {
         images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
     }
-    let builder = RobotBuilder::wired(images, wiring);
-    Ok(builder.seed(options.seed).power_up_within(POWER_UP_WITHIN).build()?)
+    let builder = RobotBuilder::wired(images, wiring).seed(options.seed).power_up_within(POWER_UP_WITHIN);
+    let builder =
+        if options.world == Some(WorldName::None) { builder } else { builder.on(Ground::default()) };
+    Ok(builder.build()?)
 }

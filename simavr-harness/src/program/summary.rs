@@ -52,6 +52,16 @@ impl fmt::Display for Report {
                 "hop        {mean:.0} us mean, {over_wire:.2} times the wires' limit; {max:.0} us at most"
             )?;
         }
+        if let Some(distance) = self.distance_m {
+            let percent = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1} %"));
+            writeln!(
+                f,
+                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, {} slip",
+                self.body_lengths.unwrap_or_default(),
+                percent(self.sideways_percent),
+                percent(self.slip_percent)
+            )?;
+        }
         if let Some(CpuLoad { master, slave }) = &self.cpu_load {
             writeln!(
                 f,

@@ -1,6 +1,6 @@
 //! A centipede that is turned over walks on, with the images that it is flashed with: robots/turned.toml.
 
-use hormone::action::Action::{self, Holding, Straight, Swing, SwingOver};
+use hormone::action::Action::{self, Holding, HoldingOver, Straight, Swing, SwingOver};
 use hormone::event::Event as Behaviour;
 use simavr_harness::{Engine, RobotBuilder};
 use simulation::{Deed, Native, Robot, Run, Scenario};
@@ -89,17 +89,19 @@ fn each_leg_lifts_its_foot_as_it_lies_in_both_engines() {
         for pair in acts.windows(2) {
             let ((at, action), (next_at, next)) = (pair[0], pair[1]);
             assert!((next_at - at).abs_diff(PERIOD / 2) < 20 * MILLISECOND, "{pair:?}");
-            assert_ne!(action == Holding, next == Holding, "{pair:?}");
+            let holds = |action| matches!(action, Holding | HoldingOver);
+            assert_ne!(holds(action), holds(next), "{pair:?}");
         }
-        for (at, action) in acts.into_iter().filter(|act| act.1 != Holding) {
-            let expected: &[Action] = match at {
-                _ if at < over => &[Swing],
-                _ if at < over + TURNED_AFTER => &[Swing, SwingOver],
-                _ if at < back => &[SwingOver],
-                _ if at < back + TURNED_AFTER => &[Swing, SwingOver],
-                _ => &[Swing],
+        for (at, action) in acts {
+            let is_over = matches!(action, SwingOver | HoldingOver);
+            let expected: &[bool] = match at {
+                _ if at < over => &[false],
+                _ if at < over + TURNED_AFTER => &[false, true],
+                _ if at < back => &[true],
+                _ if at < back + TURNED_AFTER => &[false, true],
+                _ => &[false],
             };
-            assert!(expected.contains(&action), "{action:?} after {} ms", at / MILLISECOND);
+            assert!(expected.contains(&is_over), "{action:?} after {} ms", at / MILLISECOND);
         }
     }
 }
@@ -111,9 +113,9 @@ struct Turned {
     hip: [f64; 2],
 }
 
-/// The joints do it: feet go up where up is, hips ahead where ahead was, and the trunk keeps straight.
+/// The joints do it: feet press down where down is and are lifted again, hips go ahead where ahead was, and the trunk keeps straight.
 #[test]
-fn feet_leave_the_ground_on_the_side_that_is_up() {
+fn feet_press_on_the_ground_on_the_side_that_is_down() {
     // On its feet, and on its back: once the legs have rolled upright, and the change is over.
     let spans = [3 * SECOND..4 * SECOND, 6 * SECOND..8 * SECOND];
     let looks: Vec<u64> =
@@ -136,7 +138,7 @@ fn feet_leave_the_ground_on_the_side_that_is_up() {
     for (over, legs) in seen.into_iter().enumerate() {
         for Turned { foot: [least, most], hip: [behind, ahead] } in legs {
             let [lifted, pressed] = if over == 1 { [-least, -most] } else { [most, least] };
-            assert!(lifted > 15.0 && pressed > -2.0, "foot from {least} to {most}");
+            assert!(lifted > -5.0 && pressed < -15.0, "foot from {least} to {most}");
             assert!(behind < -10.0 && ahead > 10.0, "hip from {behind} to {ahead}");
         }
     }

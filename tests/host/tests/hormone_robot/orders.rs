@@ -37,7 +37,7 @@ fn legs_on_the_inner_side_of_a_turn_take_half_the_stride_until_the_remote_contro
     robot.discover(150).unwrap();
     robot.run(2_000);
     let whole = strides(&mut robot);
-    assert!(whole.concat().iter().all(|&stride| stride == 40));
+    assert!(whole.concat().iter().all(|&stride| stride == 36));
     assert_eq!(whole.concat().len(), 48);
 
     for (serial, (course, halved)) in (0..).zip([(Course::Left, 0), (Course::Right, 1)]) {
@@ -46,8 +46,8 @@ fn legs_on_the_inner_side_of_a_turn_take_half_the_stride_until_the_remote_contro
         robot.order(leg, order(What::Steer(course), serial));
         robot.run(200);
         let turning = strides(&mut robot);
-        assert!(turning[halved].iter().all(|&stride| stride == 20), "{turning:?}");
-        assert!(turning[1 - halved].iter().all(|&stride| stride == 40), "{turning:?}");
+        assert!(turning[halved].iter().all(|&stride| stride == 18), "{turning:?}");
+        assert!(turning[1 - halved].iter().all(|&stride| stride == 36), "{turning:?}");
         assert_eq!(robot.gait_violations(robot.now - 2_000, robot.now), 0);
     }
     robot.run(u32::from(HOLDS));

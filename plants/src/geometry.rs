@@ -1,0 +1,109 @@
+//! A module as rigid bodies: where its joints and docks are.
+//!
+//! A module is two cubes in a row (Salemi, Moll and Shen, 2006). In the middle of each a joint bends it, and
+//! between them a third joint rolls. The frame of a module has its origin between the cubes; x points to the
+//! Front, y to the Left, z to the Up of a straight module. Lengths are in mm.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+/// The edge of a cube, in mm: a module is 168 mm long (Salemi, Moll and Shen, 2006).
+pub const EDGE: f64 = 84.0;
+
+/// The angles of a module's three joints, in degrees: Motor0, which bends the half with the Front dock, the
+/// roll between the halves, Motor2.
+pub type Angles = [f64; 3];
+
+/// A dock, in the order of their indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dock {
+    Front,
+    Back,
+    Left,
+    Right,
+    Up,
+    Down,
+}
+
+impl Dock {
+    pub const ALL: [Dock; 6] = [Dock::Front, Dock::Back, Dock::Left, Dock::Right, Dock::Up, Dock::Down];
+
+    /// The half that carries the dock.
+    pub fn half(self) -> Half {
+        match self {
+            Dock::Front | Dock::Left | Dock::Right => Half::Front,
+            Dock::Back | Dock::Up | Dock::Down => Half::Back,
+        }
+    }
+
+    /// The frame of the dock in that of its half. It has its origin in the middle of the dock's face, x points
+    /// outwards, and z is what lies on z of the dock that is attached to it, but for a [quarter turn](attached).
+    /// On z of all docks round a module lies its Up, on that of Up and Down its Front.
+    pub fn in_half(self) -> DAffine3 {
+        let [outwards, up] = match self {
+            Dock::Front => [DVec3::X, DVec3::Z],
+            Dock::Back => [DVec3::NEG_X, DVec3::Z],
+            Dock::Left => [DVec3::Y, DVec3::Z],
+            Dock::Right => [DVec3::NEG_Y, DVec3::Z],
+            Dock::Up => [DVec3::Z, DVec3::X],
+            Dock::Down => [DVec3::NEG_Z, DVec3::X],
+        };
+        let orientation = DMat3::from_cols(outwards, up.cross(outwards), up);
+        DAffine3::from_mat3(orientation) * DAffine3::from_translation(DVec3::X * (EDGE / 2.0))
+    }
+
+    /// The frame of the dock in that of its module.
+    pub fn in_module(self, angles: Angles) -> DAffine3 {
+        self.half().in_module(angles) * self.in_half()
+    }
+}
+
+/// A half of a module: what turns about Motor0, or about Motor2. The master's board, and with it the
+/// accelerometer, is in the front one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    Front,
+    Back,
+}
+
+impl Half {
+    /// The frame of the half in that of its module. Its origin is in the middle of the cube, on the joint's
+    /// axis. Positive angles bend both halves towards Up.
+    pub fn in_module(self, angles: Angles) -> DAffine3 {
+        let [front, roll, back] = angles.map(f64::to_radians);
+        let at = DVec3::X * (EDGE / 2.0);
+        match self {
+            Half::Front => DAffine3::from_translation(at) * DAffine3::from_rotation_y(-front),
+            Half::Back => {
+                DAffine3::from_rotation_x(roll)
+                    * DAffine3::from_translation(-at)
+                    * DAffine3::from_rotation_y(back)
+            }
+        }
+    }
+}
+
+/// From a dock's frame to that of one attached to it. A Back is attached to a Left or a Right by a quarter
+/// turn, as a leg is: its hip turns about z of the body, and rolled by 90 degrees its half with the Front dock
+/// has its Up where the body has it.
+pub fn attached(one: Dock, other: Dock) -> DAffine3 {
+    let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
+    let is_leg = matches!(
+        (one, other),
+        (Dock::Back, Dock::Left | Dock::Right) | (Dock::Left | Dock::Right, Dock::Back)
+    );
+    let turn = if is_leg { DMat3::from_rotation_x(FRAC_PI_2) } else { DMat3::IDENTITY };
+    DAffine3::from_mat3(turn * opposite)
+}
+
+/// How a dock lies before another: from the middle of one to the middle of the other in mm, and by how many
+/// degrees it is turned, in any direction, from where it would fit. `None` if it looks away from the other, or
+/// lies behind it. Frames of both docks, in mm.
+pub fn before((one, frame): (Dock, DAffine3), (other, there): (Dock, DAffine3)) -> Option<(f64, f64)> {
+    // Where it is, seen from where it would fit.
+    let off = (frame * attached(one, other)).inverse() * there;
+    let degrees = DQuat::from_mat3(&off.matrix3).angle_between(DQuat::IDENTITY).to_degrees();
+    let is_behind = off.translation.x > EDGE / 2.0;
+    (degrees < 90.0 && !is_behind).then_some((off.translation.length(), degrees))
+}

@@ -1,0 +1,72 @@
+//! A joint's motor with its gears, as torque at the joint: what a joint alone and a joint in a world share.
+
+/// The voltage of a full duty, in V: two Li-ion cells at their nominal voltage (Salemi, Moll and Shen, 2006).
+pub const SUPPLY_VOLTS: f64 = 7.4;
+
+/// The torque at the standing joint with full duty, in Nm. From memory of SuperBot's papers, unverified.
+pub const STALL_TORQUE: f64 = 6.38;
+
+/// The current at the standing joint with full duty, in A. Assumed.
+pub const STALL_CURRENT: f64 = 1.2;
+
+/// The inertia of rotor and gear at the joint, in kg m². Assumed: 1e-7 kg m² behind a gear of 508.7.
+pub const GEAR_INERTIA: f64 = 1e-7 * 508.7 * 508.7;
+
+/// The torque of the gear's dry friction while the joint turns, in Nm. Assumed: 8 % of the stall torque.
+pub const SLIDING_FRICTION: f64 = 0.08 * STALL_TORQUE;
+
+/// The torque that it takes to break the standing joint loose, in Nm. Assumed: half as much again.
+pub const STATIC_FRICTION: f64 = 1.5 * SLIDING_FRICTION;
+
+/// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees"
+/// says.
+pub const STOP: f64 = 138.0;
+
+/// The winding's resistance, in ohms.
+const RESISTANCE: f64 = SUPPLY_VOLTS / STALL_CURRENT;
+
+/// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s
+/// without load.
+const TORQUE_CONSTANT: f64 = STALL_TORQUE / STALL_CURRENT;
+
+/// The torque that the winding takes from a joint that turns, in Nm s: whatever its voltage, for between
+/// pulses the bridge shorts it.
+pub const BRAKING: f64 = TORQUE_CONSTANT * TORQUE_CONSTANT / RESISTANCE;
+
+/// The joint's speed with `volts` at the motor and neither friction nor load, in rad/s.
+pub fn free_speed(volts: f64) -> f64 {
+    volts / TORQUE_CONSTANT
+}
+
+/// The motor's current with `volts` at it while the joint turns at `speed`, in rad/s. In A, with the sign of
+/// the torque.
+pub fn amperes(volts: f64, speed: f64) -> f64 {
+    (volts - TORQUE_CONSTANT * speed) / RESISTANCE
+}
+
+/// The torque of a current, in Nm.
+pub fn torque(amperes: f64) -> f64 {
+    TORQUE_CONSTANT * amperes
+}
+
+/// Slower than this, in rad/s, a joint counts as standing: 0.3 degrees/s. Assumed; a world's joints that are held
+/// by friction creep at half of that.
+const STANDING: f64 = 0.3 * std::f64::consts::PI / 180.0;
+
+/// The torque of dry friction at a joint that turns at `speed`, in rad/s. In Nm, against what moves it.
+pub fn friction(speed: f64) -> f64 {
+    if speed.abs() < STANDING { STATIC_FRICTION } else { SLIDING_FRICTION }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn braking_is_what_the_speed_takes_from_the_torque() {
+        let (volts, speed) = (3.0, 0.7);
+        let standing = torque(amperes(volts, 0.0));
+        assert!((torque(amperes(volts, speed)) - (standing - BRAKING * speed)).abs() < 1e-12);
+        assert!(torque(amperes(volts, free_speed(volts))).abs() < 1e-12);
+    }
+}

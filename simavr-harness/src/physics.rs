@@ -1,0 +1,126 @@
+//! The world that a robot is in, and what passes between the two each millisecond.
+
+use plants::geometry;
+use simulation::{Change, Face, Facing, Motion, Wiring, fnv_1a};
+use world::assumed::ACCELEROMETER_HZ;
+use world::{Ground, Placed, STEP_SECONDS, Trouble, World, WorldError};
+
+use crate::body::Body;
+
+/// What the world knows of a robot: volts at motors, and who holds whom.
+///
+/// A step takes the volts of the millisecond before, so that it can be computed while the MCUs run through the
+/// same millisecond: what a motor does is seen at its potentiometer a millisecond later than without a world.
+pub(crate) struct Physics {
+    world: World,
+    /// By module, what is at its motors in the next step.
+    volts: Vec<[f64; 3]>,
+    /// By module, what its accelerometer reads, after its filter.
+    accelerations: Vec<[f64; 3]>,
+    roll: f64,
+    trouble: Option<Trouble>,
+}
+
+impl Physics {
+    /// A world in which the robot lies as it does at power-up.
+    ///
+    /// # Errors
+    /// There is none for such a robot.
+    pub fn new(wiring: &Wiring, ground: &Ground) -> Result<Self, WorldError> {
+        let placed: Vec<Placed> = wiring
+            .placings()
+            .iter()
+            .map(|placing| Placed { frame: placing.frame, angles: placing.angles })
+            .collect();
+        let mut world = World::new(&placed, ground)?;
+        wiring.attachments().for_each(|(one, other)| world.attach(place(one), place(other)));
+        let modules = wiring.modules();
+        let accelerations = (0..modules).map(|module| world.acceleration(module)).collect();
+        Ok(Physics { world, volts: vec![[0.0; 3]; modules], accelerations, roll: 0.0, trouble: None })
+    }
+
+    /// Takes what a module's motors had in the millisecond that is over, and shows the module where its joints
+    /// are and what its accelerometer reads.
+    pub fn exchange(&mut self, module: usize, body: &mut Body) {
+        self.volts[module] = body.take_volts();
+        let [angles, speeds] = [self.world.angles(module), self.world.speeds(module)];
+        body.put(angles, speeds, self.accelerations[module]);
+    }
+
+    /// Lets a millisecond pass, unless the world has broken.
+    pub fn step(&mut self) {
+        if self.trouble.is_some() {
+            return;
+        }
+        self.trouble = self.world.step(&self.volts).err();
+        let share = 1.0 - (-2.0 * std::f64::consts::PI * ACCELEROMETER_HZ * STEP_SECONDS).exp();
+        for (module, filtered) in self.accelerations.iter_mut().enumerate() {
+            let read = self.world.acceleration(module);
+            filtered
+                .iter_mut()
+                .zip(read)
+                .for_each(|(filtered, read)| *filtered += share * (read - *filtered));
+        }
+    }
+
+    /// Brings what holds what to where `wiring` has it after a change; `before` that it was this.
+    pub fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring) {
+        if let Change::Kill(_) = change {
+            // A module without power stays where it is.
+            return;
+        }
+        let (old, new) = (before.attachments(), wiring.attachments());
+        for (one, _) in old.filter(|(one, other)| wiring.peer(*one) != Some(*other)) {
+            self.world.detach(place(one));
+        }
+        if let &Change::Swap(one, other) = change {
+            self.world.swap(one, other);
+        }
+        for (one, other) in new.filter(|(one, other)| before.peer(*one) != Some(*other)) {
+            self.world.attach(place(one), place(other));
+        }
+        if let &Change::Roll(degrees) = change {
+            self.world.turn_over(degrees - self.roll);
+            self.roll = degrees;
+        }
+    }
+
+    /// The free docks that a dock looks at.
+    pub fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing> {
+        let dock = |face: Face| (place(face).dock, self.world.dock(place(face)));
+        let own = dock(from);
+        let others = (0..wiring.modules())
+            .flat_map(|module| tasks::dock::Dock::ALL.map(|dock| Face { module, dock }))
+            .filter(|&face| face != from && wiring.peer(face).is_none());
+        let facing = others.filter_map(|face| {
+            let (millimetres, degrees) = geometry::before(own, dock(face))?;
+            Some(Facing { face, millimetres, degrees })
+        });
+        facing.collect()
+    }
+
+    /// From the middle of one dock to the middle of the other, in mm.
+    pub fn distance(&self, one: Face, other: Face) -> f64 {
+        let [one, other] = [one, other].map(|face| self.world.dock(place(face)).translation);
+        one.distance(other)
+    }
+
+    pub fn trouble(&self) -> Option<&Trouble> {
+        self.trouble.as_ref()
+    }
+
+    pub fn motion(&self) -> Motion {
+        let world::Motion { distance, sideways, length, slip } = self.world.motion();
+        Motion { distance, sideways, length, slip }
+    }
+
+    /// A hash of where all is and how it moves.
+    pub fn state_hash(&self) -> u64 {
+        fnv_1a(self.world.state().flat_map(f64::to_le_bytes))
+    }
+}
+
+/// A dock in the world's words.
+fn place(Face { module, dock }: Face) -> world::Face {
+    world::Face { module, dock: geometry::Dock::ALL[usize::from(dock.index())] }
+}

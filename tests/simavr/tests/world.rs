@@ -1,0 +1,147 @@
+//! Robots with the images that they are flashed with, in a physical world.
+
+use simavr_harness::{Engine, Ground, RobotBuilder};
+use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape};
+use superbot_tests_simavr::{MILLISECOND, firmware};
+use tasks::dock::Dock;
+use tasks::motor::Axis;
+
+const SECOND: u64 = 1000 * MILLISECOND;
+
+fn centipede(modules: usize, seed: u64, threads: usize) -> Engine {
+    let wiring = Shape::Centipede.wiring(modules).unwrap();
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).power_up_within(40 * MILLISECOND);
+    Engine::new(robot.on(Ground::default()).build().unwrap(), threads)
+}
+
+/// Where the joints of a module are, in degrees.
+fn angles(engine: &Engine, module: usize) -> [f64; 3] {
+    engine.robot().module(module).unwrap().body().angles()
+}
+
+#[test]
+fn threads_change_nothing_and_the_seed_does() {
+    let hash = |seed, threads| {
+        let mut engine = centipede(6, seed, threads);
+        // Not at the end of a millisecond, nor of a window.
+        for end in [SECOND / 3, 1_500 * MILLISECOND + 1] {
+            engine.run_until(end);
+        }
+        engine.state_hash()
+    };
+    let one = hash(1, 1);
+    assert_eq!(one, hash(1, 2));
+    assert_eq!(one, hash(1, 3));
+    assert_ne!(one, hash(2, 2));
+}
+
+#[test]
+fn how_often_a_run_is_interrupted_changes_nothing() {
+    let run = |step: u64| {
+        let mut engine = centipede(2, 1, 1);
+        while engine.cycle() < SECOND {
+            engine.run_until((engine.cycle() + step).min(SECOND));
+        }
+        engine.state_hash()
+    };
+    assert_eq!(run(SECOND), run(7_777));
+}
+
+#[test]
+fn legs_turn_to_where_they_are_told_against_the_ground() {
+    let mut engine = centipede(6, 1, 2);
+    engine.run_until(4 * SECOND);
+    for leg in [2, 3] {
+        let [_, roll, _] = angles(&engine, leg);
+        assert!((65.0..115.0).contains(&roll), "leg {leg} has rolled to {roll}");
+    }
+    let [_, roll, _] = angles(&engine, 4);
+    assert!(roll.abs() < 5.0, "the spine is at {roll}");
+}
+
+#[test]
+fn who_is_turned_over_feels_it() {
+    let mut engine = centipede(6, 1, 2);
+    let up = |engine: &Engine| engine.robot().module(1).unwrap().body().acceleration()[2];
+    engine.run_until(SECOND);
+    assert!(up(&engine) > 0.5, "{}", up(&engine));
+    engine.change(&Change::Roll(180.0)).unwrap();
+    engine.run_until(2 * SECOND);
+    assert!(up(&engine) < -0.5, "{}", up(&engine));
+}
+
+#[test]
+fn what_is_detached_stays_behind_and_can_be_joined_again() {
+    let mut engine = centipede(10, 1, 2);
+    engine.run_until(3 * SECOND);
+    let [one, other] = [Face { module: 8, dock: Dock::Back }, Face { module: 9, dock: Dock::Front }];
+    engine.change(&Change::Detach(one)).unwrap();
+    engine.run_until(4 * SECOND);
+    assert!(engine.trouble().is_none());
+    let gap = |engine: &Engine| engine.robot().distance(one, other).unwrap();
+    let before = gap(&engine);
+    engine.change(&Change::Attach(one, other)).unwrap();
+    // At 30 mm/s.
+    engine.run_until(engine.cycle() + 4 * SECOND);
+    assert!(engine.trouble().is_none());
+    assert!(before > 5.0 && gap(&engine) < 1.0, "{before} mm, then {}", gap(&engine));
+}
+
+#[test]
+fn modules_that_change_places_take_their_joints_with_them() {
+    let mut engine = centipede(6, 1, 1);
+    engine.run_until(3 * SECOND);
+    let before = [2, 4].map(|module| angles(&engine, module));
+    engine.change(&Change::Swap(2, 4)).unwrap();
+    engine.run_until(engine.cycle() + 2 * MILLISECOND);
+    let roll = usize::from(Axis::Roll.index());
+    assert!((angles(&engine, 4)[roll] - before[0][roll]).abs() < 1.0);
+    assert!((angles(&engine, 2)[roll] - before[1][roll]).abs() < 1.0);
+    engine.run_until(engine.cycle() + SECOND);
+    assert!(engine.trouble().is_none());
+}
+
+/// Runs a robot through a file's events. Returns how it has moved after each of the times.
+fn motions(file: &str, looks: &[u64]) -> Vec<Motion> {
+    let Scenario { wiring, timeline } = Scenario::from_toml(file).unwrap();
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
+    let mut run = Run::new(Engine::new(robot.on(Ground::default()).build().unwrap(), 2), timeline, SECOND);
+    let look = |&at: &u64| {
+        while run.step(at).unwrap() {}
+        assert_eq!(run.robot.trouble(), None);
+        run.robot.motion().unwrap()
+    };
+    looks.iter().map(look).collect()
+}
+
+#[test]
+fn a_centipede_walks_ahead() {
+    let mut engine = centipede(10, 1, 2);
+    engine.run_until(8 * SECOND);
+    let Motion { distance, sideways, slip, .. } = engine.motion().unwrap();
+    assert!(distance > 0.4, "{distance} m");
+    assert!(sideways.abs() < 0.3 * distance, "{sideways} m sideways of {distance}");
+    assert!(slip < 1.5, "it drags itself: {slip}");
+}
+
+#[test]
+fn on_its_back_it_walks_on_at_half_its_speed_at_least() {
+    let file = "modules = 10\nshape = 'centipede'\n[[event]]\nat = 6\nroll = 180\n";
+    let ways: Vec<f64> = motions(file, &[3, 6, 8, 11].map(|at| at * SECOND))
+        .into_iter()
+        .map(|motion| motion.distance)
+        .collect();
+    let [upright, over] = [ways[1] - ways[0], ways[3] - ways[2]];
+    assert!(upright > 0.15 && over > upright / 2.0, "{upright} m, then {over} m on its back");
+}
+
+#[test]
+fn a_ring_rolls_and_a_chain_crawls_half_a_body_length_at_least() {
+    for file in [
+        include_str!("../../../robots/gaits/rolling-track.toml"),
+        include_str!("../../../robots/gaits/caterpillar.toml"),
+    ] {
+        let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
+        assert!(distance > length / 2.0, "{distance} m of {length}");
+    }
+}

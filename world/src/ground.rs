@@ -1,0 +1,70 @@
+//! What robots move on.
+
+use std::fmt::{self, Write};
+
+use crate::assumed::{FRICTION, GRAVITY};
+
+/// The ground: a plane, on which there may be steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ground {
+    /// The coefficient of friction.
+    pub friction: f64,
+    /// How steep it is, in degrees: positive where it rises ahead.
+    pub slope: f64,
+    pub steps: Option<Steps>,
+}
+
+/// A stair that rises ahead, across the whole way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Steps {
+    /// Where the first one begins, in m ahead of the robot's middle.
+    pub from: f64,
+    /// The height of each, in m.
+    pub height: f64,
+    /// The length of each, in m.
+    pub length: f64,
+    pub number: usize,
+}
+
+/// Half the width of a step, in m.
+const HALF_WIDTH: f64 = 50.0;
+
+impl Default for Ground {
+    fn default() -> Self {
+        Ground { friction: FRICTION, slope: 0.0, steps: None }
+    }
+}
+
+impl Ground {
+    /// Gravity as the ground has it, in m/s². The ground stays level, and what is down is turned: a plane of
+    /// any slope is the same plane.
+    pub(crate) fn gravity(&self) -> [f64; 3] {
+        let slope = self.slope.to_radians();
+        [-GRAVITY * slope.sin(), 0.0, -GRAVITY * slope.cos()]
+    }
+
+    /// How many geoms it is made of.
+    pub(crate) fn geoms(&self) -> usize {
+        1 + self.steps.as_ref().map_or(0, |steps| steps.number)
+    }
+
+    /// Writes its geoms, which collide with modules and not with each other.
+    pub(crate) fn write(&self, xml: &mut String) -> fmt::Result {
+        let friction = self.friction;
+        let common = format!("contype='1' conaffinity='0' friction='{friction} 0 0'");
+        writeln!(xml, "<geom type='plane' size='0 0 1' {common}/>")?;
+        let Some(Steps { from, height, length, number }) = &self.steps else { return Ok(()) };
+        for step in 0..*number {
+            // Each reaches up to the end of the stair, on top of those before it.
+            let begin = from + step as f64 * length;
+            let half = (number - step) as f64 * length / 2.0;
+            let z = (step as f64 + 0.5) * height;
+            let [middle, half_height] = [begin + half, height / 2.0];
+            writeln!(
+                xml,
+                "<geom type='box' pos='{middle} 0 {z}' size='{half} {HALF_WIDTH} {half_height}' {common}/>"
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,18 @@
+//! A physical world for robots that are made of modules: bodies, joints, docks that hold each other, ground.
+//!
+//! [`World`] takes volts at motors, and tells angles, speeds, accelerations and where docks are. It knows
+//! nothing of firmware, hormones or microcontrollers. The rigid bodies are MuJoCo's (Todorov, Erez and Tassa,
+//! 2012); motors, gears and geometry are those of [`plants`], and what else is [`assumed`] stands in one file.
+
+pub mod assumed;
+mod ground;
+mod libm;
+mod model;
+mod motion;
+mod mujoco;
+mod weld;
+mod world;
+
+pub use ground::{Ground, Steps};
+pub use motion::Motion;
+pub use world::{Face, Placed, STEP_SECONDS, Trouble, World, WorldError};

@@ -1,0 +1,140 @@
+//! The text from which MuJoCo makes a model: modules as bodies and hinges, welds to come, the ground.
+//!
+//! A module is four bodies, each a box of half a cube: two on the roll's axis, and on each of these, by a
+//! hinge, the half with the docks. Modules are no trees of each other, for a long chain as one tree makes the
+//! solver's matrices dense. Docks are welds between halves.
+
+use std::fmt::{self, Write};
+
+use glam::{DQuat, DVec3};
+use plants::geometry::{Dock, EDGE, Half};
+use plants::motor::{BRAKING, GEAR_INERTIA, SLIDING_FRICTION, STOP};
+
+use crate::assumed::{MODULE_MASS, SHELL, SLIMMER, STIFFNESS_SECONDS};
+use crate::ground::Ground;
+use crate::world::{Placed, STEP_SECONDS};
+
+/// Bodies of a module, in the order of the model.
+pub const BODIES: usize = 4;
+
+/// Positions of a module: three numbers and a quaternion of its root, and three angles.
+pub const POSITIONS: usize = 10;
+
+/// Speeds of a module: six of its root, and three of its hinges.
+pub const SPEEDS: usize = 9;
+
+/// Where the hinges' numbers begin among those of a module.
+pub const HINGE_POSITION: usize = 7;
+pub const HINGE_SPEED: usize = 6;
+
+/// Millimetres in a metre.
+pub const MILLI: f64 = 1e-3;
+
+/// The body of a module that has no hinge: the one behind Motor0.
+pub fn root(module: usize) -> usize {
+    // Body 0 is the world.
+    1 + BODIES * module
+}
+
+/// The body that is a half of a module.
+pub fn half(module: usize, half: Half) -> usize {
+    root(module) + if half == Half::Front { 1 } else { 3 }
+}
+
+/// What a body is, for people.
+pub fn name(body: usize) -> String {
+    let parts =
+        ["front of the roll", "half with the Front dock", "back of the roll", "half with the Back dock"];
+    match body.checked_sub(1) {
+        Some(index) => format!("module {}, {}", index / BODIES, parts[index % BODIES]),
+        None => "the ground".into(),
+    }
+}
+
+/// The number of welds that so many modules may need: each takes two docks.
+pub fn welds(modules: usize) -> usize {
+    modules * Dock::ALL.len() / 2
+}
+
+/// The text of a model with these modules, straight, on this ground.
+pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
+    let mut xml = String::new();
+    let [gx, gy, gz] = ground.gravity();
+    write!(
+        xml,
+        "<mujoco><compiler angle='radian'/>
+        <option timestep='{STEP_SECONDS}' integrator='implicitfast' solver='Newton' jacobian='sparse' cone='elliptic'
+            gravity='{gx} {gy} {gz}' iterations='50'><flag autoreset='disable'/></option>
+        <default>
+            <geom type='box' contype='0' conaffinity='1' friction='0 0 0' solref='{STIFFNESS_SECONDS} 1'/>
+            <joint armature='{GEAR_INERTIA}' damping='{BRAKING}' frictionloss='{SLIDING_FRICTION}'
+                solreffriction='{STIFFNESS_SECONDS} 1' solimpfriction='0.95 0.95 0.001 0.5 2'
+                limited='true' range='-{stop} {stop}'/>
+            <equality solref='{STIFFNESS_SECONDS} 1' solimp='0.99 0.999 0.001 0.5 2'/>
+        </default>
+        <worldbody>",
+        stop = STOP.to_radians()
+    )?;
+    ground.write(&mut xml)?;
+    for module in modules {
+        write_module(&mut xml, module)?;
+    }
+    writeln!(xml, "</worldbody><equality>")?;
+    for _ in 0..welds(modules.len()) {
+        // Of which bodies, is said when they are welded.
+        writeln!(xml, "<weld body1='0root' body2='0back' relpose='0 0 0 1 0 0 0' active='false'/>")?;
+    }
+    writeln!(xml, "</equality><sensor>")?;
+    for module in 0..modules.len() {
+        writeln!(xml, "<accelerometer site='{module}'/>")?;
+    }
+    writeln!(xml, "</sensor></mujoco>")?;
+    Ok(xml)
+}
+
+/// Writes a module, whose number follows from what is written already.
+fn write_module(xml: &mut String, Placed { frame, .. }: &Placed) -> fmt::Result {
+    let module = xml.matches("<freejoint").count();
+    let [x, y, z] = (frame.translation * MILLI).to_array();
+    let DQuat { x: i, y: j, z: k, w } = DQuat::from_mat3(&frame.matrix3);
+    writeln!(xml, "<body name='{module}root' pos='{x} {y} {z}' quat='{w} {i} {j} {k}'><freejoint/>")?;
+    write_box(xml, inner_half(), 1.0)?;
+    let at = EDGE / 2.0 * MILLI;
+    writeln!(xml, "<body pos='{at} 0 0'><joint axis='0 -1 0'/><site name='{module}'/>")?;
+    write_box(xml, outer_half(), 1.0)?;
+    writeln!(xml, "</body><body><joint axis='1 0 0'/>")?;
+    write_box(xml, inner_half(), -1.0)?;
+    writeln!(xml, "<body name='{module}back' pos='-{at} 0 0'><joint axis='0 1 0'/>")?;
+    write_box(xml, outer_half(), -1.0)?;
+    writeln!(xml, "</body></body></body>")
+}
+
+/// Writes half a cube, which lies on one side of its frame along x.
+fn write_box(xml: &mut String, half: DVec3, side: f64) -> fmt::Result {
+    let DVec3 { x, y, z } = half;
+    writeln!(xml, "<geom pos='{} 0 0' size='{x} {y} {z}' mass='{}'/>", side * x, MODULE_MASS / BODIES as f64)
+}
+
+/// Half the edges of half a cube that bears docks, in m.
+fn outer_half() -> DVec3 {
+    let half = (EDGE / 2.0 - SHELL) * MILLI;
+    DVec3::new(half / 2.0, half, half)
+}
+
+/// Half the edges of half a cube at the roll, in m: slimmer, so that a module lies on its ends.
+fn inner_half() -> DVec3 {
+    let across = (EDGE / 2.0 - SHELL - SLIMMER) * MILLI;
+    DVec3::new((EDGE / 2.0 - SHELL) / 2.0 * MILLI, across, across)
+}
+
+/// The corners of the boxes that bear docks in the frames of their bodies: of the one on the front side and of
+/// the one on the back side. In m.
+pub fn corners() -> [[DVec3; 8]; 2] {
+    let half = outer_half();
+    [1.0, -1.0].map(|side| {
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|corner| {
+            let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            DVec3::new(side * half.x, 0.0, 0.0) + half * DVec3::new(sign(0), sign(1), sign(2))
+        })
+    })
+}

@@ -1,0 +1,79 @@
+//! Docks that hold each other.
+
+use glam::{DAffine3, DQuat, DVec3};
+use plants::geometry::{Dock, attached};
+
+use crate::assumed::{PULL_SPEED, PULL_TURN};
+use crate::model::{self, MILLI};
+use crate::mujoco::Simulation;
+use crate::world::{Face, STEP_SECONDS};
+
+/// A dock that holds another. It begins where the docks are, and pulls them to where they fit.
+pub struct Weld {
+    pub faces: [Face; 2],
+    bodies: [usize; 2],
+    /// The middles of the faces in the frames of their bodies, in m.
+    points: [DVec3; 2],
+    /// How the second body is turned against the first where the docks fit.
+    turn: DQuat,
+    /// Where the second dock began, seen from where it fits: in m, in the frame of the first body.
+    off: DVec3,
+    /// How the second body was turned then.
+    turned: DQuat,
+    /// How much of that is left, of 1.
+    left: f64,
+    /// How much is pulled in a step.
+    rate: f64,
+}
+
+impl Weld {
+    /// A weld between two docks as they are now.
+    pub fn new(simulation: &Simulation, faces: [Face; 2]) -> Self {
+        let bodies = faces.map(|face| model::half(face.module, face.dock.half()));
+        let [one, other] = faces.map(|face| face.dock.in_half());
+        let points = [one, other].map(|dock| dock.translation * MILLI);
+        let fitting = one * attached(faces[0].dock, faces[1].dock) * other.inverse();
+        let [first, second] = bodies.map(|body| frame(simulation, body));
+        let actual = first.inverse() * second;
+        let off = actual.transform_point3(points[1]) - points[0];
+        let turn = DQuat::from_mat3(&fitting.matrix3);
+        let turned = DQuat::from_mat3(&actual.matrix3);
+        let seconds = (off.length() / MILLI / PULL_SPEED)
+            .max(turn.angle_between(turned).to_degrees() / PULL_TURN)
+            .max(STEP_SECONDS);
+        Weld { faces, bodies, points, turn, off, turned, left: 1.0, rate: STEP_SECONDS / seconds }
+    }
+
+    /// Whether it still pulls.
+    pub fn pulls(&self) -> bool {
+        self.left > 0.0
+    }
+
+    /// Pulls for a step, as the constraint `index`.
+    pub fn pull(&mut self, simulation: &mut Simulation, index: usize) {
+        self.left = (self.left - self.rate).max(0.0);
+        let points = [self.points[0] + self.off * self.left, self.points[1]];
+        simulation.weld(index, self.bodies, points, self.turn.slerp(self.turned, self.left));
+    }
+
+    /// How far the docks are from where they fit: in mm, and in degrees.
+    pub fn error(&self, simulation: &Simulation) -> (f64, f64) {
+        let [one, other] = self.bodies.map(|body| frame(simulation, body));
+        let apart = one.transform_point3(self.points[0]) - other.transform_point3(self.points[1]);
+        let turn = DQuat::from_mat3(&(one.inverse() * other).matrix3);
+        (apart.length() / MILLI, turn.angle_between(self.turn).to_degrees())
+    }
+}
+
+/// The frame of a body in the world, in m.
+pub fn frame(simulation: &Simulation, body: usize) -> DAffine3 {
+    let (position, turn) = simulation.pose(body);
+    DAffine3::from_rotation_translation(turn, position)
+}
+
+/// The frame of a dock in the world, in mm.
+pub fn dock(simulation: &Simulation, Face { module, dock }: Face) -> DAffine3 {
+    let half = frame(simulation, model::half(module, Dock::half(dock)));
+    let half = DAffine3 { translation: half.translation / MILLI, ..half };
+    half * dock.in_half()
+}

@@ -1,0 +1,68 @@
+//! Docks that hold each other.
+
+mod common;
+
+use common::{at, chain, run};
+use plants::geometry::Dock;
+use plants::motor::SUPPLY_VOLTS;
+use world::{Face, Ground, World};
+
+#[test]
+fn docks_hold_while_joints_pull() {
+    let mut world = chain(6);
+    let mut most = 0.0_f64;
+    for volts in [0.5 * SUPPLY_VOLTS, -0.5 * SUPPLY_VOLTS] {
+        run(&mut world, [volts, 0.0, volts], 1000);
+        most = world.angles(0)[0].abs().max(most);
+        let (mm, degrees) = world.dock_error();
+        assert!(mm < 0.5 && degrees < 0.5, "{mm} mm and {degrees} degrees");
+    }
+    assert!(most > 0.5, "joints turn");
+}
+
+#[test]
+fn docks_that_catch_pull_their_modules_together() {
+    let near = at(-178.0, 3.0, 0.0);
+    let mut world = World::new(&[at(0.0, 0.0, 0.0), near], &Ground::default()).unwrap();
+    let [back, front] = [Face { module: 0, dock: Dock::Back }, Face { module: 1, dock: Dock::Front }];
+    let gap = |world: &World| (world.dock(back).translation - world.dock(front).translation).length();
+    assert!((gap(&world) - 10.44).abs() < 0.01, "{}", gap(&world));
+    world.attach(back, front);
+    run(&mut world, [0.0; 3], 100);
+    assert!((6.0..9.0).contains(&gap(&world)), "pulled, not thrown: {}", gap(&world));
+    run(&mut world, [0.0; 3], 900);
+    assert!(gap(&world) < 0.1, "{}", gap(&world));
+}
+
+#[test]
+fn what_lets_go_falls_apart() {
+    let high = [at(0.0, 0.0, 3000.0), at(-168.0, 0.0, 3000.0), at(0.0, 2000.0, 0.0)];
+    let mut world = World::new(&high, &Ground::default()).unwrap();
+    let [back, front] = [Face { module: 0, dock: Dock::Back }, Face { module: 1, dock: Dock::Front }];
+    world.attach(back, front);
+    run(&mut world, [3.0, 0.0, 3.0], 200);
+    assert!(world.dock_error().0 < 0.1);
+    world.detach(front);
+    assert_eq!(world.dock_error(), (0.0, 0.0), "nothing is held");
+    run(&mut world, [-7.0, 0.0, -7.0], 400);
+    let apart = (world.dock(back).translation - world.dock(front).translation).length();
+    assert!(apart > 1.0, "{apart} mm");
+}
+
+#[test]
+fn a_leg_is_attached_by_a_quarter_turn_and_stands_upright_when_rolled() {
+    use glam::{DAffine3, DVec3};
+    use plants::geometry::attached;
+    use world::Placed;
+    let body = at(0.0, 0.0, 0.0);
+    let dock = Dock::Left.in_module([0.0; 3]) * attached(Dock::Left, Dock::Back);
+    let angles = [0.0, 90.0, 0.0];
+    let leg: DAffine3 = dock * Dock::Back.in_module(angles).inverse();
+    let mut world = World::new(&[body, Placed { frame: leg, angles }], &Ground::default()).unwrap();
+    let [left, back] = [Face { module: 0, dock: Dock::Left }, Face { module: 1, dock: Dock::Back }];
+    world.attach(left, back);
+    assert!(world.dock_error().0 < 1e-9);
+    run(&mut world, [0.0; 3], 100);
+    let up = world.front(1).matrix3 * DVec3::Z;
+    assert!(up.z > 0.99, "{up}");
+}
