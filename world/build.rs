@@ -27,7 +27,7 @@ fn main() {
         println!("cargo::rerun-if-changed={}", path.display());
         assert!(
             path.exists(),
-            "there is no {}: `./x setup` fetches MuJoCo {VERSION}; or name the folder of one in SUPERBOT_MUJOCO",
+            "there is no {}: `./x setup` fetches MuJoCo {VERSION}, or name its folder in SUPERBOT_MUJOCO",
             path.display()
         );
     }

@@ -246,8 +246,8 @@ impl Controller {
 
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
-    /// A right leg is a left one in a mirror: its hip turns the other way, and from upright it rolls to the other
-    /// side. A leg on the side that the robot turns to takes half the stride.
+    /// A right leg is a left one in a mirror: its hip turns the other way, and from upright it rolls to the
+    /// other side. A leg on the side that the robot turns to takes half the stride.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let (index, _) = self.progress(now)?;
         let posture = self.status.action.motion().get(index)?;

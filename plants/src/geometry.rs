@@ -37,9 +37,9 @@ impl Dock {
         }
     }
 
-    /// The frame of the dock in that of its half. It has its origin in the middle of the dock's face, x points
-    /// outwards, and z is what lies on z of the dock that is attached to it, but for a [quarter turn](attached).
-    /// On z of all docks round a module lies its Up, on that of Up and Down its Front.
+    /// The frame of the dock in that of its half. It has its origin in the middle of the dock's face, x
+    /// points outwards, and z is what lies on z of the dock that is attached to it, but for a [quarter
+    /// turn](attached). On z of all docks round a module lies its Up, on that of Up and Down its Front.
     pub fn in_half(self) -> DAffine3 {
         let [outwards, up] = match self {
             Dock::Front => [DVec3::X, DVec3::Z],
@@ -85,8 +85,8 @@ impl Half {
 }
 
 /// From a dock's frame to that of one attached to it. A Back is attached to a Left or a Right by a quarter
-/// turn, as a leg is: its hip turns about z of the body, and rolled by 90 degrees its half with the Front dock
-/// has its Up where the body has it.
+/// turn, as a leg is: its hip turns about z of the body, and rolled by 90 degrees its half with the Front
+/// dock has its Up where the body has it.
 pub fn attached(one: Dock, other: Dock) -> DAffine3 {
     let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let is_leg = matches!(
@@ -98,8 +98,8 @@ pub fn attached(one: Dock, other: Dock) -> DAffine3 {
 }
 
 /// How a dock lies before another: from the middle of one to the middle of the other in mm, and by how many
-/// degrees it is turned, in any direction, from where it would fit. `None` if it looks away from the other, or
-/// lies behind it. Frames of both docks, in mm.
+/// degrees it is turned, in any direction, from where it would fit. `None` if it looks away from the other,
+/// or lies behind it. Frames of both docks, in mm.
 pub fn before((one, frame): (Dock, DAffine3), (other, there): (Dock, DAffine3)) -> Option<(f64, f64)> {
     // Where it is, seen from where it would fit.
     let off = (frame * attached(one, other)).inverse() * there;

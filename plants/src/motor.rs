@@ -49,8 +49,8 @@ pub fn torque(amperes: f64) -> f64 {
     TORQUE_CONSTANT * amperes
 }
 
-/// Slower than this, in rad/s, a joint counts as standing: 0.3 degrees/s. Assumed; a world's joints that are held
-/// by friction creep at half of that.
+/// Slower than this, in rad/s, a joint counts as standing: 0.3 degrees/s. Assumed; a world's joints that are
+/// held by friction creep at half of that.
 const STANDING: f64 = 0.3 * std::f64::consts::PI / 180.0;
 
 /// The torque of dry friction at a joint that turns at `speed`, in rad/s. In Nm, against what moves it.

@@ -163,14 +163,15 @@ impl Body {
         self.joints.each_ref().map(Joint::degrees)
     }
 
-    /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in V.
+    /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in
+    /// V.
     pub(crate) fn take_volts(&mut self) -> [f64; 3] {
         let Driven { volts, steps } = self.driven.replace(Driven::default()).unwrap_or_default();
         volts.map(|sum| sum / f64::from(steps.max(1)))
     }
 
-    /// Brings the joints to where a world has them, in rad and rad/s, and shows the accelerometer what it has to
-    /// feel, in multiples of the acceleration of gravity.
+    /// Brings the joints to where a world has them, in rad and rad/s, and shows the accelerometer what it has
+    /// to feel, in multiples of the acceleration of gravity.
     pub(crate) fn put(&mut self, angles: [f64; 3], speeds: [f64; 3], acceleration: [f64; 3]) {
         for ((joint, angle), speed) in self.joints.iter_mut().zip(angles).zip(speeds) {
             joint.put(angle, speed);

@@ -9,8 +9,9 @@ use crate::body::Body;
 
 /// What the world knows of a robot: volts at motors, and who holds whom.
 ///
-/// A step takes the volts of the millisecond before, so that it can be computed while the MCUs run through the
-/// same millisecond: what a motor does is seen at its potentiometer a millisecond later than without a world.
+/// A step takes the volts of the millisecond before, so that it can be computed while the MCUs run through
+/// the same millisecond: what a motor does is seen at its potentiometer a millisecond later than without a
+/// world.
 pub(crate) struct Physics {
     world: World,
     /// By module, what is at its motors in the next step.
@@ -39,8 +40,8 @@ impl Physics {
         Ok(Physics { world, volts: vec![[0.0; 3]; modules], accelerations, roll: 0.0, trouble: None })
     }
 
-    /// Takes what a module's motors had in the millisecond that is over, and shows the module where its joints
-    /// are and what its accelerometer reads.
+    /// Takes what a module's motors had in the millisecond that is over, and shows the module where its
+    /// joints are and what its accelerometer reads.
     pub fn exchange(&mut self, module: usize, body: &mut Body) {
         self.volts[module] = body.take_volts();
         let [angles, speeds] = [self.world.angles(module), self.world.speeds(module)];

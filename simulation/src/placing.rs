@@ -1,4 +1,5 @@
-//! How a robot lies when it gets its power: each body straight on its belly, rings curled up, all of them side by side.
+//! How a robot lies when it gets its power: each body straight on its belly, rings curled up, all of them
+//! side by side.
 
 use glam::{DAffine3, DVec3};
 use tasks::dock::Dock;

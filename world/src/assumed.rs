@@ -1,5 +1,5 @@
-//! What is assumed of the bodies and of the ground, for nothing of it is public. What is assumed of motors and
-//! gears stands in [`plants::motor`].
+//! What is assumed of the bodies and of the ground, for nothing of it is public. What is assumed of motors
+//! and gears stands in [`plants::motor`].
 
 /// The mass of a module, in kg. The parts of the laboratory's simulator (ReMod3D) add up to 1.109 kg.
 /// Assumed: 0.5 kg a half, spread evenly over its box.
@@ -8,7 +8,8 @@ pub const MODULE_MASS: f64 = 1.0;
 /// The friction between a module and the ground: aluminium and plastic on a floor. Assumed.
 pub const FRICTION: f64 = 0.7;
 
-/// How far the shell stays behind the face of a dock, in mm, so that modules side by side do not rub. Assumed.
+/// How far the shell stays behind the face of a dock, in mm, so that modules side by side do not rub.
+/// Assumed.
 pub const SHELL: f64 = 1.0;
 
 /// How much the part at the roll stays behind the shell of the halves, in mm. Assumed.

@@ -2,7 +2,8 @@
 //!
 //! [`World`] takes volts at motors, and tells angles, speeds, accelerations and where docks are. It knows
 //! nothing of firmware, hormones or microcontrollers. The rigid bodies are MuJoCo's (Todorov, Erez and Tassa,
-//! 2012); motors, gears and geometry are those of [`plants`], and what else is [`assumed`] stands in one file.
+//! 2012); motors, gears and geometry are those of [`plants`], and what else is [`assumed`] stands in one
+//! file.
 
 pub mod assumed;
 mod ground;

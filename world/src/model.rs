@@ -63,7 +63,8 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     write!(
         xml,
         "<mujoco><compiler angle='radian'/>
-        <option timestep='{STEP_SECONDS}' integrator='implicitfast' solver='Newton' jacobian='sparse' cone='elliptic'
+        <option timestep='{STEP_SECONDS}' integrator='implicitfast' solver='Newton' jacobian='sparse'
+            cone='elliptic'
             gravity='{gx} {gy} {gz}' iterations='50'><flag autoreset='disable'/></option>
         <default>
             <geom type='box' contype='0' conaffinity='1' friction='0 0 0' solref='{STIFFNESS_SECONDS} 1'/>
@@ -127,8 +128,8 @@ fn inner_half() -> DVec3 {
     DVec3::new((EDGE / 2.0 - SHELL) / 2.0 * MILLI, across, across)
 }
 
-/// The corners of the boxes that bear docks in the frames of their bodies: of the one on the front side and of
-/// the one on the back side. In m.
+/// The corners of the boxes that bear docks in the frames of their bodies: of the one on the front side and
+/// of the one on the back side. In m.
 pub fn corners() -> [[DVec3; 8]; 2] {
     let half = outer_half();
     [1.0, -1.0].map(|side| {

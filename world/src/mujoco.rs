@@ -70,7 +70,8 @@ impl Simulation {
         keep_quiet();
         let xml = CString::new(xml).map_err(|error| error.to_string())?;
         let mut message = [0 as c_char; MESSAGE];
-        // SAFETY: the text and the message end with a zero byte and are as long as is said; there are no files.
+        // SAFETY: the text and the message end with a zero byte and are as long as is said; there are no
+        // files.
         let spec = unsafe {
             bindings::mj_parseXMLString(
                 xml.as_ptr(),

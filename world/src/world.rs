@@ -239,8 +239,8 @@ impl World {
         [0, 1, 2].map(|hinge| self.simulation.speeds()[place + hinge])
     }
 
-    /// What an accelerometer without a filter reads in the half with the Front dock, along x, y and z of that,
-    /// in multiples of the acceleration of gravity.
+    /// What an accelerometer without a filter reads in the half with the Front dock, along x, y and z of
+    /// that, in multiples of the acceleration of gravity.
     pub fn acceleration(&self, module: usize) -> [f64; 3] {
         [0, 1, 2].map(|axis| self.simulation.sensors()[3 * module + axis] / GRAVITY)
     }

@@ -1,6 +1,6 @@
 //! A centipede that is turned over walks on, with the images that it is flashed with: robots/turned.toml.
 
-use hormone::action::Action::{self, Holding, HoldingOver, Straight, Swing, SwingOver};
+use hormone::action::Action::{self, Holding, HoldingOver, Straight, SwingOver};
 use hormone::event::Event as Behaviour;
 use simavr_harness::{Engine, RobotBuilder};
 use simulation::{Deed, Native, Robot, Run, Scenario};
