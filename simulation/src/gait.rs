@@ -6,8 +6,8 @@
 //!
 //! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again,
 //! and a few milliseconds for each module between a walker and its head; where frames are lost, discovery and
-//! hops have as many times more as a frame and its ACK take tries. What is wrong tells how long it took, and is
-//! a violation where it comes later than that.
+//! hops have as many times more as a frame and its ACK take tries. What is wrong tells how long it took, and
+//! is a violation where it comes later than that.
 
 use std::collections::VecDeque;
 

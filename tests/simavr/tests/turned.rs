@@ -113,7 +113,8 @@ struct Turned {
     hip: [f64; 2],
 }
 
-/// The joints do it: feet press down where down is and are lifted again, hips go ahead where ahead was, and the trunk keeps straight.
+/// The joints do it: feet press down where down is and are lifted again, hips go ahead where ahead was, and
+/// the trunk keeps straight.
 #[test]
 fn feet_press_on_the_ground_on_the_side_that_is_down() {
     // On its feet, and on its back: once the legs have rolled upright, and the change is over.
