@@ -1,7 +1,7 @@
 //! Waits for several semaphores, and waits for a limited time, by proxy waiters.
 //!
-//! A wait with a timeout has one proxy waiter: so a timer can wake the task at once, and the task itself takes
-//! the proxy waiter from its queue.
+//! A wait with a timeout has one proxy waiter: so a timer can wake the task at once, and the task itself
+//! takes the proxy waiter from its queue.
 
 use core::ptr;
 

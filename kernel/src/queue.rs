@@ -63,8 +63,8 @@ impl<T: Pooled> Queue<T> {
         match context.mask(|masked| self.append(masked, slot)) {
             Append::Stored => Ok(()),
             Append::Awaited => {
-                // In a section of its own, to be short. Should another's message have woken the task meanwhile,
-                // this signal is for that.
+                // In a section of its own, to be short. Should another's message have woken the task
+                // meanwhile, this signal is for that.
                 self.messages.word.post(context);
                 Ok(())
             }

@@ -58,7 +58,8 @@ fn module(name: &str) -> &str {
     name.split(['/', '.']).next().unwrap_or(name)
 }
 
-/// Which modules each uses. `arch` is left out: it is the contract below all, and the ports that keep it are above.
+/// Which modules each uses. `arch` is left out: it is the contract below all, and the ports that keep it are
+/// above.
 fn uses(sources: &BTreeMap<String, String>) -> BTreeMap<&str, BTreeSet<&str>> {
     let mut uses: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for (name, source) in sources.iter().filter(|(name, _)| !["arch", "lib"].contains(&module(name))) {

@@ -242,6 +242,22 @@ fn changes_of_other_flags_do_not_shorten_a_timeout() {
     ]);
 }
 
+/// Runs a task above the ceiling P3, and one below.
+fn run_two(
+    [above, below]: [&'static Stack<0>; 2],
+    high: fn(&mut Task) -> kernel::Never,
+    low: fn(&mut Task) -> kernel::Never,
+) {
+    host::run_for(
+        1,
+        |boot| {
+            above.start(boot, Priority::P2, high).unwrap();
+            below.start(boot, Priority::P4, low).unwrap();
+        },
+        |_, _| {},
+    );
+}
+
 /// A task above the ceiling locks while a lower one has the value.
 #[test]
 fn a_mutex_that_does_not_come_in_time_is_not_had() {
@@ -273,14 +289,7 @@ fn a_mutex_that_does_not_come_in_time_is_not_had() {
         LOG.note(format!("{}", *TOTAL.lock(task)));
         idle(task)
     }
-    host::run_for(
-        1,
-        |boot| {
-            HIGH.start(boot, Priority::P2, high).unwrap();
-            LOW.start(boot, Priority::P4, low).unwrap();
-        },
-        |_, _| {},
-    );
+    run_two([&HIGH, &LOW], high, low);
     LOG.expect(&["Err(Elapsed) at 10", "Ok(())", "Ok(()) at 20", "Ok(())", "1"]);
 }
 
@@ -309,13 +318,6 @@ fn a_mutex_that_another_task_has_stays_with_that_when_it_is_tried() {
         LOG.note(format!("{}", *TOTAL.lock(task)));
         idle(task)
     }
-    host::run_for(
-        1,
-        |boot| {
-            HIGH.start(boot, Priority::P2, high).unwrap();
-            LOW.start(boot, Priority::P4, low).unwrap();
-        },
-        |_, _| {},
-    );
+    run_two([&HIGH, &LOW], high, low);
     LOG.expect(&["false", "false", "true", "true", "2"]);
 }

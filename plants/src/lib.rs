@@ -8,4 +8,5 @@ pub mod battery;
 pub mod dock;
 pub mod geometry;
 pub mod joint;
+pub mod motion;
 pub mod motor;

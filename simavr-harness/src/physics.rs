@@ -111,8 +111,7 @@ impl Physics {
     }
 
     pub fn motion(&self) -> Motion {
-        let world::Motion { distance, sideways, length, slip } = self.world.motion();
-        Motion { distance, sideways, length, slip }
+        self.world.motion()
     }
 
     /// A hash of where all is and how it moves.

@@ -4,11 +4,11 @@ use hormone::status::Status;
 
 use crate::change::Change;
 use crate::deed::Deed;
-use crate::motion::Motion;
 use crate::scenario::Event;
 use crate::terminal::Transcript;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Wiring, WiringError};
+use plants::motion::Motion;
 
 /// A robot that can be run.
 pub trait Robot {

@@ -15,5 +15,5 @@ mod weld;
 mod world;
 
 pub use ground::{Ground, Steps};
-pub use motion::Motion;
+pub use plants::motion::Motion;
 pub use world::{Face, Placed, STEP_SECONDS, Trouble, World, WorldError};

@@ -1,25 +1,12 @@
 //! How far a robot has come.
 
 use glam::DVec3;
+use plants::motion::Motion;
 
 use crate::world::World;
 
 /// Steps between two looks at what slides: 10 ms.
 const LOOK: u64 = 10;
-
-/// How a robot has moved since the beginning.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// How far its middle has come ahead, in m: along x, where module 0 looked at the beginning.
-    pub distance: f64,
-    /// How far it has come to the left, in m.
-    pub sideways: f64,
-    /// How long the robot was at the beginning, along x, in m.
-    pub length: f64,
-    /// The mean speed at which what bears the robot slides on the ground, weighted by what it bears, over the
-    /// robot's mean speed. Infinite for a robot that has not come anywhere.
-    pub slip: f64,
-}
 
 /// Follows a robot.
 #[derive(Default)]

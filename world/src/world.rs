@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use plants::geometry::{Angles, Dock, Half};
+use plants::motion::Motion;
 use plants::motor;
 use thiserror::Error;
 
@@ -9,7 +10,7 @@ use crate::assumed::GRAVITY;
 use crate::ground::Ground;
 use crate::libm;
 use crate::model::{self, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, SPEEDS};
-use crate::motion::{Motion, Odometer};
+use crate::motion::Odometer;
 use crate::mujoco::{Simulation, Warning};
 use crate::weld::{self, Weld};
 
@@ -48,7 +49,8 @@ pub enum Trouble {
     #[error("the world broke after {seconds:.3} s at {place}: {what}")]
     Warning { seconds: f64, place: String, what: &'static str },
     #[error(
-        "the world broke after {seconds:.3} s at {place}: its joint turns at {degrees_per_second:.0} degrees/s"
+        "the world broke after {seconds:.3} s at {place}: its joint turns at {degrees_per_second:.0} \
+         degrees/s"
     )]
     Wild { seconds: f64, place: String, degrees_per_second: f64 },
 }

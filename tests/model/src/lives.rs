@@ -1,5 +1,5 @@
-//! Which tasks run, and which of them a call is killing: whoever starts a task that was killed frees its stack
-//! before, but not as long as the call that kills it is not over.
+//! Which tasks run, and which of them a call is killing: whoever starts a task that was killed frees its
+//! stack before, but not as long as the call that kills it is not over.
 
 use core::sync::atomic::AtomicBool;
 use core::sync::atomic::Ordering::Relaxed;

@@ -118,8 +118,8 @@ impl World {
         }
     }
 
-    /// A task's call. Those that [lock](Self::lock) and `Unlock` are not among them, the ends of a guard's life;
-    /// nor are `RunJobs`, `EndJob` and `Exit`, which may not return.
+    /// A task's call. Those that [lock](Self::lock) and `Unlock` are not among them, the ends of a guard's
+    /// life; nor are `RunJobs`, `EndJob` and `Exit`, which may not return.
     #[inline(never)]
     pub fn call_of_task(&'static self, task: &mut Task, own: &mut Belongings, call: Call) -> Outcome {
         match call {

@@ -225,7 +225,7 @@ impl Reference {
             Some(Waiter::Member(id, member)) => self.arrive(id, member),
             Some(Waiter::Task(id)) => {
                 let (Activity::Blocked(call) | Activity::Enlisted(call)) = self.tasks[id].activity else {
-                    unreachable!("it stands in line")
+                    unreachable!("it waits in line")
                 };
                 self.wake(id, with_signal(call));
             }
@@ -265,7 +265,7 @@ impl Reference {
         self.pass_over(Object::Flags);
         let Some(id) = self.first_task_in_line(Object::Flags) else { return false };
         let (Activity::Blocked(call) | Activity::Enlisted(call)) = self.tasks[id].activity else {
-            unreachable!("it stands in line")
+            unreachable!("it waits in line")
         };
         self.wake(id, Activity::Again(call));
         true

@@ -87,7 +87,7 @@ impl Reference {
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Task(id));
     }
 
-    /// The wait of `id` is over: it stands in its line until it leaves that, or a signal passes it over.
+    /// The wait of `id` is over: it remains in its line until it leaves that, or a signal passes it over.
     pub(super) fn void_line(&mut self, id: TaskId) {
         for (_, waiter) in &mut self.lines {
             if *waiter == Waiter::Task(id) {
