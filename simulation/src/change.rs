@@ -76,18 +76,12 @@ impl Change {
         }
     }
 
-    /// Whether legs and hormones may be out of step for a while because of it.
-    pub fn disturbs(&self) -> bool {
-        use Change::{Command, Console, Loss, Noise, Roll};
-        !matches!(self, Loss { .. } | Noise { .. } | Roll(_) | Command { .. } | Console(_))
-    }
-
-    /// The gait that the robot is ordered to walk by, if this is such an order.
-    pub fn orders(&self) -> Option<GaitName> {
-        let Change::Command { payload, .. } = self else { return None };
+    /// The gait that a body is ordered to walk by, and by way of which module, if this is such an order.
+    pub fn orders(&self) -> Option<(usize, GaitName)> {
+        let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {
             Hormone::Order(order) => match order.what {
-                What::Walk(name) => GaitName::from_byte(name),
+                What::Walk(name) => Some((at.module, GaitName::from_byte(name)?)),
                 What::Steer(_) => None,
             },
             _ => None,

@@ -4,7 +4,8 @@
 //! - [`Scenario`]: a robot, and the [`Change`]s that happen to it; from a file or not.
 //! - [`Robot`]: what a robot that runs can be asked for. [`Deed`]: what a behaviour did, and when.
 //! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
-//!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] the legs.
+//!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] what they do.
+//!   [`faults`] says what was not as it should be.
 //! - [`arq`]: a link's protocol alone, on a line on which anything may happen.
 //!
 //! All time is in cycles of the robot's clock, 16 MHz, since power-up.
@@ -21,15 +22,19 @@ mod hash;
 mod hops;
 mod native;
 mod observer;
+mod orders;
 mod placing;
 mod pose;
 mod random;
+mod reach;
 mod robot;
 mod run;
 mod scenario;
 mod shape;
 mod terminal;
 mod totals;
+mod verdict;
+mod walker;
 mod wiring;
 
 pub use change::{Change, Links, Mcus};
@@ -53,4 +58,6 @@ pub use scenario::{Event, Scenario};
 pub use shape::{Shape, TooFewModules};
 pub use terminal::{Terminal, Transcript};
 pub use totals::{BridgeTotals, LinkTotals};
+pub use verdict::faults;
+pub use walker::{Violation, Wrong};
 pub use wiring::{Face, Wiring, WiringError};
