@@ -135,7 +135,8 @@ impl Controller {
         self.ledger.tell(self.connected.without(before), now);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
         let response = self.become_type(ModuleType::acting(neighbours), now);
-        if self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
+        let is_another = response.action.is_some();
+        if is_another || self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
             self.source = None;
             self.pacemaker.forget();
         }

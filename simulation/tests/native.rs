@@ -446,3 +446,18 @@ fn an_order_reaches_a_hundred_modules_while_three_frames_of_four_are_lost() {
         assert_eq!(count_of(&run.robot, |status| status.gait == caterpillar), 100, "seed {seed}");
     }
 }
+
+/// Two ways lead from the head to module 4, one of them through a branch more: on them legs would step otherwise.
+#[test]
+fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {
+    let text = "modules = 9\ndocks = [['0.Back', '1.Front'], ['1.Left', '2.Back'], ['1.Right', '3.Back'], \
+        ['1.Back', '4.Front'], ['4.Back', '5.Front'], ['5.Left', '6.Back'], ['5.Right', '7.Back'], \
+        ['5.Back', '8.Front'], ['0.Right', '4.Right']]";
+    for seed in 1..=6 {
+        let scenario = Scenario::from_toml(text).expect("the file is right");
+        let robot = Native::new(scenario.wiring, seed, 40 * MILLISECOND);
+        let mut run = Run::new(robot, scenario.timeline, PERIOD);
+        while run.step(30 * SECOND).expect("the events can happen") {}
+        assert_eq!(faults(&run), [""; 0], "seed {seed}");
+    }
+}

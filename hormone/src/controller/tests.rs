@@ -155,8 +155,10 @@ fn the_unknown_keeps_still_and_passes_on_to_all_others() {
 fn no_hormone_goes_back_to_where_it_came_from() {
     let mut spine = module(&SPINE);
     assert_eq!(sent(spine.received(Back, cp(A), 0)), None);
-    assert_eq!(spine.timer(BEAT + 12).unwrap().send, None, "nor what is made good for it");
-    assert_eq!(sent(spine.received(Front, cp(A), 1_100)), by(A, &[Back]));
+    for beat in [1, 2, 3] {
+        assert_eq!(spine.timer(beat * BEAT + 12).unwrap().send, None, "nor what is made good for it");
+    }
+    assert_eq!(sent(spine.received(Front, cp(A), 1_600)), by(A, &[Back]));
     let mut branch = module(&BRANCH);
     assert_eq!(sent(branch.received(Left, cp(A), 0)), by(B, &[Right, Back]));
 }
@@ -198,9 +200,14 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
     assert_eq!(leg.received(Up, other(A), 200).action, None, "the present one still beats");
     assert_eq!(leg.received(Back, cp(B), BEAT).action, Some(Holding));
     assert_eq!(leg.timer(2 * BEAT + 12).unwrap().action, Some(Swing));
-    assert_eq!(leg.received(Up, other(B), 1_100).action, Some(Holding));
-    assert_eq!(leg.received(Up, other(A), 1_600).action, Some(Swing));
-    assert_eq!(leg.received(Up, cp(A), 1_725).action, Some(Swing), "by the same dock it is at once");
+    for (beat, action) in [(3, Holding), (4, Swing)] {
+        let data = if beat == 3 { B } else { A };
+        assert_eq!(leg.received(Up, other(data), beat * BEAT - 400).action, None, "it may be lost, or late");
+        assert_eq!(leg.timer(beat * BEAT + 12).unwrap().action, Some(action));
+    }
+    assert_eq!(leg.received(Up, other(B), 2_100).action, Some(Holding));
+    assert_eq!(leg.received(Up, other(A), 2_600).action, Some(Swing));
+    assert_eq!(leg.received(Up, cp(A), 2_725).action, Some(Swing), "by the same dock it is at once");
 }
 
 #[test]
