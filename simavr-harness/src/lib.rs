@@ -39,6 +39,7 @@ mod probe;
 mod repair;
 mod robot;
 mod serial_pins;
+mod terrain;
 mod wires;
 
 pub use body::Body;

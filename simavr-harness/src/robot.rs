@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, Terminal, Transcript, Wiring, WiringError, fnv_1a,
+    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, Terminal, Terrain, Transcript, Wiring,
+    WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
 use thiserror::Error;
-use world::{Ground, Trouble, WorldError};
+use world::{Ground, Make, Trouble, WorldError};
 
 use crate::engine::{Event, LONGEST_WINDOW};
 use crate::link::{Channel, Faults, LinkCounts};
@@ -17,6 +18,7 @@ use crate::mcu::{McuError, Reset};
 use crate::module::{Controller, Images, Module};
 use crate::physics::Physics;
 use crate::repair::usart::Character;
+use crate::terrain;
 
 /// Modules and the attachments between their docks.
 pub struct Robot {
@@ -74,6 +76,7 @@ pub struct RobotBuilder {
     seed: u64,
     power_up_within: u64,
     ground: Option<Ground>,
+    makes: Vec<Make>,
 }
 
 /// Why a robot cannot be built so.
@@ -98,6 +101,7 @@ impl RobotBuilder {
             seed: 0,
             power_up_within: 0,
             ground: None,
+            makes: vec![Make::default(); modules],
         }
     }
 
@@ -151,12 +155,19 @@ impl RobotBuilder {
         self
     }
 
+    /// Puts the robot into a physical world as a robot file has it, with the loads that it bears there.
+    #[must_use]
+    pub fn on_terrain(mut self, terrain: &Terrain) -> Self {
+        self.makes = (0..self.modules).map(|module| terrain::make(terrain, module)).collect();
+        self.on(terrain::ground(terrain))
+    }
+
     /// Builds the robot, all MCUs at power-up.
     ///
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
-        let Self { images, others, modules, attachments, seed, power_up_within, ground } = self;
+        let Self { images, others, modules, attachments, seed, power_up_within, ground, makes } = self;
         let member = |index| {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
@@ -171,7 +182,7 @@ impl RobotBuilder {
             robot.attach(one, other)?;
         }
         if let Some(ground) = ground {
-            robot.enter(Physics::new(&robot.wiring, &ground)?);
+            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?);
         }
         Ok(robot)
     }

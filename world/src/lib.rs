@@ -14,6 +14,7 @@ mod mujoco;
 mod weld;
 mod world;
 
-pub use ground::{Ground, Steps};
+pub use assumed::Make;
+pub use ground::{Block, Ground, Steps};
 pub use plants::motion::Motion;
 pub use world::{Face, Placed, STEP_SECONDS, Trouble, World, WorldError};

@@ -103,7 +103,7 @@ fn modules_that_change_places_take_their_joints_with_them() {
 
 /// Runs a robot through a file's events. Returns how it has moved after each of the times.
 fn motions(file: &str, looks: &[u64]) -> Vec<Motion> {
-    let Scenario { wiring, timeline } = Scenario::from_toml(file).unwrap();
+    let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).unwrap();
     let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
     let mut run = Run::new(Engine::new(robot.on(Ground::default()).build().unwrap(), 2), timeline, SECOND);
     let look = |&at: &u64| {
