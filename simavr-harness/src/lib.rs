@@ -40,6 +40,7 @@ mod repair;
 mod robot;
 mod serial_pins;
 mod terrain;
+mod variation;
 mod wires;
 
 pub use body::Body;
@@ -59,4 +60,5 @@ pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Face, Wiring, WiringError};
+pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

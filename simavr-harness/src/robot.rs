@@ -19,6 +19,7 @@ use crate::module::{Controller, Images, Module};
 use crate::physics::Physics;
 use crate::repair::usart::Character;
 use crate::terrain;
+use crate::variation::{Variation, vary};
 
 /// Modules and the attachments between their docks.
 pub struct Robot {
@@ -77,6 +78,7 @@ pub struct RobotBuilder {
     power_up_within: u64,
     ground: Option<Ground>,
     makes: Vec<Make>,
+    variations: Vec<Variation>,
 }
 
 /// Why a robot cannot be built so.
@@ -102,6 +104,7 @@ impl RobotBuilder {
             power_up_within: 0,
             ground: None,
             makes: vec![Make::default(); modules],
+            variations: Vec::new(),
         }
     }
 
@@ -162,12 +165,29 @@ impl RobotBuilder {
         self.on(terrain::ground(terrain))
     }
 
+    /// Has what is assumed of modules vary in the world, by the seed.
+    #[must_use]
+    pub fn varied(mut self, variations: &[Variation]) -> Self {
+        self.variations = variations.into();
+        self
+    }
+
     /// Builds the robot, all MCUs at power-up.
     ///
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
-        let Self { images, others, modules, attachments, seed, power_up_within, ground, makes } = self;
+        let Self {
+            images,
+            others,
+            modules,
+            attachments,
+            seed,
+            power_up_within,
+            ground,
+            mut makes,
+            variations,
+        } = self;
         let member = |index| {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
@@ -182,7 +202,8 @@ impl RobotBuilder {
             robot.attach(one, other)?;
         }
         if let Some(ground) = ground {
-            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?);
+            vary(&mut makes, &variations, seed);
+            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?, &makes);
         }
         Ok(robot)
     }
@@ -228,8 +249,9 @@ impl Robot {
     }
 
     /// From now on a world moves the joints.
-    fn enter(&mut self, mut physics: Physics) {
-        for (number, member) in self.members.iter_mut().enumerate() {
+    fn enter(&mut self, mut physics: Physics, makes: &[Make]) {
+        for (number, (member, make)) in self.members.iter_mut().zip(makes).enumerate() {
+            member.module.body_mut().set_motor(make.motor);
             physics.exchange(number, member.module.body_mut());
             member.module.show_body();
         }

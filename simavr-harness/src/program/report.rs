@@ -45,6 +45,8 @@ pub struct Report {
     /// Wall time over simulated time.
     pub wall_ratio: f64,
     pub seed: u64,
+    /// What varies from module to module, by up to so many percent.
+    pub varied_percent: BTreeMap<&'static str, f64>,
     /// Probability that a frame is lost, each way.
     pub loss: f64,
     /// How many modules have found themselves to be of each type.
@@ -186,6 +188,7 @@ impl Report {
             wall_seconds,
             wall_ratio: wall_seconds / simulated_seconds,
             seed: options.seed,
+            varied_percent: options.vary.iter().map(|it| (it.of.name(), it.percent)).collect(),
             loss: options.loss,
             types,
             topology_correct: (0..modules).all(|module| robot.is_right(module)),

@@ -23,8 +23,8 @@ const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 const SIMAVR_MODULES: usize = 1000;
 
 /// What a robot file asks for would be missing without a word in the figures.
-const NO_WORLD: &str = "the robot file has a table [world], and the run has no world: take the table out, or leave \
-                        --world none and --engine host out";
+const NO_WORLD: &str = "the robot file has a table [world], and the run has no world: \
+    take the table out, or leave --world none and --engine host out";
 
 /// Returns whether the robot did as it should.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
@@ -32,6 +32,16 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     let scenario = scenario(options)?;
     if scenario.terrain.is_some() && !has_world(options) {
         return Err(NO_WORLD.into());
+    }
+    if !options.vary.is_empty() && !has_world(options) {
+        return Err(
+            "--vary varies what is assumed of the world: leave --world none and --engine host out".into()
+        );
+    }
+    for (index, variation) in options.vary.iter().enumerate() {
+        if options.vary[..index].iter().any(|before| before.of == variation.of) {
+            return Err(format!("--vary {} is given twice", variation.of.name()).into());
+        }
     }
     match options.engine {
         EngineName::Simavr => {
@@ -146,7 +156,10 @@ fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Rob
     for face in wiring.attached() {
         images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
     }
-    let builder = RobotBuilder::wired(images, wiring).seed(options.seed).power_up_within(POWER_UP_WITHIN);
+    let builder = RobotBuilder::wired(images, wiring)
+        .seed(options.seed)
+        .power_up_within(POWER_UP_WITHIN)
+        .varied(&options.vary);
     let terrain = terrain.clone().unwrap_or_default();
     let builder = if has_world(options) { builder.on_terrain(&terrain) } else { builder };
     Ok(builder.build()?)

@@ -62,6 +62,10 @@ impl fmt::Display for Report {
                 percent(self.slip_percent)
             )?;
         }
+        if !self.varied_percent.is_empty() {
+            let varied = self.varied_percent.iter().map(|(name, percent)| format!("{name} by {percent} %"));
+            writeln!(f, "varied     {}; seed {}", varied.collect::<Vec<_>>().join(", "), self.seed)?;
+        }
         if let Some(CpuLoad { master, slave }) = &self.cpu_load {
             writeln!(
                 f,
