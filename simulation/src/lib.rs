@@ -47,6 +47,7 @@ pub use native::Native;
 pub use observer::Observer;
 pub use placing::Placing;
 pub use plants::motion::Motion;
+pub use plants::trouble::{Moment, Trouble};
 pub use pose::{Angles, Facing};
 pub use random::Random;
 pub use robot::Robot;

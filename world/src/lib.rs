@@ -7,6 +7,7 @@
 
 pub mod assumed;
 mod ground;
+mod history;
 mod libm;
 mod model;
 mod motion;
@@ -17,4 +18,5 @@ mod world;
 pub use assumed::Make;
 pub use ground::{Block, Ground, Steps};
 pub use plants::motion::Motion;
-pub use world::{Face, Placed, STEP_SECONDS, Trouble, World, WorldError};
+pub use plants::trouble::{Moment, Trouble};
+pub use world::{Face, Placed, STEP_SECONDS, World, WorldError};

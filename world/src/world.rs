@@ -4,10 +4,12 @@ use glam::{DAffine3, DVec3};
 use plants::geometry::{Angles, Dock, Half};
 use plants::motion::Motion;
 use plants::motor::Motor;
+use plants::trouble::Trouble;
 use thiserror::Error;
 
 use crate::assumed::{GRAVITY, Make};
 use crate::ground::Ground;
+use crate::history::{History, Joint};
 use crate::libm;
 use crate::model::{self, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, SPEEDS};
 use crate::motion::Odometer;
@@ -54,18 +56,6 @@ pub enum WorldError {
     Model(String),
 }
 
-/// Why a world can't go on.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum Trouble {
-    #[error("the world broke after {seconds:.3} s at {place}: {what}")]
-    Warning { seconds: f64, place: String, what: &'static str },
-    #[error(
-        "the world broke after {seconds:.3} s at {place}: its joint turns at {degrees_per_second:.0} \
-         degrees/s"
-    )]
-    Wild { seconds: f64, place: String, degrees_per_second: f64 },
-}
-
 /// Modules in a physical world.
 pub struct World {
     simulation: Simulation,
@@ -77,6 +67,7 @@ pub struct World {
     welds: Vec<Option<Weld>>,
     steps: u64,
     odometer: Odometer,
+    history: History,
 }
 
 impl World {
@@ -106,6 +97,7 @@ impl World {
             welds,
             steps: 0,
             odometer: Odometer::default(),
+            history: History::new(),
         };
         world.put_on_ground();
         if let Some((module, depth)) = world.deepest().filter(|&(_, depth)| depth > TOUCH) {
@@ -136,32 +128,55 @@ impl World {
         }
         self.steps += 1;
         let stepped = self.simulation.step();
+        self.keep(volts);
         stepped.map_err(|warning| self.broken(warning))?;
         self.expect_calm()?;
         self.odometer = std::mem::take(&mut self.odometer).look(self);
         Ok(())
     }
 
+    /// Has the history keep what has come of a step.
+    fn keep(&mut self, volts: &[[f64; 3]]) {
+        let [positions, speeds] = [self.simulation.positions(), self.simulation.speeds()];
+        let joints = volts.iter().enumerate().map(|(module, volts)| {
+            [0, 1, 2].map(|hinge| Joint {
+                angle: positions[POSITIONS * module + HINGE_POSITION + hinge],
+                speed: speeds[SPEEDS * module + HINGE_SPEED + hinge],
+                volts: volts[hinge],
+            })
+        });
+        self.history.keep(joints);
+    }
+
     fn broken(&self, Warning { what, index }: Warning) -> Trouble {
-        let module = if what.contains("position") { index / POSITIONS } else { index / SPEEDS };
-        let place =
-            if module < self.modules() { model::name(model::root(module)) } else { "the model".into() };
-        Trouble::Warning { seconds: self.seconds(), place, what }
+        let (numbers, hinges) =
+            if what.contains("position") { (POSITIONS, HINGE_POSITION) } else { (SPEEDS, HINGE_SPEED) };
+        let [module, place] = [index / numbers, index % numbers];
+        if module >= self.modules() {
+            return Trouble {
+                seconds: self.seconds(),
+                place: "the model".into(),
+                what: what.into(),
+                last: vec![],
+            };
+        }
+        self.trouble(module, place.checked_sub(hinges), what.into())
+    }
+
+    fn trouble(&self, module: usize, hinge: Option<usize>, what: String) -> Trouble {
+        let body = model::root(module) + hinge.map_or(0, |hinge| hinge + 1);
+        let last = self.history.of(module, hinge.unwrap_or_else(|| self.history.fastest(module)));
+        Trouble { seconds: self.seconds(), place: model::name(body), what, last }
     }
 
     /// No joint turns as none can.
     fn expect_calm(&self) -> Result<(), Trouble> {
         for (index, speed) in self.simulation.speeds().iter().enumerate() {
             let [module, place] = [index / SPEEDS, index % SPEEDS];
-            let is_calm = place < HINGE_SPEED || speed.abs() < WILD;
-            if !is_calm || !speed.is_finite() {
-                let body = model::root(module) + 1 + place.saturating_sub(HINGE_SPEED);
-                let degrees_per_second = speed.to_degrees();
-                return Err(Trouble::Wild {
-                    seconds: self.seconds(),
-                    place: model::name(body),
-                    degrees_per_second,
-                });
+            let hinge = place.checked_sub(HINGE_SPEED);
+            if !speed.is_finite() || (hinge.is_some() && speed.abs() >= WILD) {
+                let what = format!("its joint turns at {:.0} degrees/s", speed.to_degrees());
+                return Err(self.trouble(module, hinge, what));
             }
         }
         Ok(())
