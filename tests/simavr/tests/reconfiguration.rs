@@ -30,7 +30,7 @@ struct Story {
 
 impl Story {
     fn of(text: &str, seed: u64, threads: usize) -> Self {
-        let Scenario { wiring, timeline } = Scenario::from_toml(text).expect("the file is right");
+        let Scenario { wiring, timeline, .. } = Scenario::from_toml(text).expect("the file is right");
         let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).build().expect("it can be built");
         Story { engine: Engine::new(robot, threads), timeline, deeds: Vec::new(), changes: Vec::new() }
     }
@@ -178,7 +178,7 @@ fn the_number_of_threads_makes_no_difference() {
 /// times.
 #[test]
 fn both_engines_tell_the_same_story() {
-    let Scenario { wiring, timeline } =
+    let Scenario { wiring, timeline, .. } =
         Scenario::from_toml(include_str!("../../../robots/ring.toml")).expect("the file is right");
     let mut run = Run::new(Native::new(wiring, 1, 0), timeline, SECOND);
     let mut story = Story::ring(1, 2);
