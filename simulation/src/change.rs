@@ -1,8 +1,9 @@
 //! What can happen to a robot while it runs.
 
-use hormone::gait::GaitName;
+use hormone::gait::{Gait, GaitName};
 use hormone::hormone::Hormone;
 use hormone::order::What;
+use hormone::standing::STOP;
 use serde::Deserialize;
 
 use crate::wiring::{Face, Wiring, WiringError};
@@ -76,13 +77,17 @@ impl Change {
         }
     }
 
-    /// The gait that a body is ordered to walk by, and by way of which module, if this is such an order.
-    pub fn orders(&self) -> Option<(usize, GaitName)> {
+    /// The gait that a body is ordered to walk by, none if it is to stop, and by way of which module, if this
+    /// is such an order.
+    pub fn orders(&self) -> Option<(usize, Option<Gait>)> {
         let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {
             Hormone::Order(order) => match order.what {
-                What::Walk(name) => Some((at.module, GaitName::from_byte(name)?)),
-                What::Steer(_) => None,
+                What::Walk(STOP, _) => Some((at.module, None)),
+                What::Walk(name, period) => {
+                    Some((at.module, Some(period.of(GaitName::from_byte(name)?.gait()))))
+                }
+                What::Steer(..) => None,
             },
             _ => None,
         }

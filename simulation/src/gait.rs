@@ -10,9 +10,10 @@
 //! comes upon them before they are right prolongs that, three times at most. What is wrong tells how long it
 //! took, and is a violation where it comes later than that.
 
+use hormone::action::Action;
 use hormone::case::Source;
 use hormone::event::Event;
-use hormone::gait::GaitName;
+use hormone::gait::Gait as TableOfRules;
 use hormone::sense::Sense;
 use tasks::dock::Dock;
 
@@ -21,7 +22,7 @@ use crate::native::behaviours::value;
 use crate::orders::Orders;
 use crate::reach::{concerned, hops};
 use crate::robot::Robot;
-use crate::walker::{DISCOVERY, Tally, Violation, Walker, Wrong};
+use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong};
 use crate::wiring::{Face, Wiring};
 
 /// Follows the modules that hormones reach.
@@ -34,6 +35,8 @@ pub struct Gait {
     walkers: Vec<Walker>,
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
+    /// By module, from when on it has to do nothing.
+    halted: Vec<Option<u64>>,
     /// When the robot was turned last, and when sensors were looked at.
     turned_at: u64,
     felt_at: u64,
@@ -55,6 +58,7 @@ impl Gait {
             wiring: wiring.clone(),
             walkers: Vec::new(),
             walker_of: vec![None; wiring.modules()],
+            halted: vec![None; wiring.modules()],
             turned_at: 0,
             felt_at: 0,
             tries: 1.0,
@@ -70,9 +74,9 @@ impl Gait {
         self.walkers.iter().filter(|walker| walker.is_leg()).count()
     }
 
-    /// Whether hormones reach anybody.
+    /// Whether hormones reach anybody, or shall not.
     pub fn is_led(&self) -> bool {
-        !self.walkers.is_empty()
+        !self.walkers.is_empty() || self.halted.iter().any(Option::is_some)
     }
 
     /// What was wrong though it should have been right.
@@ -103,7 +107,8 @@ impl Gait {
         let mut touched = self.wiring.differences(wiring);
         touched.extend(at);
         let mut disturbed = concerned(&self.wiring, &self.orders, &touched);
-        touched.extend(self.orders.rewired(&self.wiring, wiring));
+        // By the orders from before, and by those from now on.
+        touched.extend(self.orders.rewired(&self.wiring, wiring, now));
         let since = concerned(wiring, &self.orders, &touched);
         disturbed.iter_mut().zip(since).for_each(|(before, since)| *before |= since);
         self.wiring = wiring.clone();
@@ -111,10 +116,26 @@ impl Gait {
         self.unsettled(&disturbed, now)
     }
 
-    /// The body of a module was ordered to walk by this gait. Returns whom that concerns, and until when.
-    pub fn ordered(&mut self, module: usize, gait: GaitName, now: u64) -> Vec<(usize, u64)> {
+    /// The body of a module was ordered to walk by this gait, or to stop. Returns whom that concerns, and until
+    /// when.
+    pub fn ordered(&mut self, module: usize, gait: Option<TableOfRules>, now: u64) -> Vec<(usize, u64)> {
         let touched = self.orders.give(&self.wiring, module, gait);
-        let disturbed = concerned(&self.wiring, &self.orders, &touched);
+        self.touched(&touched, now)
+    }
+
+    /// Has robots that have taken another shape walk on. Returns whom that concerns, and until when.
+    pub fn reshaped(&mut self, now: u64) -> Vec<(usize, u64)> {
+        match self.orders.next() {
+            Some(at) if at <= now => {
+                let touched = self.orders.settle(&self.wiring, at);
+                self.touched(&touched, at)
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn touched(&mut self, touched: &[usize], now: u64) -> Vec<(usize, u64)> {
+        let disturbed = concerned(&self.wiring, &self.orders, touched);
         self.follow(&disturbed, now);
         self.unsettled(&disturbed, now)
     }
@@ -137,9 +158,15 @@ impl Gait {
             before[module] = Some(walker);
         }
         self.walker_of.fill(None);
+        for (module, halted) in self.halted.iter_mut().enumerate() {
+            let known = halted.filter(|_| !disturbed[module]);
+            let heard = (DISCOVERY + disturbed.len() as u64 * HOP) as f64 * self.tries;
+            let until = known.unwrap_or(now + self.period + heard as u64);
+            *halted = self.orders.gait(module).is_none().then_some(until);
+        }
         for (module, hops) in hops(&self.wiring, &self.orders).into_iter().enumerate() {
-            let Some(hops) = hops else { continue };
-            let (neighbours, gait) = (self.wiring.neighbours(module), self.orders.gait(module));
+            let (Some(hops), Some(gait)) = (hops, self.orders.gait(module)) else { continue };
+            let neighbours = self.wiring.neighbours(module);
             let known = before[module].take();
             let is_new = known.is_none();
             let mut walker = match known {
@@ -182,6 +209,13 @@ impl Gait {
     /// Takes in the next deed.
     pub fn take(&mut self, deed: &Deed) {
         let &Deed { cycle, module, event } = deed;
+        let acts = !matches!(
+            event,
+            Event::TopologyChanged(_) | Event::HormoneDropped(_) | Event::ActionBegun(Action::Rest)
+        );
+        if acts && self.halted[module].is_some_and(|settled_at| cycle >= settled_at) {
+            self.tally.count(Violation { at: cycle, module, wrong: Wrong::GoesOn });
+        }
         let Some(number) = self.walker_of[module] else { return };
         self.look_for_apart(number, cycle);
         let (walker, tally) = (&mut self.walkers[number], &mut self.tally);

@@ -76,12 +76,19 @@ impl Observer {
             self.own_changes.push(event);
         }
         deeds.for_each(|deed| self.take(&deed));
+        self.reshape(robot.now());
         self.discovery.look(robot);
         self.gait.pass(robot.now());
         self.gait.feel(robot);
     }
 
+    fn reshape(&mut self, now: u64) {
+        let concerned = self.gait.reshaped(now);
+        self.hops.disturbed(&concerned, now);
+    }
+
     fn take(&mut self, deed: &Deed) {
+        self.reshape(deed.cycle);
         self.hops.take(deed, &self.wiring);
         self.discovery.take(deed);
         self.gait.take(deed);
@@ -95,6 +102,7 @@ impl Observer {
 
     fn follow(&mut self, event: &Event) {
         let &Event { at, ref change } = event;
+        self.reshape(at);
         // What the robot did, it could.
         let _ = change.apply(&mut self.wiring);
         self.gait.pass(at);

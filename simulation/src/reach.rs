@@ -15,7 +15,7 @@ pub fn hops(wiring: &Wiring, orders: &Orders) -> Vec<Option<u64>> {
     let mut hops = vec![None; wiring.modules()];
     let mut next: VecDeque<(usize, u64)> = VecDeque::new();
     for module in 0..wiring.modules() {
-        let size = leads(wiring, module, orders.gait(module).leader);
+        let size = orders.gait(module).and_then(|gait| leads(wiring, module, gait.leader));
         next.extend(size.map(|size| (module, size - 1)));
     }
     while let Some((module, distance)) = next.pop_front() {
@@ -41,9 +41,10 @@ pub fn concerned(wiring: &Wiring, orders: &Orders, touched: &[usize]) -> Vec<boo
 
 /// To whom a module sends hormones on: by the docks that its rules name, and where there is no type, by all.
 fn behind<'a>(wiring: &'a Wiring, orders: &Orders, module: usize) -> impl Iterator<Item = usize> + 'a {
-    let ways = match acting(wiring, module) {
-        ModuleType::Other => DockSet::of(&Dock::ALL),
-        module_type => orders.gait(module).ways(module_type),
+    let ways = match (acting(wiring, module), orders.gait(module)) {
+        (_, None) => DockSet::EMPTY,
+        (ModuleType::Other, _) => DockSet::of(&Dock::ALL),
+        (module_type, Some(gait)) => gait.ways(module_type),
     };
     let faces = Dock::ALL.into_iter().filter(move |&dock| ways.contains(dock));
     faces.filter_map(move |dock| Some(wiring.peer(Face { module, dock })?.module))

@@ -1,7 +1,5 @@
 //! Whether a robot that has run did as it should.
 
-use hormone::gait::GaitName;
-
 use crate::change::Change;
 use crate::hardware::CLOCK_HZ;
 use crate::robot::Robot;
@@ -38,7 +36,7 @@ impl Course {
         let ordered = change.orders().map(|(_, gait)| gait);
         self.is_ordered |= ordered.is_some();
         self.is_undisturbed &= match (change, ordered) {
-            (_, Some(gait)) => !matches!(gait, GaitName::CloseRing | GaitName::OpenRing),
+            (_, Some(gait)) => gait.is_some_and(|gait| gait.once.is_none()),
             (Change::Obstacle { .. } | Change::Console(_), _) => true,
             (Change::Loss { probability, .. } | Change::Noise { probability, .. }, _) => *probability == 0.0,
             _ => false,
@@ -46,12 +44,13 @@ impl Course {
     }
 }
 
-/// What a robot did not do as it should, a line each.
-pub fn faults(run: &Run<impl Robot>) -> Vec<String> {
+/// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked how
+/// far it has come.
+pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     let Run { robot, observer, .. } = run;
     let modules = robot.wiring().modules();
     let mut faults = robot.crashes();
-    faults.extend(robot.trouble());
+    faults.extend(robot.trouble().map(ToString::to_string));
     let mistaken: Vec<usize> = (0..modules).filter(|&module| !robot.is_right(module)).collect();
     for &module in mistaken.iter().take(MISTAKEN_NAMED) {
         let wiring = robot.wiring().neighbours(module);
@@ -89,6 +88,7 @@ pub fn faults(run: &Run<impl Robot>) -> Vec<String> {
     let least = WALKS * (ran - RISES);
     let Course { is_ordered, is_undisturbed } = observer.course;
     if let Some(motion) = robot.motion()
+        && is_level
         && is_undisturbed
         && (observer.gait.legs() > 0 || is_ordered)
         && ran >= JUDGED_AFTER

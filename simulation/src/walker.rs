@@ -20,7 +20,7 @@ use crate::hardware::MILLISECOND;
 pub const DISCOVERY: u64 = 300 * MILLISECOND;
 
 /// How long a hormone may take from a module to the next.
-const HOP: u64 = 5 * MILLISECOND;
+pub const HOP: u64 = 5 * MILLISECOND;
 
 /// How long a ring may take to elect a leader.
 const ELECTION: u64 = 5_000 * MILLISECOND;
@@ -79,6 +79,8 @@ pub enum Wrong {
     Unsent,
     #[error("did not act as it lies")]
     Attitude,
+    #[error("went on, though it was to stop")]
+    GoesOn,
     #[error("was not in step with the other leg of its branch")]
     Apart,
 }
@@ -346,7 +348,7 @@ impl Walker {
 }
 
 impl Tally {
-    fn count(&mut self, violation: Violation) {
+    pub fn count(&mut self, violation: Violation) {
         self.violations += 1;
         self.first.get_or_insert(violation);
     }

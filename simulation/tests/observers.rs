@@ -495,7 +495,8 @@ fn what_the_robot_changes_itself_counts_as_a_change() {
 #[test]
 fn a_robot_that_was_ordered_to_walk_otherwise_is_judged_by_the_rules_of_that_gait() {
     let order = |gait: u8, at: u64| {
-        let change = Change::Command { at: Face { module: 5, dock: Back }, payload: vec![0xd0 | gait, 1, 1] };
+        let change =
+            Change::Command { at: Face { module: 5, dock: Back }, payload: vec![0xd0 | gait, 1, 255] };
         Happening { at, change }
     };
     let (mut script, mut observer) = Script::discovered();

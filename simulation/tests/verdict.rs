@@ -23,7 +23,7 @@ fn verdict_by(gait: Gait, file: &str, seconds: u64) -> Vec<String> {
     let robot = Native::with_gait(wiring, 1, 40 * MILLISECOND, gait);
     let mut run = Run::new(robot, timeline, SECOND);
     while run.step(seconds * SECOND).expect("the events can happen") {}
-    faults(&run)
+    faults(&run, true)
 }
 
 #[track_caller]
@@ -117,6 +117,15 @@ fn a_leg_that_hangs_upside_down_is_judged_by_how_it_lies() {
     assert_eq!(verdict(&format!("{file}\n[[event]]\nat = 4.2\nroll = 180"), 10), [""; 0]);
 }
 
+/// An order to stop, and to walk on in another Period.
+#[test]
+fn a_robot_stops_and_walks_on_as_it_is_ordered() {
+    let file = "shape = \"centipede\"\nmodules = 14\n[[event]]\nat = 3\ncommand = [0xd0, 1, 255]\nto = \"13.Back\"\n";
+    assert_eq!(verdict(file, 8), [""; 0]);
+    let on = format!("{file}[[event]]\nat = 6\ncommand = [0xd1, 2, 14]\nto = \"13.Back\"\n");
+    assert_eq!(verdict(&on, 12), [""; 0]);
+}
+
 /// Modules joined at random, with two heads: whoever hears both follows one of them.
 #[test]
 fn robots_with_two_heads_have_no_fault() {
@@ -127,7 +136,12 @@ fn robots_with_two_heads_have_no_fault() {
         let robot = Native::new(wiring.clone(), seed, 40 * MILLISECOND);
         let mut run = Run::new(robot, Vec::new(), SECOND);
         while run.step(8 * SECOND).expect("nothing happens") {}
-        assert_eq!(faults(&run), [""; 0], "seed {seed}: {:?}", wiring.attachments().collect::<Vec<_>>());
+        assert_eq!(
+            faults(&run, true),
+            [""; 0],
+            "seed {seed}: {:?}",
+            wiring.attachments().collect::<Vec<_>>()
+        );
         judged += 1;
     }
     assert!(judged > 5, "{judged}");

@@ -6,7 +6,8 @@ use std::time::Duration;
 use serde::Serialize;
 use simavr_harness::Controller;
 use simulation::{
-    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run, Transcript,
+    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Moment, Observer, Robot, Run,
+    Transcript, Trouble,
 };
 
 use super::arguments::{EngineName, Sim, WorldName};
@@ -23,6 +24,8 @@ pub struct Report {
     /// Wall time over simulated time.
     pub wall_ratio: f64,
     pub seed: u64,
+    /// What varies from module to module, by up to so many percent.
+    pub varied_percent: BTreeMap<&'static str, f64>,
     /// Probability that a frame is lost, each way.
     pub loss: f64,
     /// How many modules have found themselves to be of each type.
@@ -67,6 +70,8 @@ pub struct Report {
     pub sideways_percent: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
     pub slip_percent: Option<f64>,
+    /// Why the world could not go on.
+    pub trouble: Option<Broken>,
     /// `None` where no MCU is simulated.
     pub cpu_load: Option<CpuLoad>,
     pub link: LinkTotals,
@@ -87,6 +92,39 @@ pub struct Reconfiguration {
     pub attach: Option<[String; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detach: Option<String>,
+}
+
+/// How a world broke.
+#[derive(Serialize)]
+pub struct Broken {
+    pub seconds: f64,
+    pub place: String,
+    pub what: String,
+    /// What the joint did before.
+    pub last: Vec<Last>,
+}
+
+/// A joint at one moment.
+#[derive(Serialize)]
+pub struct Last {
+    pub seconds: f64,
+    pub degrees: Option<f64>,
+    pub degrees_per_second: Option<f64>,
+    pub volts: f64,
+}
+
+impl Broken {
+    fn of(trouble: &Trouble) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let last = |&Moment { seconds, degrees, degrees_per_second, volts }: &Moment| Last {
+            seconds,
+            degrees: finite(degrees),
+            degrees_per_second: finite(degrees_per_second),
+            volts,
+        };
+        let Trouble { seconds, place, what, .. } = trouble.clone();
+        Broken { seconds, place, what, last: trouble.last.iter().map(last).collect() }
+    }
 }
 
 /// What a console has told.
@@ -120,7 +158,13 @@ pub struct Load {
 }
 
 impl Report {
-    pub fn new(options: &Sim, run: &Run<impl Robot>, wall: Duration, cpu_load: Option<CpuLoad>) -> Self {
+    pub fn new(
+        options: &Sim,
+        run: &Run<impl Robot>,
+        wall: Duration,
+        cpu_load: Option<CpuLoad>,
+        is_level: bool,
+    ) -> Self {
         let Run { robot, observer, .. } = run;
         let modules = robot.wiring().modules();
         let mut types = BTreeMap::new();
@@ -161,6 +205,7 @@ impl Report {
             wall_seconds,
             wall_ratio: wall_seconds / simulated_seconds,
             seed: options.seed,
+            varied_percent: options.vary.iter().map(|it| (it.of.name(), it.percent)).collect(),
             loss: options.loss,
             types,
             topology_correct: (0..modules).all(|module| robot.is_right(module)),
@@ -184,12 +229,13 @@ impl Report {
             body_lengths: motion.map(|motion| motion.distance / motion.length),
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
+            trouble: robot.trouble().map(Broken::of),
             cpu_load,
             link: robot.links(),
             bridge: robot.bridges(),
             consoles: robot.transcripts().into_iter().map(console).collect(),
             state_hash: format!("{:016x}", robot.state_hash()),
-            faults: simulation::faults(run),
+            faults: simulation::faults(run, is_level),
         }
     }
 
