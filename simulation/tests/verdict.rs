@@ -47,9 +47,9 @@ fn a_robot_whose_modules_have_lost_their_power_does_nothing() {
 
 #[test]
 fn an_order_that_nobody_follows_is_a_fault() {
-    let file =
-        "shape = \"centipede\"\nmodules = 14\n[[event]]\nat = 2\ncommand = [0xd2, 1, 1]\nto = \"13.Back\"";
-    assert_found(&verdict(file, 8), "the gait was wrong");
+    // Nobody has power yet.
+    let order = "[[event]]\nat = 0\ncommand = [0xd2, 1, 255]\nto = \"13.Back\"";
+    assert_found(&verdict(&format!("shape = \"centipede\"\nmodules = 14\n{order}"), 8), "the gait was wrong");
 }
 
 #[test]
