@@ -74,6 +74,12 @@ impl Gait {
         self.walkers.iter().filter(|walker| walker.is_leg()).count()
     }
 
+    /// Whether there are legs, each with another one on the other side.
+    pub fn has_pairs_of_legs(&self) -> bool {
+        let mut legs = self.walkers.iter().filter(|walker| walker.is_leg()).peekable();
+        legs.peek().is_some() && legs.all(|leg| leg.other.is_some())
+    }
+
     /// Whether hormones reach anybody, or shall not.
     pub fn is_led(&self) -> bool {
         !self.walkers.is_empty() || self.halted.iter().any(Option::is_some)

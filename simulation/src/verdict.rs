@@ -90,7 +90,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     if let Some(motion) = robot.motion()
         && is_level
         && is_undisturbed
-        && (observer.gait.legs() > 0 || is_ordered)
+        && (observer.gait.has_pairs_of_legs() || is_ordered)
         && ran >= JUDGED_AFTER
         && motion.distance < least
     {
