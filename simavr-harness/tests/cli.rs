@@ -288,6 +288,7 @@ fn without_a_world_nothing_is_said_of_motion() {
     let report = json(&output);
     assert_eq!(report["world"], "none");
     assert!(report["distance_m"].is_null() && report["slip_percent"].is_null(), "{report:#}");
+    assert!(report["heading_degrees"].is_null(), "{report:#}");
 }
 
 #[test]

@@ -68,6 +68,8 @@ pub struct Report {
     pub body_lengths: Option<f64>,
     /// How far it has come to a side, of that.
     pub sideways_percent: Option<f64>,
+    /// How far it has turned to the left, in degrees.
+    pub heading_degrees: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
     pub slip_percent: Option<f64>,
     /// Why the world could not go on.
@@ -228,6 +230,7 @@ impl Report {
             distance_m: motion.map(|motion| motion.distance),
             body_lengths: motion.map(|motion| motion.distance / motion.length),
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
+            heading_degrees: motion.map(|motion| motion.heading),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
             trouble: robot.trouble().map(Broken::of),
             cpu_load,

@@ -60,9 +60,10 @@ impl fmt::Display for Report {
             let percent = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1} %"));
             writeln!(
                 f,
-                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, {} slip",
+                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, heading {:+.1} degrees, {} slip",
                 self.body_lengths.unwrap_or_default(),
                 percent(self.sideways_percent),
+                self.heading_degrees.unwrap_or_default(),
                 percent(self.slip_percent)
             )?;
         }
