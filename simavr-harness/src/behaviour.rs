@@ -82,6 +82,10 @@ impl simulation::Robot for Engine {
         self.robot().motion()
     }
 
+    fn tilt(&self) -> Option<f64> {
+        self.robot().tilt()
+    }
+
     fn trouble(&self) -> Option<&Trouble> {
         self.robot().trouble()
     }

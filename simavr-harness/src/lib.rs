@@ -40,6 +40,7 @@ mod repair;
 mod robot;
 mod serial_pins;
 mod terrain;
+mod tilt;
 mod variation;
 mod wires;
 

@@ -238,6 +238,16 @@ impl Robot {
         self.physics.as_ref().map(Physics::motion)
     }
 
+    /// Where a module has its middle, in m, where there is a world.
+    pub fn place(&self, module: usize) -> Option<[f64; 3]> {
+        Some(self.physics.as_ref()?.place(module))
+    }
+
+    /// The most that a module with two legs leaned so far, in degrees, where there is a world.
+    pub fn tilt(&self) -> Option<f64> {
+        self.physics.as_ref().map(Physics::tilt)
+    }
+
     /// From the middle of one dock to the middle of the other in mm, where there is a world.
     pub fn distance(&self, one: Face, other: Face) -> Option<f64> {
         Some(self.physics.as_ref()?.distance(one, other))

@@ -64,6 +64,12 @@ pub trait Robot {
         None
     }
 
+    /// The most that a module with two legs leaned from how the robot was laid down, in degrees; `None` where
+    /// there is no world.
+    fn tilt(&self) -> Option<f64> {
+        None
+    }
+
     /// Why it can't go on: [`run_until`](Self::run_until) does nothing any more.
     fn trouble(&self) -> Option<&Trouble> {
         None

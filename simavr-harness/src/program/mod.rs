@@ -1,4 +1,4 @@
-//! The program behind `./x sim` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain` and `./x bench`.
 
 mod arguments;
 mod bench;
@@ -9,6 +9,7 @@ mod module;
 mod report;
 mod sim;
 mod summary;
+mod terrain;
 
 use std::process::ExitCode;
 
@@ -21,6 +22,7 @@ use arguments::{Arguments, Command};
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),
+        Command::Terrain(options) => terrain::run(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

@@ -89,6 +89,8 @@ pub struct Report {
     pub sideways_percent: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
     pub slip_percent: Option<f64>,
+    /// The most that a module with two legs leaned from how the robot was laid down.
+    pub tilt_degrees_max: Option<f64>,
     /// Why the world could not go on.
     pub trouble: Option<Broken>,
     /// `None` where no MCU is simulated.
@@ -247,6 +249,7 @@ impl Report {
             body_lengths: motion.map(|motion| motion.distance / motion.length),
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
+            tilt_degrees_max: robot.tilt(),
             trouble: robot.trouble().map(Broken::of),
             cpu_load,
             link: robot.links(),
