@@ -70,6 +70,12 @@ pub trait Robot {
         None
     }
 
+    /// What the hungriest module has taken out of its battery since power-up, of a full charge; `None` where
+    /// batteries are not simulated.
+    fn charge_used(&self) -> Option<f64> {
+        None
+    }
+
     /// Why it can't go on: [`run_until`](Self::run_until) does nothing any more.
     fn trouble(&self) -> Option<&Trouble> {
         None

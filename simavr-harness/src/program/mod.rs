@@ -1,4 +1,4 @@
-//! The program behind `./x sim`, `./x terrain` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period` and `./x bench`.
 
 mod arguments;
 mod bench;
@@ -6,6 +6,7 @@ mod display;
 mod json;
 mod listing;
 mod module;
+mod period;
 mod report;
 mod sim;
 mod summary;
@@ -23,6 +24,7 @@ pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),
         Command::Terrain(options) => terrain::run(&options).map(|()| true),
+        Command::Period(options) => period::run(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

@@ -63,6 +63,9 @@ impl fmt::Display for Report {
                 self.tilt_degrees_max.unwrap_or_default()
             )?;
         }
+        if let (Some(used), Some(metres)) = (self.charge_percent_max, self.metres_per_charge) {
+            writeln!(f, "battery    {used:.2} % of a charge used at most: {metres:.0} m per charge")?;
+        }
         if !self.varied_percent.is_empty() {
             let varied = self.varied_percent.iter().map(|(name, percent)| format!("{name} by {percent} %"));
             writeln!(f, "varied     {}; seed {}", varied.collect::<Vec<_>>().join(", "), self.seed)?;

@@ -204,3 +204,25 @@ impl fmt::Display for Table {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_a_robot_file_for_robots_of_any_size() {
+        for modules in [10, 11, 12, 18, 21, 40] {
+            for Row { name, file, .. } in rows(modules).unwrap() {
+                let file = format!("modules = {modules}\nshape = \"centipede\"\n{file}");
+                Scenario::from_toml(&file).unwrap_or_else(|error| panic!("{name} of {modules}: {error}"));
+            }
+        }
+        assert!(rows(6).is_err());
+    }
+
+    #[test]
+    fn a_robot_is_cut_between_two_branches() {
+        let wiring = simulation::Shape::Centipede.wiring(18).unwrap();
+        assert_eq!(middle(&wiring), Some(Face { module: 8, dock: Dock::Back }));
+    }
+}

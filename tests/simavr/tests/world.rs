@@ -1,5 +1,7 @@
 //! Robots with the images that they are flashed with, in a physical world.
 
+use plants::battery::{CAPACITY, IDLE_AMPERES};
+use plants::motor::STALL_CURRENT;
 use simavr_harness::{Engine, Ground, RobotBuilder};
 use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape, Trouble};
 use superbot_tests_simavr::{MILLISECOND, firmware};
@@ -128,6 +130,9 @@ fn a_centipede_walks_ahead() {
     assert!(distance > 0.4, "{distance} m");
     assert!(sideways.abs() < 0.3 * distance, "{sideways} m sideways of {distance}");
     assert!(slip < 1.5, "it drags itself: {slip}");
+    // More than electronics alone take, and less than a motor that stands under full voltage.
+    let coulombs = engine.charge_used().unwrap() * CAPACITY;
+    assert!(coulombs > 8.0 * 1.2 * IDLE_AMPERES && coulombs < 8.0 * STALL_CURRENT, "{coulombs} C");
 }
 
 #[test]
