@@ -122,6 +122,25 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
     }
 }
 
+/// A module is reset while the chain closes, another while the ring opens, and a head and its neighbour while
+/// all crawl. The native engine is disturbed at many more moments: simulation/tests.
+#[test]
+fn resets_at_any_time_change_nothing_of_what_becomes_of_the_robot() {
+    let mut text = String::from(include_str!("../../../robots/ring.toml"));
+    for (at, module) in [(6.0, 1), (20.6, 1), (29.0, 0), (29.0, 1)] {
+        text += &format!("\n[[event]]\nat = {at}\nreset = {module}\n");
+    }
+    let mut story = Story::of(&text, 1, 2);
+    // The first reset lies between both orders.
+    let [close, open] = [1, 3].map(|number| story.ordered_at(number));
+    story.run_until(close + ROLLS);
+    story.all_do(Roll);
+    for seconds in [8, 12] {
+        story.run_until(open + seconds * SECOND);
+        story.all_do(Wave);
+    }
+}
+
 /// A chain of five bends, finds nothing to grasp, and tries again.
 #[test]
 fn ends_that_do_not_meet_stay_apart() {
