@@ -113,8 +113,21 @@ fn plot(rows: &[Row], path: &Path) -> Result<(), Box<dyn Error>> {
         .right_y_label_area_size(52)
         .build_cartesian_2d(periods.clone(), 0.0..most(|row| row.mm_per_second))?
         .set_secondary_coord(periods, 0.0..most(|row| row.metres_per_charge));
-    chart.configure_mesh().x_desc("Period, s").y_desc("speed, mm/s").light_line_style(TRANSPARENT).draw()?;
-    chart.configure_secondary_axes().y_desc("metres per charge").draw()?;
+    let font = ("sans-serif", 14);
+    chart
+        .configure_mesh()
+        .x_desc("Period, s")
+        .y_desc("speed, mm/s")
+        .light_line_style(TRANSPARENT)
+        .label_style(font)
+        .axis_desc_style(font)
+        .draw()?;
+    chart
+        .configure_secondary_axes()
+        .y_desc("metres per charge")
+        .label_style(font)
+        .axis_desc_style(font)
+        .draw()?;
     let points = |of: fn(&Row) -> f64| rows.iter().map(move |row| (seconds(row), of(row)));
     let speeds = points(|row| row.mm_per_second);
     let reaches = points(|row| row.metres_per_charge);
@@ -126,7 +139,12 @@ fn plot(rows: &[Row], path: &Path) -> Result<(), Box<dyn Error>> {
         .draw_secondary_series(LineSeries::new(reaches, RED.stroke_width(2)).point_size(4))?
         .label("metres per charge")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], RED));
-    chart.configure_series_labels().position(SeriesLabelPosition::UpperRight).border_style(BLACK).draw()?;
+    chart
+        .configure_series_labels()
+        .label_font(font)
+        .position(SeriesLabelPosition::UpperRight)
+        .border_style(BLACK)
+        .draw()?;
     area.present()?;
     Ok(())
 }
