@@ -1,7 +1,7 @@
 //! The battery of a module: two Li-ion cells.
 
 /// What it holds when full, in coulombs: 1600 mAh (Salemi, Moll and Shen, 2006).
-const CAPACITY: f64 = 1.6 * 3600.0;
+pub const CAPACITY: f64 = 1.6 * 3600.0;
 
 /// Its voltage at rest, in V, empty and full. A straight line between is assumed.
 const EMPTY_VOLTS: f64 = 6.2;
@@ -12,6 +12,9 @@ const RESISTANCE: f64 = 0.15;
 
 /// What the electronics of a module take, in A. Assumed.
 pub const IDLE_AMPERES: f64 = 0.1;
+
+/// A module's battery at power-up. Assumed.
+const BEGINS: f64 = 0.9;
 
 /// A battery.
 #[derive(Clone, Debug)]
@@ -28,6 +31,16 @@ impl Battery {
     /// A battery with `charge` left, of 1, at room temperature.
     pub fn with(charge: f64) -> Self {
         Battery { charge, amperes: 0.0, celsius: 25.0 }
+    }
+
+    /// A battery as modules have it at power-up.
+    pub fn at_power_up() -> Self {
+        Self::with(BEGINS)
+    }
+
+    /// What was taken out since power-up, of a full charge.
+    pub fn used(&self) -> f64 {
+        BEGINS - self.charge
     }
 
     /// Takes a current out, in A, or gives one in, for `seconds`.

@@ -86,6 +86,14 @@ impl simulation::Robot for Engine {
         self.robot().motion()
     }
 
+    fn tilt(&self) -> Option<f64> {
+        self.robot().tilt()
+    }
+
+    fn charge_used(&self) -> Option<f64> {
+        Some(self.robot().charge_used())
+    }
+
     fn trouble(&self) -> Option<&Trouble> {
         self.robot().trouble()
     }

@@ -135,7 +135,7 @@ impl Default for Body {
             dock_amperes: [0.0; 6],
             proximity: [0; 6],
             reflected: [0; 6],
-            battery: Battery::with(0.9),
+            battery: Battery::at_power_up(),
             celsius: [25.0; 2],
             acceleration: [0.0, 0.0, 1.0],
         }

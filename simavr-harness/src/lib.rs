@@ -40,6 +40,7 @@ mod repair;
 mod robot;
 mod serial_pins;
 mod terrain;
+mod tilt;
 mod variation;
 mod wires;
 
@@ -59,6 +60,6 @@ pub use repair::adc::{Analog, Multiplexer};
 pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
-pub use simulation::{Face, Wiring, WiringError};
+pub use simulation::{Face, Terrain, Wiring, WiringError};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

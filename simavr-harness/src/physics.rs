@@ -6,6 +6,10 @@ use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
 
 use crate::body::Body;
+use crate::tilt::Tilt;
+
+/// Steps between two looks at how the robot leans: 10 ms.
+const LOOK: u64 = 10;
 
 /// What the world knows of a robot: volts at motors, and who holds whom.
 ///
@@ -19,6 +23,9 @@ pub(crate) struct Physics {
     /// By module, what its accelerometer reads, after its filter.
     accelerations: Vec<[f64; 3]>,
     roll: f64,
+    tilt: Tilt,
+    /// Milliseconds.
+    steps: u64,
     trouble: Option<Trouble>,
 }
 
@@ -35,7 +42,10 @@ impl Physics {
         wiring.attachments().for_each(|(one, other)| world.attach(place(one), place(other)));
         let modules = wiring.modules();
         let accelerations = (0..modules).map(|module| world.acceleration(module)).collect();
-        Ok(Physics { world, volts: vec![[0.0; 3]; modules], accelerations, roll: 0.0, trouble: None })
+        let mut tilt = Tilt::default();
+        tilt.wired(wiring);
+        let volts = vec![[0.0; 3]; modules];
+        Ok(Physics { world, volts, accelerations, roll: 0.0, tilt, steps: 0, trouble: None })
     }
 
     /// Takes what a module's motors had in the millisecond that is over, and shows the module where its
@@ -52,6 +62,10 @@ impl Physics {
             return;
         }
         self.trouble = self.world.step(&self.volts).err();
+        self.steps += 1;
+        if self.steps.is_multiple_of(LOOK) {
+            self.tilt.look(&self.world, self.roll);
+        }
         let share = 1.0 - (-2.0 * std::f64::consts::PI * ACCELEROMETER_HZ * STEP_SECONDS).exp();
         for (module, filtered) in self.accelerations.iter_mut().enumerate() {
             let read = self.world.acceleration(module);
@@ -78,6 +92,7 @@ impl Physics {
         for (one, other) in new.filter(|(one, other)| before.peer(*one) != Some(*other)) {
             self.world.attach(place(one), place(other));
         }
+        self.tilt.wired(wiring);
         if let &Change::Roll(degrees) = change {
             self.world.turn_over(degrees - self.roll);
             self.roll = degrees;
@@ -110,6 +125,16 @@ impl Physics {
 
     pub fn motion(&self) -> Motion {
         self.world.motion()
+    }
+
+    /// The most that a module with two legs leaned, in degrees.
+    pub fn tilt(&self) -> f64 {
+        self.tilt.most()
+    }
+
+    /// Where a module has its middle, in m.
+    pub fn place(&self, module: usize) -> [f64; 3] {
+        self.world.place(module).to_array()
     }
 
     /// A hash of where all is and how it moves.

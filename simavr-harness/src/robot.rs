@@ -238,6 +238,22 @@ impl Robot {
         self.physics.as_ref().map(Physics::motion)
     }
 
+    /// Where a module has its middle, in m, where there is a world.
+    pub fn place(&self, module: usize) -> Option<[f64; 3]> {
+        Some(self.physics.as_ref()?.place(module))
+    }
+
+    /// The most that a module with two legs leaned so far, in degrees, where there is a world.
+    pub fn tilt(&self) -> Option<f64> {
+        self.physics.as_ref().map(Physics::tilt)
+    }
+
+    /// What the hungriest module has taken out of its battery since power-up, of a full charge.
+    pub fn charge_used(&self) -> f64 {
+        let used = self.members.iter().map(|member| member.module.body().battery.used());
+        used.fold(0.0, f64::max)
+    }
+
     /// From the middle of one dock to the middle of the other in mm, where there is a world.
     pub fn distance(&self, one: Face, other: Face) -> Option<f64> {
         Some(self.physics.as_ref()?.distance(one, other))

@@ -68,6 +68,18 @@ pub trait Robot {
         None
     }
 
+    /// The most that a module with two legs leaned from how the robot was laid down, in degrees; `None` where
+    /// there is no world.
+    fn tilt(&self) -> Option<f64> {
+        None
+    }
+
+    /// What the hungriest module has taken out of its battery since power-up, of a full charge; `None` where
+    /// batteries are not simulated.
+    fn charge_used(&self) -> Option<f64> {
+        None
+    }
+
     /// Why it can't go on: [`run_until`](Self::run_until) does nothing any more.
     fn trouble(&self) -> Option<&Trouble> {
         None

@@ -159,6 +159,13 @@ impl Wiring {
         Dock::ALL.map(|dock| self.peer(Face { module, dock }).map(|peer| peer.dock))
     }
 
+    /// The modules that hang together with this one, itself among them, by number.
+    pub fn body(&self, module: usize) -> Vec<usize> {
+        let mut is_found = vec![false; self.modules()];
+        self.poses(module, &|_| [0.0; 3], &mut is_found);
+        (0..self.modules()).filter(|&module| is_found[module]).collect()
+    }
+
     /// The type that a module has to find itself to be.
     pub fn module_type(&self, module: usize) -> ModuleType {
         ModuleType::of(&self.neighbours(module))

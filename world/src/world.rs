@@ -322,15 +322,26 @@ impl World {
         errors.fold((0.0, 0.0), |(far, turned), (mm, degrees)| (far.max(mm), turned.max(degrees)))
     }
 
+    /// Where a module has its middle, in m.
+    pub fn place(&self, module: usize) -> DVec3 {
+        self.simulation.pose(model::root(module)).0
+    }
+
+    /// The direction out of the Up side of a module's part at the roll.
+    pub fn up(&self, module: usize) -> DVec3 {
+        self.simulation.pose(model::root(module)).1 * DVec3::Z
+    }
+
     /// The middle of all modules, in m.
     pub fn middle(&self) -> DVec3 {
-        let middles = (0..self.modules()).map(|module| self.simulation.pose(model::root(module)).0);
+        let middles = (0..self.modules()).map(|module| self.place(module));
         middles.sum::<DVec3>() / self.modules() as f64
     }
 
     /// The axes of all bodies as seen from above.
     pub(crate) fn axes(&self) -> Vec<[f64; 2]> {
-        let turns = (0..model::BODIES * self.modules).map(|body| self.simulation.pose(model::root(0) + body).1);
+        let turns =
+            (0..model::BODIES * self.modules()).map(|body| self.simulation.pose(model::root(0) + body).1);
         turns
             .flat_map(|turn| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * axis))
             .map(|axis| [axis.x, axis.y])

@@ -1,4 +1,4 @@
-//! The program behind `./x sim` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period` and `./x bench`.
 
 mod arguments;
 mod bench;
@@ -6,9 +6,11 @@ mod display;
 mod json;
 mod listing;
 mod module;
+mod period;
 mod report;
 mod sim;
 mod summary;
+mod terrain;
 
 use std::process::ExitCode;
 
@@ -21,6 +23,8 @@ use arguments::{Arguments, Command};
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),
+        Command::Terrain(options) => terrain::run(&options).map(|()| true),
+        Command::Period(options) => period::run(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

@@ -72,6 +72,12 @@ pub struct Report {
     pub heading_degrees: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
     pub slip_percent: Option<f64>,
+    /// The most that a module with two legs leaned from how the robot was laid down.
+    pub tilt_degrees_max: Option<f64>,
+    /// What the hungriest module has taken out of its battery, of a full charge.
+    pub charge_percent_max: Option<f64>,
+    /// How far the robot would come until that battery is empty.
+    pub metres_per_charge: Option<f64>,
     /// Why the world could not go on.
     pub trouble: Option<Broken>,
     /// `None` where no MCU is simulated.
@@ -232,6 +238,11 @@ impl Report {
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
             heading_degrees: motion.map(|motion| motion.heading),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
+            tilt_degrees_max: robot.tilt(),
+            charge_percent_max: robot.charge_used().map(|used| 100.0 * used),
+            metres_per_charge: motion
+                .zip(robot.charge_used())
+                .and_then(|(motion, used)| finite(motion.distance / used)),
             trouble: robot.trouble().map(Broken::of),
             cpu_load,
             link: robot.links(),

@@ -17,7 +17,7 @@ use super::report::{Console, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
-const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
+pub const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
 /// The most modules that simavr runs: more would take more memory than most machines have.
 const SIMAVR_MODULES: usize = 1000;
@@ -133,7 +133,7 @@ fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
     }
 }
 
-fn load_images(directory: &Path) -> Result<Images, Box<dyn Error>> {
+pub fn load_images(directory: &Path) -> Result<Images, Box<dyn Error>> {
     let load = |name| Image::load(directory.join(name)).map(Arc::new);
     Ok(Images { master: load("firmware-master.elf")?, slave: load("firmware-slave.elf")? })
 }

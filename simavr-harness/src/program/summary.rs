@@ -60,12 +60,17 @@ impl fmt::Display for Report {
             let percent = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1} %"));
             writeln!(
                 f,
-                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, heading {:+.1} degrees, {} slip",
+                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, heading {:+.1} degrees, {} slip, \
+                 leaning by {:.0} degrees at most",
                 self.body_lengths.unwrap_or_default(),
                 percent(self.sideways_percent),
                 self.heading_degrees.unwrap_or_default(),
-                percent(self.slip_percent)
+                percent(self.slip_percent),
+                self.tilt_degrees_max.unwrap_or_default()
             )?;
+        }
+        if let (Some(used), Some(metres)) = (self.charge_percent_max, self.metres_per_charge) {
+            writeln!(f, "battery    {used:.2} % of a charge used at most: {metres:.0} m per charge")?;
         }
         if !self.varied_percent.is_empty() {
             let varied = self.varied_percent.iter().map(|(name, percent)| format!("{name} by {percent} %"));

@@ -1,5 +1,7 @@
 //! Robots with the images that they are flashed with, in a physical world.
 
+use plants::battery::{CAPACITY, IDLE_AMPERES};
+use plants::motor::STALL_CURRENT;
 use simavr_harness::{Engine, Ground, RobotBuilder};
 use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape, Trouble};
 use superbot_tests_simavr::{MILLISECOND, firmware};
@@ -101,11 +103,17 @@ fn modules_that_change_places_take_their_joints_with_them() {
     assert!(engine.trouble().is_none());
 }
 
+/// A robot from a file, at power-up.
+fn start(file: &str) -> Run<Engine> {
+    let Scenario { wiring, terrain, timeline } = Scenario::from_toml(file).unwrap();
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
+    let robot = robot.on_terrain(&terrain.unwrap_or_default()).build().unwrap();
+    Run::new(Engine::new(robot, 2), timeline, SECOND)
+}
+
 /// Runs a robot through a file's events. Returns how it has moved after each of the times.
 fn motions(file: &str, looks: &[u64]) -> Vec<Motion> {
-    let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).unwrap();
-    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
-    let mut run = Run::new(Engine::new(robot.on(Ground::default()).build().unwrap(), 2), timeline, SECOND);
+    let mut run = start(file);
     let look = |&at: &u64| {
         while run.step(at).unwrap() {}
         assert_eq!(run.robot.trouble(), None);
@@ -122,6 +130,9 @@ fn a_centipede_walks_ahead() {
     assert!(distance > 0.4, "{distance} m");
     assert!(sideways.abs() < 0.1 * distance, "{sideways} m sideways of {distance}");
     assert!(slip < 1.5, "it drags itself: {slip}");
+    // More than electronics alone take, and less than a motor that stands under full voltage.
+    let coulombs = engine.charge_used().unwrap() * CAPACITY;
+    assert!(coulombs > 8.0 * 1.2 * IDLE_AMPERES && coulombs < 8.0 * STALL_CURRENT, "{coulombs} C");
 }
 
 /// Orders to the left from the second second on, and to the right from the sixth on.
@@ -166,6 +177,49 @@ fn a_ring_rolls_and_a_chain_crawls_half_a_body_length_at_least() {
         let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
         assert!(distance > length / 2.0, "{distance} m of {length}");
     }
+}
+
+#[test]
+fn on_other_ground_it_walks_too_and_does_not_fall() {
+    // On level ground it comes 0.33 m in that time.
+    for (world, least) in [("friction = 0.3", 0.12), ("slope_degrees = -10", 0.2)] {
+        let mut run = start(&format!("modules = 10\nshape = 'centipede'\n[world]\n{world}\n"));
+        while run.step(5 * SECOND).unwrap() {}
+        let distance = run.robot.motion().unwrap().distance;
+        assert!(distance > least, "{world}: {distance} m");
+        let tilt = Robot::tilt(&run.robot).unwrap();
+        assert!((0.5..20.0).contains(&tilt), "{world}: it leans by {tilt} degrees");
+    }
+}
+
+#[test]
+fn both_parts_of_a_body_that_is_cut_walk_on() {
+    let event = "[[event]]\nat = 4\ndetach = '8.Back'\n";
+    let mut run = start(&format!("modules = 18\nshape = 'centipede'\n{event}"));
+    let places = |run: &Run<Engine>, part: &[usize]| {
+        part.iter().map(|&module| run.robot.robot().place(module).unwrap()[0]).sum::<f64>()
+            / part.len() as f64
+    };
+    while run.step(5_500 * MILLISECOND).unwrap() {}
+    let parts = [0, 9].map(|module| Robot::wiring(&run.robot).body(module));
+    assert_eq!(parts.clone().map(|part| part.len()), [9, 9]);
+    let before = parts.clone().map(|part| places(&run, &part));
+    while run.step(8_500 * MILLISECOND).unwrap() {}
+    for (part, before) in parts.iter().zip(before) {
+        let way = places(&run, part) - before;
+        assert!(way > 0.1, "the part of module {} comes {way} m", part[0]);
+    }
+}
+
+#[test]
+fn who_falls_leans() {
+    let mut run = start("modules = 10\nshape = 'centipede'\n");
+    while run.step(SECOND).unwrap() {}
+    assert!(Robot::tilt(&run.robot).unwrap() < 2.0);
+    // Laid on its side it falls back onto its belly, or onto its back.
+    run.robot.robot_mut().change(&Change::Roll(60.0)).unwrap();
+    while run.step(3 * SECOND).unwrap() {}
+    assert!(Robot::tilt(&run.robot).unwrap() > 45.0, "{:?}", Robot::tilt(&run.robot));
 }
 
 #[test]

@@ -1,0 +1,189 @@
+//! `./x period`: how fast and how far a centipede comes by Periods, as a table and a plot.
+
+use std::error::Error;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use plotters::prelude::*;
+use serde::Serialize;
+use simavr_harness::{Engine, RobotBuilder, Terrain};
+use simulation::{MILLISECOND, Robot, Shape};
+
+use super::arguments::Period;
+use super::json;
+use super::sim::{POWER_UP_WITHIN, load_images};
+
+/// By then legs have risen, in s.
+const RISEN: u64 = 3;
+
+/// A Period, and how the robot walks by it.
+#[derive(Serialize)]
+struct Row {
+    period_ms: u32,
+    /// Ahead.
+    mm_per_second: f64,
+    /// What the hungriest module takes.
+    amperes: f64,
+    metres_per_charge: f64,
+}
+
+#[derive(Serialize)]
+struct Table {
+    modules: usize,
+    seconds: u16,
+    seed: u64,
+    rows: Vec<Row>,
+}
+
+pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
+    json::expect_writable(options.json.as_deref())?;
+    let mut rows = Vec::new();
+    for (period_ms, images) in builds(&options.builds)? {
+        eprintln!("superbot-sim: a Period of {period_ms} ms");
+        rows.push(row(options, period_ms, &images)?);
+    }
+    if let Some(path) = &options.svg {
+        plot(&rows, path).map_err(|error| format!("can't write {}: {error}", path.display()))?;
+    }
+    let Period { modules, seconds, seed, .. } = *options;
+    let table = Table { modules, seconds, seed, rows };
+    match &options.json {
+        Some(path) => json::write(&table, path),
+        None => {
+            print!("{table}");
+            Ok(())
+        }
+    }
+}
+
+/// The folders of images by Period, in ms, which is each one's name.
+fn builds(directory: &Path) -> Result<Vec<(u32, PathBuf)>, Box<dyn Error>> {
+    let unreadable = |error| format!("can't read {}: {error}", directory.display());
+    let entries = std::fs::read_dir(directory).map_err(unreadable)?;
+    let entries = entries.collect::<Result<Vec<_>, _>>().map_err(unreadable)?;
+    let build = |path: PathBuf| Some((path.file_name()?.to_str()?.parse().ok()?, path));
+    let mut builds: Vec<_> = entries.into_iter().filter_map(|entry| build(entry.path())).collect();
+    builds.sort();
+    if builds.is_empty() {
+        return Err(
+            format!("{} has no builds by Period: make them with ./x period", directory.display()).into()
+        );
+    }
+    Ok(builds)
+}
+
+fn row(options: &Period, period_ms: u32, images: &Path) -> Result<Row, Box<dyn Error>> {
+    let wiring = Shape::Centipede.wiring(options.modules)?;
+    let robot = RobotBuilder::wired(load_images(images)?, &wiring)
+        .seed(options.seed)
+        .power_up_within(POWER_UP_WITHIN)
+        .on_terrain(&Terrain::default())
+        .build()?;
+    let mut engine = Engine::new(robot, options.threads);
+    let mut look = |seconds: u64| {
+        engine.run_until(1000 * MILLISECOND * seconds);
+        if let Some(trouble) = Robot::trouble(&engine) {
+            return Err(format!("a Period of {period_ms} ms: {trouble}"));
+        }
+        let distance = Robot::motion(&engine).map_or(0.0, |motion| motion.distance);
+        Ok((distance, engine.robot().charge_used()))
+    };
+    let [start, end] = [look(RISEN)?, look(options.seconds.into())?];
+    let (distance, charge) = (end.0 - start.0, end.1 - start.1);
+    let seconds = (u64::from(options.seconds) - RISEN) as f64;
+    Ok(Row {
+        period_ms,
+        mm_per_second: 1000.0 * distance / seconds,
+        amperes: charge * plants::battery::CAPACITY / seconds,
+        metres_per_charge: distance / charge,
+    })
+}
+
+/// Speed and reach over the Period, each with an axis of its own.
+fn plot(rows: &[Row], path: &Path) -> Result<(), Box<dyn Error>> {
+    let most = |of: fn(&Row) -> f64| 1.1 * rows.iter().map(of).fold(0.0, f64::max);
+    let seconds = |row: &Row| f64::from(row.period_ms) / 1000.0;
+    let area = SVGBackend::new(path, (720, 420)).into_drawing_area();
+    area.fill(&WHITE)?;
+    let periods = 0.0..1.05 * rows.iter().map(seconds).fold(0.0, f64::max);
+    let mut chart = ChartBuilder::on(&area)
+        .margin(16)
+        .x_label_area_size(40)
+        .y_label_area_size(52)
+        .right_y_label_area_size(52)
+        .build_cartesian_2d(periods.clone(), 0.0..most(|row| row.mm_per_second))?
+        .set_secondary_coord(periods, 0.0..most(|row| row.metres_per_charge));
+    let font = ("sans-serif", 14);
+    chart
+        .configure_mesh()
+        .x_desc("Period, s")
+        .y_desc("speed, mm/s")
+        .light_line_style(TRANSPARENT)
+        .label_style(font)
+        .axis_desc_style(font)
+        .draw()?;
+    chart
+        .configure_secondary_axes()
+        .y_desc("metres per charge")
+        .label_style(font)
+        .axis_desc_style(font)
+        .draw()?;
+    let points = |of: fn(&Row) -> f64| rows.iter().map(move |row| (seconds(row), of(row)));
+    let speeds = points(|row| row.mm_per_second);
+    let reaches = points(|row| row.metres_per_charge);
+    chart
+        .draw_series(LineSeries::new(speeds, BLUE.stroke_width(2)).point_size(4))?
+        .label("speed")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLUE));
+    chart
+        .draw_secondary_series(LineSeries::new(reaches, RED.stroke_width(2)).point_size(4))?
+        .label("metres per charge")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], RED));
+    chart
+        .configure_series_labels()
+        .label_font(font)
+        .position(SeriesLabelPosition::UpperRight)
+        .border_style(BLACK)
+        .draw()?;
+    area.present()?;
+    Ok(())
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Table { modules, seconds, seed, .. } = self;
+        writeln!(f, "centipede of {modules}, from {RISEN} to {seconds} s after power-up, seed {seed}\n")?;
+        writeln!(f, "| Period | speed | current of the hungriest module | metres per charge |")?;
+        writeln!(f, "|---|---|---|---|")?;
+        for Row { period_ms, mm_per_second, amperes, metres_per_charge } in &self.rows {
+            let seconds = f64::from(*period_ms) / 1000.0;
+            writeln!(
+                f,
+                "| {seconds} s | {mm_per_second:.0} mm/s | {amperes:.2} A | {metres_per_charge:.0} m |"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_has_a_point_for_each_row_and_curve() {
+        let row = |period_ms| Row { period_ms, mm_per_second: 100.0, amperes: 0.3, metres_per_charge: 200.0 };
+        let path = std::env::temp_dir().join(format!("superbot-period-{}.svg", std::process::id()));
+        plot(&[row(500), row(1000), row(2000)], &path).unwrap();
+        let svg = std::fs::read_to_string(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(svg.matches("<circle").count(), 6);
+        assert!(svg.contains("Period, s") && svg.contains("metres per charge"));
+    }
+
+    #[test]
+    fn a_directory_without_builds_is_told() {
+        let error = builds(&std::env::temp_dir().join("superbot-no-such-directory")).unwrap_err();
+        assert!(error.to_string().contains("can't read"), "{error}");
+    }
+}
