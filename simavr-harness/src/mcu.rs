@@ -18,7 +18,7 @@ use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{external, interrupt};
+use crate::repair::{external, interrupt, rampz};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::wires::{self, Wires};
 
@@ -135,7 +135,8 @@ impl Mcu {
     pub fn new(part: &'static Part, image: Arc<Image>, seed: u64) -> Result<Self, McuError> {
         let missing = || McuError::NotInSimavr(part.name);
         let cpu = Cpu::create(part.name, CLOCK_HZ).ok_or_else(missing)?;
-        let wrapped = interrupt::install(cpu);
+        let mut wrapped = interrupt::install(cpu);
+        rampz::install(cpu, &mut wrapped);
         watchdog::install(cpu);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));

@@ -6,6 +6,7 @@ mod display;
 mod json;
 mod listing;
 mod module;
+mod output;
 mod report;
 mod sim;
 mod summary;
@@ -27,7 +28,7 @@ pub fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
-            eprintln!("superbot-sim: {error}");
+            output::say(format_args!("superbot-sim: {error}\n"));
             ExitCode::from(2)
         }
     }

@@ -41,7 +41,9 @@ impl Hormones {
                 }
                 Behaviour::HormoneReceived(Dock::Front, data) => hormones.receive(deed.module, data),
                 Behaviour::HormoneDropped(Dock::Front) => hormones.drop(deed.module),
-                Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) | Behaviour::HormoneDropped(_) => {
+                Behaviour::HormoneSent(..)
+                | Behaviour::HormoneReceived(..)
+                | Behaviour::HormoneDropped(_) => {
                     panic!("{deed:?}: off the chain")
                 }
                 Behaviour::HormoneGenerated(_)
