@@ -528,7 +528,7 @@ impl Mcu {
 
     /// Has every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits
     /// for the supply and the crystal to settle (chapter "System Clock and Clock Options"). Unless this is
-    /// called, resets take no time.
+    /// called, resets take no time; the MCUs of a robot take theirs.
     pub fn set_start_up(&mut self, cycles: u64) {
         self.start_up = cycles;
     }
