@@ -9,17 +9,20 @@ use tasks::dock::{Dock, DockSet};
 use crate::action::{Action, Posture};
 use crate::case::{Case, Source};
 use crate::data::Data;
-use crate::election::Election;
+use crate::election::{Election, Token};
 use crate::event::Event;
-use crate::gait::{GAITS, Gait, Leader};
+use crate::gait::{GAITS, Gait, Leader, Once};
 use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
 use crate::order::{Course, Helm, Order, What};
 use crate::pace::Pace;
 use crate::pacemaker::Pacemaker;
+use crate::period::Period;
 use crate::rule::{BACK, Rule, Send};
 use crate::sense::{Sense, Senses};
+use crate::standing::{Ledger, STOP, Standing};
 use crate::status::Status;
+use crate::time::{reached, until};
 use crate::topology::{Neighbours, connected, to_bytes};
 
 const ALL_DOCKS: DockSet = DockSet::of(&Dock::ALL);
@@ -59,6 +62,10 @@ struct Part {
     of: u8,
 }
 
+/// How long a robot has to have a head until the ring counts as open, in milliseconds: longer than a
+/// neighbour is away that is reset, or that a dock is blind for a moment.
+const OPEN_AFTER: u16 = 1_000;
+
 /// The state of HORMONE.
 ///
 /// A module whose type no rule covers keeps still. One of type [`ModuleType::Other`] besides passes a
@@ -83,12 +90,16 @@ pub struct Controller {
     is_beat: bool,
     election: Election,
     helm: Helm,
+    ledger: Ledger,
+    /// When the robot will have taken another shape, if all stays as it is.
+    reshaped_at: Option<u16>,
     status: Status,
 }
 
 impl Controller {
-    /// A module at power-up, at `now`, that walks by `gait` until a hormone of another of the [`GAITS`]
-    /// comes. `seed` should differ from module to module and from boot to boot.
+    /// A module at power-up, at `now`, that walks by `gait` until it learns of an order to walk otherwise,
+    /// or, where there was none, a hormone of another of the [`GAITS`] comes. `seed` should differ from
+    /// module to module and from boot to boot.
     pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
             pacemaker: Pacemaker::new(gait, now),
@@ -103,6 +114,8 @@ impl Controller {
             is_beat: false,
             election: Election::new(seed, now),
             helm: Helm::new(),
+            ledger: Ledger::new(gait.name),
+            reshaped_at: None,
             status: Status { gait: gait.name, ..Status::POWER_UP },
         }
     }
@@ -114,10 +127,13 @@ impl Controller {
         let module_type = ModuleType::of(neighbours);
         self.status.module_type = module_type;
         self.status.neighbours = to_bytes(neighbours);
+        let before = self.connected;
         self.connected = connected(neighbours);
+        self.ledger.tell(self.connected.without(before), now);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
         let response = self.become_type(ModuleType::acting(neighbours), now);
-        if self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
+        let is_another = response.action.is_some();
+        if is_another || self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
             self.source = None;
             self.pacemaker.forget();
         }
@@ -129,10 +145,16 @@ impl Controller {
     #[inline(never)]
     pub fn timer(&mut self, now: u16) -> Option<Response> {
         self.helm.expire(now);
+        if let Some((docks, knows)) = self.ledger.due(self.connected, now) {
+            return Some(self.send(Hormone::Standing(self.ledger.standing(), knows), docks));
+        }
         if self.is_in_ring()
             && let Some(token) = self.election.round(now)
         {
             return Some(self.send(Hormone::Token(token), BACK));
+        }
+        if self.reshaped_at.is_some_and(|at| reached(at, now)) {
+            return Some(self.reshaped(now));
         }
         if self.is_leader() {
             let data = self.pacemaker.lead(now)?;
@@ -160,7 +182,9 @@ impl Controller {
             self.pacemaker.until_overdue(now).unwrap_or(NEVER)
         };
         let round = if self.is_in_ring() { self.election.next_due(now) } else { NEVER };
-        let next = beat.min(round).min(self.helm.next_due(now).unwrap_or(NEVER));
+        let reshaped = self.reshaped_at.map(|at| until(at, now));
+        let others = [self.helm.next_due(now), self.ledger.next_due(now), reshaped];
+        let next = others.into_iter().flatten().fold(beat.min(round), u16::min);
         (next != NEVER).then_some(next)
     }
 
@@ -179,45 +203,103 @@ impl Controller {
                 Response { event: Some(Event::HormoneReceived(dock, pace.data)), ..response }
             }
             Hormone::Order(order) => self.order(Some(dock), order, now),
-            Hormone::Token(token) if self.is_in_ring() => {
-                let has_led = self.is_leader();
-                let passed_on = self.election.hear(token, now);
-                if self.is_leader() && !has_led {
-                    // As in `become_type`, and in `topology`.
-                    self.pacemaker.skip(now);
-                    self.source = None;
-                }
-                passed_on.map_or(NOTHING, |token| self.send(Hormone::Token(token), BACK))
-            }
+            Hormone::Standing(standing, knows) => self.hear_of(standing, dock, knows, now),
+            Hormone::Token(token) if self.is_in_ring() => self.hear_token(token, now),
             Hormone::Token(_) => self.dropped(),
         }
     }
 
-    /// Somebody orders the robot about: the neighbour at `from`, or a task of this module.
+    #[inline(never)] // its stack is needed here alone
+    fn hear_token(&mut self, token: Token, now: u16) -> Response {
+        let has_led = self.is_leader();
+        let passed_on = self.election.hear(token, now);
+        if let Some(token) = passed_on {
+            return self.send(Hormone::Token(token), BACK);
+        }
+        if self.election.ring().is_some() && self.once().is_some() {
+            // The chain has closed.
+            return self.reshaped(now);
+        }
+        if self.is_leader() && !has_led {
+            // As in `become_type`, and in `topology`.
+            self.pacemaker.skip(now);
+            self.source = None;
+        }
+        NOTHING
+    }
+
+    /// The neighbour at `dock` says what stands, and whether it knows that this module knows as much.
+    #[inline(never)] // as `hear_token`
+    fn hear_of(&mut self, standing: Standing, dock: Dock, knows: bool, now: u16) -> Response {
+        if !self.ledger.hear(dock, standing, knows, now) {
+            return NOTHING;
+        }
+        let response = self.walk_by(standing, self.connected.without(DockSet::of(&[dock])), now);
+        // The neighbour is to know that this module knows.
+        self.ledger.hear(dock, standing, false, now);
+        response
+    }
+
+    /// Somebody orders the robot about: whoever is at the dock `from`, or a task of this module.
     pub fn order(&mut self, from: Option<Dock>, order: Order, now: u16) -> Response {
         if !self.helm.hear(order, now) {
             return self.dropped();
         }
-        let mut docks = ALL_DOCKS;
-        if let Some(from) = from {
-            docks.remove(from);
+        match order.what {
+            What::Walk(gait, period) => self.walk_from_now(gait, period, now),
+            What::Steer(course, lifetime) => {
+                let mut docks = ALL_DOCKS;
+                if let Some(from) = from {
+                    docks.remove(from);
+                }
+                match NonZeroU8::new(lifetime.get() - 1) {
+                    Some(lifetime) => {
+                        let what = What::Steer(course, lifetime);
+                        self.send(Hormone::Order(Order { what, ..order }), docks)
+                    }
+                    None => NOTHING,
+                }
+            }
         }
-        let response = match order.aged() {
-            Some(order) => self.send(Hormone::Order(order), docks),
-            None => NOTHING,
-        };
-        let What::Walk(name) = order.what else { return response };
-        if name == self.gait().name {
-            return response;
+    }
+
+    /// The whole robot is to walk by this gait.
+    fn walk_from_now(&mut self, gait: u8, period: Period, now: u16) -> Response {
+        let standing = self.ledger.standing();
+        if standing.number != 0 && (standing.gait, standing.period) == (gait, period) {
+            return NOTHING;
         }
-        let Some(gait) = gait_named(name) else {
+        self.walk_by(standing.next(gait, period), self.connected, now)
+    }
+
+    /// This order stands from now on, and these neighbours are to know it. A module that walks so already
+    /// goes on; another rests until its leader's beat comes.
+    #[inline(never)] // as `hear_token`
+    fn walk_by(&mut self, standing: Standing, tell: DockSet, now: u16) -> Response {
+        let is_halted = self.is_halted();
+        self.ledger.set(standing, tell, now);
+        if standing.gait == STOP {
+            self.pacemaker.forget();
+            return self.rest();
+        }
+        let Some(gait) = gait_named(standing.gait) else {
             // Others may know it.
-            let _ = self.dropped();
-            return response;
+            return self.dropped();
         };
+        let gait = standing.period.of(gait);
+        if !is_halted && (gait.name, gait.beat) == (self.gait().name, self.gait().beat) {
+            return NOTHING;
+        }
         self.status.gait = gait.name;
+        self.rhythm = self.rhythm.wrapping_add(1);
         self.pacemaker = Pacemaker::new(gait, now);
-        Response { send: response.send, ..self.rest() }
+        self.expect_shape(now);
+        self.rest()
+    }
+
+    /// Whether the robot was ordered to stop.
+    fn is_halted(&self) -> bool {
+        self.ledger.standing().gait == STOP
     }
 
     /// The senses whose sensors are to be asked now, for [`read`](Self::read): once a beat, those that are a
@@ -300,15 +382,22 @@ impl Controller {
 
     /// Whether this module beats the time.
     pub fn is_leader(&self) -> bool {
-        match self.gait().leader {
+        let leads = match self.gait().leader {
             Leader::Head => self.acting == ModuleType::Head,
             Leader::Elected => self.is_in_ring() && self.election.ring().is_some(),
-        }
+        };
+        leads && !self.is_halted()
     }
 
-    /// Whether this module may be one of a ring, by how it is attached and what it walks by.
+    /// Whether this module may be one of a ring, by how it is attached and what it walks by: a gait of rings,
+    /// or one that ends in a ring.
     fn is_in_ring(&self) -> bool {
-        self.gait().leader == Leader::Elected && self.acting == ModuleType::Spine
+        self.acting == ModuleType::Spine && (self.gait().leader == Leader::Elected || self.once().is_some())
+    }
+
+    /// What the robot does once it has taken the shape in which this module has its type.
+    fn once(&self) -> Option<Once> {
+        self.gait().once.filter(|once| once.becomes == self.acting)
     }
 
     /// Counts a message to a behaviour that could not be read.
@@ -344,10 +433,27 @@ impl Controller {
         if !self.is_in_ring() {
             self.election.follow(now);
         }
-        let rest = self.rest();
-        match self.gait().once.filter(|once| has_led && once.becomes == acting) {
-            Some(once) => self.order(None, self.helm.next(What::Walk(once.then as u8)), now),
-            None => rest,
+        if has_led && self.is_in_ring() {
+            // Nobody leads any more, unless this was for a moment.
+            self.election.stand(now);
+        }
+        self.expect_shape(now);
+        self.rest()
+    }
+
+    /// Looks whether the robot has the shape that its gait makes of it. That it is a ring, only a token shows
+    /// that comes back; that it is none any more, that it has a head.
+    fn expect_shape(&mut self, now: u16) {
+        let is_there = self.once().is_some() && !self.is_in_ring();
+        self.reshaped_at = is_there.then(|| now.wrapping_add(OPEN_AFTER));
+    }
+
+    /// The robot has taken another shape.
+    fn reshaped(&mut self, now: u16) -> Response {
+        self.reshaped_at = None;
+        match self.once() {
+            Some(once) => self.walk_from_now(once.then as u8, Period::OWN, now),
+            None => NOTHING,
         }
     }
 
@@ -379,8 +485,15 @@ impl Controller {
     }
 
     /// Whether a hormone is news: one of a gait that the module knows, and for a beat that has not been.
+    #[inline(never)] // as `hear_token`
     fn takes_up(&mut self, dock: Dock, pace: Pace, now: u16) -> bool {
         if self.is_leader() {
+            return false;
+        }
+        let standing = self.ledger.standing();
+        if standing.number != 0 && pace.name != standing.gait {
+            // One of the two does not know the newest order.
+            self.ledger.tell(DockSet::of(&[dock]), now);
             return false;
         }
         let same_way = self.source == Some(dock);
@@ -396,7 +509,9 @@ impl Controller {
         self.status.gait = pace.name;
         self.status.hormone = pace.data as u8;
         self.source = Some(dock);
-        self.election.follow(now);
+        if !pace.is_made_good {
+            self.election.follow(now);
+        }
         true
     }
 

@@ -1,7 +1,7 @@
 //! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, for modules that are
 //! all attached alike can't do it otherwise (Angluin).
 //!
-//! Who hears no beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A
+//! Who hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A
 //! candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
 //! coming back has been everywhere: its candidate leads, and the hops are the ring's size. Ranks are drawn
 //! anew each round, so that a tie ends in the next one; a leader goes on with that, above all candidates. So
@@ -64,10 +64,15 @@ impl Election {
         }
     }
 
-    /// Somebody leads or stands: a beat came, or a token. Or the module is in no ring.
+    /// Somebody leads or stands: a leader's beat came, or a token. Or the module is in no ring.
     pub fn follow(&mut self, now: u16) {
         self.role = Role::Follower;
         self.round_at = now.wrapping_add(2 * ROUND);
+    }
+
+    /// Nobody else leads: this module becomes a candidate at once.
+    pub fn stand(&mut self, now: u16) {
+        self.round_at = now;
     }
 
     /// The token to send, if a round begins at `now`.

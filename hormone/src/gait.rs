@@ -20,7 +20,8 @@ pub enum Leader {
     Elected,
 }
 
-/// When a leader's type becomes this one, the robot has taken another shape, and walks by another gait.
+/// When a leader's type becomes this one, and stays so, the robot has taken another shape, and walks by
+/// another gait.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Once {

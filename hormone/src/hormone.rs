@@ -5,9 +5,13 @@
 //! | name | hormone | bytes |
 //! |---|---|---|
 //! | 1 to 11 | [`Pace`] of the gait with this name | name, made good and data, rhythm, in a ring lifetime |
-//! | 13 | [`Order`] to walk by another gait | name and gait, serial, lifetime |
+//! | 12 | [`Standing`] order | name and gait, number (low byte, high byte), knows (7) and Period (6..0) |
+//! | 13 | [`Order`] to walk by another gait | name and gait, serial, Period |
 //! | 14 | [`Order`] to steer | name and course, serial, lifetime |
 //! | 15 | [`Token`] of an election | name, rank (low byte, high byte), hops |
+//!
+//! A [`Period`] is 5 to 80 times 50 ms, or 127 for the gait's own; an order has 255 for that, too. Gait 0 is
+//! to stop.
 
 use core::num::NonZeroU8;
 
@@ -17,6 +21,8 @@ pub use crate::data::Data;
 use crate::election::Token;
 use crate::order::{Course, Order, What};
 use crate::pace::Pace;
+use crate::period::Period;
+pub use crate::standing::Standing;
 
 /// The most bytes of a hormone's payload.
 pub const LONGEST: usize = 4;
@@ -24,6 +30,9 @@ pub const LONGEST: usize = 4;
 const LAST_GAIT: u8 = 11;
 /// The bit of a pace that was made good.
 const MADE_GOOD: u8 = 1 << 3;
+const STANDING: u8 = 12;
+/// The bit of a standing order that the receiver is known to know.
+const KNOWS: u8 = 1 << 7;
 const WALK: u8 = 13;
 const STEER: u8 = 14;
 const ELECTION: u8 = 15;
@@ -36,6 +45,8 @@ pub enum Hormone {
     Pace(Pace),
     /// What somebody wants the robot to do.
     Order(Order),
+    /// What stands with the sender, and whether it knows that the receiver knows as much.
+    Standing(Standing, bool),
     /// A ring elects its leader.
     Token(Token),
 }
@@ -58,7 +69,7 @@ impl Hormone {
     pub fn kind(self) -> Kind {
         match self {
             Hormone::Pace(_) => Kind::Latest,
-            Hormone::Order(_) | Hormone::Token(_) => Kind::Lasting,
+            Hormone::Order(_) | Hormone::Standing(..) | Hormone::Token(_) => Kind::Lasting,
         }
     }
 
@@ -70,12 +81,17 @@ impl Hormone {
                 let made_good = if is_made_good { MADE_GOOD } else { 0 };
                 ([name << 4 | made_good | data as u8, rhythm, lifetime.map_or(0, NonZeroU8::get), 0], length)
             }
-            Hormone::Order(Order { what, serial, lifetime }) => {
-                let first = match what {
-                    What::Walk(gait) => WALK << 4 | gait,
-                    What::Steer(course) => STEER << 4 | course as u8,
+            Hormone::Standing(Standing { number, gait, period }, knows) => {
+                let [low, high] = number.to_le_bytes();
+                let knows = if knows { KNOWS } else { 0 };
+                ([STANDING << 4 | gait, low, high, knows | period.to_byte()], 4)
+            }
+            Hormone::Order(Order { what, serial }) => {
+                let (first, last) = match what {
+                    What::Walk(gait, period) => (WALK << 4 | gait, period.to_byte()),
+                    What::Steer(course, lifetime) => (STEER << 4 | course as u8, lifetime.get()),
                 };
-                ([first, serial, lifetime.get(), 0], 3)
+                ([first, serial, last, 0], 3)
             }
             Hormone::Token(Token { rank, hops }) => {
                 let [low, high] = rank.to_le_bytes();
@@ -99,12 +115,20 @@ impl Hormone {
                 let (data, is_made_good) = (Data::from_byte(low & !MADE_GOOD)?, low & MADE_GOOD != 0);
                 Hormone::Pace(Pace { name, data, is_made_good, rhythm: second, lifetime })
             }
-            WALK if (1..=LAST_GAIT).contains(&low) => {
-                Hormone::Order(Order { what: What::Walk(low), serial: second, lifetime: lifetime()? })
+            STANDING if low <= LAST_GAIT => {
+                let &[high, last] = rest else { return None };
+                let period = Period::from_byte(last & !KNOWS)?;
+                let number = u16::from_le_bytes([second, high]);
+                Hormone::Standing(Standing { number, gait: low, period }, last & KNOWS != 0)
+            }
+            WALK if low <= LAST_GAIT => {
+                let &[period] = rest else { return None };
+                let period = if period == u8::MAX { Period::OWN } else { Period::from_byte(period)? };
+                Hormone::Order(Order { what: What::Walk(low, period), serial: second })
             }
             STEER => {
-                let what = What::Steer(Course::from_byte(low)?);
-                Hormone::Order(Order { what, serial: second, lifetime: lifetime()? })
+                let what = What::Steer(Course::from_byte(low)?, lifetime()?);
+                Hormone::Order(Order { what, serial: second })
             }
             ELECTION if low == 0 => {
                 let &[high, hops] = rest else { return None };
@@ -127,9 +151,13 @@ mod tests {
         assert_eq!(Hormone::Pace(made_good).to_payload().bytes(), [0x19, 0x5A]);
         let limited = Pace { lifetime: NonZeroU8::new(6), ..pace };
         assert_eq!(Hormone::Pace(limited).to_payload().bytes(), [0x11, 0x5A, 6]);
-        let order = Order { what: What::Walk(2), serial: 3, lifetime: NonZeroU8::MAX };
-        assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xD2, 3, 255]);
-        let order = Order { what: What::Steer(Course::Right), ..order };
+        let order = Order { what: What::Walk(2, Period::OWN), serial: 3 };
+        assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xD2, 3, 127]);
+        assert_eq!(Hormone::from_payload(&[0xD2, 3, 255]), Some(Hormone::Order(order)));
+        let standing = Standing { number: 0x0102, gait: 9, period: Period::from_byte(80).unwrap() };
+        assert_eq!(Hormone::Standing(standing, false).to_payload().bytes(), [0xC9, 2, 1, 80]);
+        assert_eq!(Hormone::Standing(standing, true).to_payload().bytes(), [0xC9, 2, 1, 0xD0]);
+        let order = Order { what: What::Steer(Course::Right, NonZeroU8::MAX), ..order };
         assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xE2, 3, 255]);
         assert_eq!(Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().bytes(), [0xF0, 2, 0x81, 7]);
     }
@@ -139,15 +167,22 @@ mod tests {
         for first in 0..=u8::MAX {
             let (name, low) = (first >> 4, first & 0x0F);
             let is_pace = (1..=11).contains(&name) && low & 7 < 6;
-            let is_order = name == 13 && (1..=11).contains(&low) || name == 14 && low < 3;
+            let is_walk = name == 13 && low < 12;
+            let is_steer = name == 14 && low < 3;
+            let is_standing = name == 12 && low < 12;
             for second in [0, 1, 0x80, 0xFF] {
-                let payloads: [(&[u8], bool); 7] = [
+                let payloads: [(&[u8], bool); 12] = [
                     (&[], false),
                     (&[first], false),
                     (&[first, second], is_pace),
                     (&[first, second, 0], false),
-                    (&[first, second, 255], is_pace || is_order),
+                    (&[first, second, 4], is_pace || is_steer),
+                    (&[first, second, 80], is_pace || is_steer || is_walk),
+                    (&[first, second, 127], is_pace || is_steer || is_walk),
                     (&[first, second, 9, 0], first == 0xF0),
+                    (&[first, second, 9, 5], first == 0xF0 || is_standing),
+                    (&[first, second, 9, 0x7F], first == 0xF0 || is_standing),
+                    (&[first, second, 9, 0xFF], first == 0xF0 || is_standing),
                     (&[first, second, 9, 1, 0], false),
                 ];
                 for (payload, is_one) in payloads {

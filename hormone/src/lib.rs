@@ -9,7 +9,7 @@
 //! |---|---|
 //! | AC_SEND | [`schedule`], [`probe`] |
 //! | AC_RECV | [`topology`], [`probe`] |
-//! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`sense`], the [`rule`]s of a [`mod@gait`] |
+//! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`standing`], [`sense`], the [`rule`]s of a [`mod@gait`] |
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds
 //! in a `u16` that wraps (see [`time`]), and carries out what comes back.
@@ -27,10 +27,12 @@ pub mod module_type;
 pub mod order;
 pub mod pace;
 pub mod pacemaker;
+pub mod period;
 pub mod probe;
 pub mod rule;
 pub mod schedule;
 pub mod sense;
+pub mod standing;
 pub mod status;
 pub mod table;
 pub mod task;

@@ -1,11 +1,13 @@
-//! What a remote control wants the robot to do. Its hormone goes to every module by every dock.
+//! What a remote control wants the robot to do: to walk by a gait or to stop, or to turn.
 //!
-//! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. It says a
-//! course again and again; when it falls silent, the robot goes straight ahead. A newer order supersedes an
-//! older one, so that in a loop, where an order comes back, it ends.
+//! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. How to walk
+//! becomes the [standing order](crate::standing) of the robot. A course goes to every module by every dock,
+//! and is said again and again; when the remote control falls silent, the robot goes straight ahead. A newer
+//! course supersedes an older one, so that in a loop, where it comes back, it ends.
 
 use core::num::NonZeroU8;
 
+use crate::period::Period;
 use crate::time::reached;
 
 /// How long a course holds after it was last ordered, in milliseconds.
@@ -40,10 +42,11 @@ impl Course {
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum What {
-    /// Walk by the gait with this [name](crate::gait::Gait::name).
-    Walk(u8),
-    /// Turn.
-    Steer(Course),
+    /// Walk by the gait with this [name](crate::gait::Gait::name) in this Period, or
+    /// [stop](crate::standing::STOP).
+    Walk(u8, Period),
+    /// Turn. The order may reach so many modules yet.
+    Steer(Course, NonZeroU8),
 }
 
 /// An order on its way.
@@ -54,15 +57,6 @@ pub struct Order {
     pub what: What,
     /// Counts the orders of one remote control, modulo 256.
     pub serial: u8,
-    /// The modules that it may still reach.
-    pub lifetime: NonZeroU8,
-}
-
-impl Order {
-    /// As it goes on from a module that received it, or `None` if its life ends there.
-    pub fn aged(self) -> Option<Order> {
-        Some(Order { lifetime: NonZeroU8::new(self.lifetime.get() - 1)?, ..self })
-    }
 }
 
 /// What a module remembers of orders.
@@ -89,15 +83,10 @@ impl Helm {
         }
         self.serial = order.serial;
         self.until = Some(now.wrapping_add(HOLDS));
-        if let What::Steer(course) = order.what {
+        if let What::Steer(course, _) = order.what {
             self.course = course;
         }
         true
-    }
-
-    /// An order of this module's own, newer than all it has heard.
-    pub fn next(&self, what: What) -> Order {
-        Order { what, serial: self.serial.wrapping_add(1), lifetime: NonZeroU8::MAX }
     }
 
     /// Forgets what no longer holds. Call at least every 30 s while an order holds.
@@ -123,7 +112,7 @@ mod tests {
     use super::*;
 
     fn order(course: Course, serial: u8) -> Order {
-        Order { what: What::Steer(course), serial, lifetime: NonZeroU8::MAX }
+        Order { what: What::Steer(course, NonZeroU8::MAX), serial }
     }
 
     #[test]
@@ -134,13 +123,6 @@ mod tests {
         assert!(!helm.hear(order(Course::Left, 255), 20), "it came late");
         assert!(!helm.hear(order(Course::Right, 0), 30), "it came back");
         assert_eq!(helm.course(), Course::Right);
-    }
-
-    #[test]
-    fn an_own_order_is_news_to_all() {
-        let mut helm = Helm::new();
-        assert!(helm.hear(order(Course::Left, 255), 0));
-        assert!(helm.hear(helm.next(What::Walk(1)), 1));
     }
 
     #[test]

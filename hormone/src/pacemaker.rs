@@ -21,6 +21,11 @@ use crate::pace::Pace;
 /// than it is ever delayed on the way without a loss.
 const PATIENCE: u16 = 12;
 
+/// After so many beats of which not even a late hormone came, that of another leader, or of the same one by
+/// another way, is followed. One may be lost, and one late; and who followed whichever came first would change its leader
+/// by a race where there are two ways.
+const SILENT: u8 = 3;
+
 /// So many beats are made good without a hormone; then the module knows no rhythm any more.
 const MOST_MISSED: u8 = 8;
 
@@ -113,12 +118,15 @@ impl Pacemaker {
     }
 
     /// Takes in a hormone of this gait. Returns whether it is news: one for a beat that was already, be it
-    /// made good, is not, nor one from another leader while the present one beats. `same_way` says that it
-    /// came by the dock that the rhythm comes by.
+    /// made good, is not, nor one from another leader or by another way while the present one beats.
+    /// `same_way` says that it came by the dock that the rhythm comes by.
     pub fn hear(&mut self, pace: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
-        let is_same = self.is_following() && pace.rhythm == self.rhythm;
+        if !same_way && self.is_bound() {
+            return false;
+        }
+        let is_same = same_way && self.is_following() && pace.rhythm == self.rhythm;
         if is_same {
             if pace.data == self.last && elapsed < beat - beat / 8 {
                 if self.missed > 0 {
@@ -141,7 +149,7 @@ impl Pacemaker {
                 return true;
             }
         }
-        if self.is_beating(now) && (is_same || !self.succeeds(pace, same_way, now)) {
+        if self.is_beating(now) && (is_same || !self.succeeds(pace, now)) {
             return false;
         }
         self.take(pace, now);
@@ -151,7 +159,7 @@ impl Pacemaker {
     /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way
     /// while the present leader beats.
     pub fn change(&mut self, gait: Gait, pace: Pace, same_way: bool, now: u16) -> bool {
-        if self.is_beating(now) && !self.succeeds(pace, same_way, now) {
+        if self.is_bound() && !same_way || self.is_beating(now) && !self.succeeds(pace, now) {
             return false;
         }
         self.gait = gait;
@@ -165,13 +173,18 @@ impl Pacemaker {
         self.is_following() && self.missed == 0 && now.wrapping_sub(self.last_at) < beat - beat / 8
     }
 
-    /// Whether another rhythm takes the place of one that beats: if it comes the same way, for then it is
-    /// that of a new leader, or of a new place in the robot. What comes so within a quarter of a beat may be
-    /// the module's own hormone, round a loop in which nobody leads: there it would race. It is not, if it is
-    /// a leader's and the module's own is not.
-    fn succeeds(&self, pace: Pace, same_way: bool, now: u16) -> bool {
+    /// Whether it follows what comes by one way, and by no other.
+    fn is_bound(&self) -> bool {
+        self.missed < SILENT
+    }
+
+    /// Whether another rhythm that comes the same way takes the place of one that beats: that of a new
+    /// leader, or of a new place in the robot. What comes so within a quarter of a beat may be the module's
+    /// own hormone, round a loop in which nobody leads: there it would race. It is not, if it is a leader's
+    /// and the module's own is not.
+    fn succeeds(&self, pace: Pace, now: u16) -> bool {
         let is_fresher = self.is_made_good && !pace.is_made_good;
-        same_way && (is_fresher || now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4)
+        is_fresher || now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4
     }
 
     fn take(&mut self, pace: Pace, at: u16) {

@@ -1,7 +1,7 @@
 //! A joint: DC motor, planetary and external gear, friction, load, potentiometer.
 
 pub use crate::motor::SUPPLY_VOLTS;
-use crate::motor::{self, GEAR_INERTIA, SLIDING_FRICTION, STATIC_FRICTION, STOP};
+use crate::motor::{Motor, STOP};
 
 /// The electrical travel of the potentiometer, in degrees, over the converter's whole range. Assumed.
 pub const POTENTIOMETER_TRAVEL: f64 = 300.8;
@@ -55,6 +55,7 @@ impl Default for Surroundings {
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub surroundings: Surroundings,
+    pub motor: Motor,
     /// Radians, positive as the MCU counts.
     angle: f64,
     /// Radians per second.
@@ -68,6 +69,7 @@ impl Joint {
     pub fn at(degrees: f64) -> Self {
         Joint {
             surroundings: Surroundings::default(),
+            motor: Motor::default(),
             angle: degrees.to_radians(),
             speed: 0.0,
             amperes: 0.0,
@@ -86,14 +88,15 @@ impl Joint {
     pub fn step(&mut self, duty: f64, seconds: f64) {
         let Surroundings { load_inertia, load_torque, friction, is_blocked, .. } = self.surroundings;
         self.drive(duty);
-        let pull = motor::torque(self.amperes) + load_torque;
-        if is_blocked || (self.speed == 0.0 && pull.abs() <= STATIC_FRICTION * friction) {
+        let motor = self.motor;
+        let pull = motor.torque(self.amperes) + load_torque;
+        if is_blocked || (self.speed == 0.0 && pull.abs() <= motor.static_friction() * friction) {
             self.speed = 0.0;
             return;
         }
         let direction = if self.speed == 0.0 { pull.signum() } else { self.speed.signum() };
-        let torque = pull - direction * SLIDING_FRICTION * friction;
-        let speed = self.speed + torque / (GEAR_INERTIA + load_inertia) * seconds;
+        let torque = pull - direction * motor.sliding_friction * friction;
+        let speed = self.speed + torque / (motor.gear_inertia + load_inertia) * seconds;
         // Friction stops the joint; it does not turn it back.
         self.speed = if speed * direction < 0.0 { 0.0 } else { speed };
         self.angle += self.speed * seconds;
@@ -106,7 +109,7 @@ impl Joint {
 
     /// Drives the motor with `duty` of its supply while a world turns the joint.
     pub fn drive(&mut self, duty: f64) {
-        self.amperes = motor::amperes(self.volts(duty), self.speed);
+        self.amperes = self.motor.amperes(self.volts(duty), self.speed);
     }
 
     /// The mean voltage at the motor with `duty` of its supply, -1 to 1.
@@ -172,7 +175,7 @@ mod tests {
     fn full_duty_turns_at_no_more_than_the_speed_without_load() {
         let mut joint = Joint::at(-100.0);
         run(&mut joint, 1.0, 1.0);
-        let ideal = motor::free_speed(SUPPLY_VOLTS).to_degrees();
+        let ideal = Motor::default().free_speed(SUPPLY_VOLTS).to_degrees();
         assert!((0.8 * ideal..ideal).contains(&joint.degrees_per_second()), "{joint:?}");
     }
 
@@ -188,10 +191,10 @@ mod tests {
     #[test]
     fn friction_holds_what_pulls_too_little() {
         let mut joint = Joint::at(0.0);
-        joint.surroundings.load_torque = 0.9 * STATIC_FRICTION;
+        joint.surroundings.load_torque = 0.9 * joint.motor.static_friction();
         run(&mut joint, 0.0, 1.0);
         assert_eq!(joint.degrees(), 0.0);
-        joint.surroundings.load_torque = 1.1 * STATIC_FRICTION;
+        joint.surroundings.load_torque = 1.1 * joint.motor.static_friction();
         run(&mut joint, 0.0, 1.0);
         assert!(joint.degrees() > 0.0);
     }

@@ -10,3 +10,4 @@ pub mod geometry;
 pub mod joint;
 pub mod motion;
 pub mod motor;
+pub mod trouble;

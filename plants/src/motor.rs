@@ -15,47 +15,86 @@ pub const GEAR_INERTIA: f64 = 1e-7 * 508.7 * 508.7;
 /// The torque of the gear's dry friction while the joint turns, in Nm. Assumed: 8 % of the stall torque.
 pub const SLIDING_FRICTION: f64 = 0.08 * STALL_TORQUE;
 
-/// The torque that it takes to break the standing joint loose, in Nm. Assumed: half as much again.
-pub const STATIC_FRICTION: f64 = 1.5 * SLIDING_FRICTION;
+/// The torque that it takes to break the standing joint loose, over that of the turning one. Assumed: half
+/// as much again.
+const STICTION: f64 = 1.5;
 
 /// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees"
 /// says.
 pub const STOP: f64 = 138.0;
 
-/// The winding's resistance, in ohms.
-const RESISTANCE: f64 = SUPPLY_VOLTS / STALL_CURRENT;
-
-/// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s
-/// without load.
-const TORQUE_CONSTANT: f64 = STALL_TORQUE / STALL_CURRENT;
-
-/// The torque that the winding takes from a joint that turns, in Nm s: whatever its voltage, for between
-/// pulses the bridge shorts it.
-pub const BRAKING: f64 = TORQUE_CONSTANT * TORQUE_CONSTANT / RESISTANCE;
-
-/// The joint's speed with `volts` at the motor and neither friction nor load, in rad/s.
-pub fn free_speed(volts: f64) -> f64 {
-    volts / TORQUE_CONSTANT
-}
-
-/// The motor's current with `volts` at it while the joint turns at `speed`, in rad/s. In A, with the sign of
-/// the torque.
-pub fn amperes(volts: f64, speed: f64) -> f64 {
-    (volts - TORQUE_CONSTANT * speed) / RESISTANCE
-}
-
-/// The torque of a current, in Nm.
-pub fn torque(amperes: f64) -> f64 {
-    TORQUE_CONSTANT * amperes
-}
-
 /// Slower than this, in rad/s, a joint counts as standing: 0.3 degrees/s. Assumed; a world's joints that are
 /// held by friction creep at half of that.
 const STANDING: f64 = 0.3 * std::f64::consts::PI / 180.0;
 
-/// The torque of dry friction at a joint that turns at `speed`, in rad/s. In Nm, against what moves it.
-pub fn friction(speed: f64) -> f64 {
-    if speed.abs() < STANDING { STATIC_FRICTION } else { SLIDING_FRICTION }
+/// A motor and its gears.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// The torque at the standing joint with full duty, in Nm.
+    pub stall_torque: f64,
+    /// The current at the standing joint with full duty, in A.
+    pub stall_current: f64,
+    /// The inertia of rotor and gear at the joint, in kg m².
+    pub gear_inertia: f64,
+    /// The torque of the gear's dry friction while the joint turns, in Nm.
+    pub sliding_friction: f64,
+}
+
+impl Default for Motor {
+    /// SuperBot's, as far as it is known.
+    fn default() -> Self {
+        Motor {
+            stall_torque: STALL_TORQUE,
+            stall_current: STALL_CURRENT,
+            gear_inertia: GEAR_INERTIA,
+            sliding_friction: SLIDING_FRICTION,
+        }
+    }
+}
+
+impl Motor {
+    /// The winding's resistance, in ohms.
+    fn resistance(&self) -> f64 {
+        SUPPLY_VOLTS / self.stall_current
+    }
+
+    /// Torque per current at the joint, in Nm/A, which is also the voltage per speed, in V s: 80 degrees/s
+    /// without load for SuperBot's.
+    fn torque_constant(&self) -> f64 {
+        self.stall_torque / self.stall_current
+    }
+
+    /// The torque that the winding takes from a joint that turns, in Nm s: whatever its voltage, for between
+    /// pulses the bridge shorts it.
+    pub fn braking(&self) -> f64 {
+        self.torque_constant() * self.torque_constant() / self.resistance()
+    }
+
+    /// The joint's speed with `volts` at the motor and neither friction nor load, in rad/s.
+    pub fn free_speed(&self, volts: f64) -> f64 {
+        volts / self.torque_constant()
+    }
+
+    /// The motor's current with `volts` at it while the joint turns at `speed`, in rad/s. In A, with the
+    /// sign of the torque.
+    pub fn amperes(&self, volts: f64, speed: f64) -> f64 {
+        (volts - self.torque_constant() * speed) / self.resistance()
+    }
+
+    /// The torque of a current, in Nm.
+    pub fn torque(&self, amperes: f64) -> f64 {
+        self.torque_constant() * amperes
+    }
+
+    /// The torque that it takes to break the standing joint loose, in Nm.
+    pub fn static_friction(&self) -> f64 {
+        STICTION * self.sliding_friction
+    }
+
+    /// The torque of dry friction at a joint that turns at `speed`, in rad/s. In Nm, against what moves it.
+    pub fn friction(&self, speed: f64) -> f64 {
+        if speed.abs() < STANDING { self.static_friction() } else { self.sliding_friction }
+    }
 }
 
 #[cfg(test)]
@@ -64,9 +103,11 @@ mod tests {
 
     #[test]
     fn braking_is_what_the_speed_takes_from_the_torque() {
+        let motor = Motor::default();
         let (volts, speed) = (3.0, 0.7);
-        let standing = torque(amperes(volts, 0.0));
-        assert!((torque(amperes(volts, speed)) - (standing - BRAKING * speed)).abs() < 1e-12);
-        assert!(torque(amperes(volts, free_speed(volts))).abs() < 1e-12);
+        let standing = motor.torque(motor.amperes(volts, 0.0));
+        let turning = motor.torque(motor.amperes(volts, speed));
+        assert!((turning - (standing - motor.braking() * speed)).abs() < 1e-12);
+        assert!(motor.torque(motor.amperes(volts, motor.free_speed(volts))).abs() < 1e-12);
     }
 }

@@ -2,7 +2,9 @@
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
-use simulation::{BridgeTotals, Change, Deed, Event, LinkTotals, Motion, Transcript, Wiring, WiringError};
+use simulation::{
+    BridgeTotals, Change, Deed, Event, LinkTotals, Motion, Transcript, Trouble, Wiring, WiringError,
+};
 
 use crate::counters;
 use crate::engine::Engine;
@@ -80,8 +82,8 @@ impl simulation::Robot for Engine {
         self.robot().motion()
     }
 
-    fn trouble(&self) -> Option<String> {
-        self.robot().trouble().map(ToString::to_string)
+    fn trouble(&self) -> Option<&Trouble> {
+        self.robot().trouble()
     }
 
     fn state_hash(&self) -> u64 {

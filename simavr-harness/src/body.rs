@@ -4,6 +4,7 @@
 use plants::battery::{Battery, IDLE_AMPERES};
 use plants::dock::Latch;
 use plants::joint::Joint;
+use plants::motor::Motor;
 use simulation::Angles;
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
@@ -161,6 +162,11 @@ impl Body {
     /// The angles of the joints.
     pub fn angles(&self) -> Angles {
         self.joints.each_ref().map(Joint::degrees)
+    }
+
+    /// Gives all joints such a motor.
+    pub(crate) fn set_motor(&mut self, motor: Motor) {
+        self.joints.iter_mut().for_each(|joint| joint.motor = motor);
     }
 
     /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in

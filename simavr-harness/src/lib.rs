@@ -39,6 +39,8 @@ mod probe;
 mod repair;
 mod robot;
 mod serial_pins;
+mod terrain;
+mod variation;
 mod wires;
 
 pub use body::Body;
@@ -58,4 +60,5 @@ pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Face, Wiring, WiringError};
+pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

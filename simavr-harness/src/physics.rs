@@ -1,9 +1,9 @@
 //! The world that a robot is in, and what passes between the two each millisecond.
 
 use plants::geometry;
-use simulation::{Change, Face, Facing, Motion, Wiring, fnv_1a};
+use simulation::{Change, Face, Facing, Motion, Placing, Wiring, fnv_1a};
 use world::assumed::ACCELEROMETER_HZ;
-use world::{Ground, Placed, STEP_SECONDS, Trouble, World, WorldError};
+use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
 
 use crate::body::Body;
 
@@ -23,16 +23,14 @@ pub(crate) struct Physics {
 }
 
 impl Physics {
-    /// A world in which the robot lies as it does at power-up.
+    /// A world in which the robot lies as it does at power-up, of modules of these makes.
     ///
     /// # Errors
-    /// There is none for such a robot.
-    pub fn new(wiring: &Wiring, ground: &Ground) -> Result<Self, WorldError> {
-        let placed: Vec<Placed> = wiring
-            .placings()
-            .iter()
-            .map(|placing| Placed { frame: placing.frame, angles: placing.angles })
-            .collect();
+    /// There is none for such a robot, or on this ground.
+    pub fn new(wiring: &Wiring, ground: &Ground, makes: &[Make]) -> Result<Self, WorldError> {
+        let placings = wiring.placings();
+        let placed = |(&Placing { frame, angles }, &make)| Placed { frame, angles, make };
+        let placed: Vec<Placed> = placings.iter().zip(makes).map(placed).collect();
         let mut world = World::new(&placed, ground)?;
         wiring.attachments().for_each(|(one, other)| world.attach(place(one), place(other)));
         let modules = wiring.modules();

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, Terminal, Transcript, Wiring, WiringError, fnv_1a,
+    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, Terminal, Terrain, Transcript, Wiring,
+    WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
 use thiserror::Error;
-use world::{Ground, Trouble, WorldError};
+use world::{Ground, Make, Trouble, WorldError};
 
 use crate::engine::{Event, LONGEST_WINDOW};
 use crate::link::{Channel, Faults, LinkCounts};
@@ -17,6 +18,8 @@ use crate::mcu::{McuError, Reset};
 use crate::module::{Controller, Images, Module};
 use crate::physics::Physics;
 use crate::repair::usart::Character;
+use crate::terrain;
+use crate::variation::{Variation, vary};
 
 /// Modules and the attachments between their docks.
 pub struct Robot {
@@ -74,6 +77,8 @@ pub struct RobotBuilder {
     seed: u64,
     power_up_within: u64,
     ground: Option<Ground>,
+    makes: Vec<Make>,
+    variations: Vec<Variation>,
 }
 
 /// Why a robot cannot be built so.
@@ -98,6 +103,8 @@ impl RobotBuilder {
             seed: 0,
             power_up_within: 0,
             ground: None,
+            makes: vec![Make::default(); modules],
+            variations: Vec::new(),
         }
     }
 
@@ -151,12 +158,36 @@ impl RobotBuilder {
         self
     }
 
+    /// Puts the robot into a physical world as a robot file has it, with the loads that it bears there.
+    #[must_use]
+    pub fn on_terrain(mut self, terrain: &Terrain) -> Self {
+        self.makes = (0..self.modules).map(|module| terrain::make(terrain, module)).collect();
+        self.on(terrain::ground(terrain))
+    }
+
+    /// Has what is assumed of modules vary in the world, by the seed.
+    #[must_use]
+    pub fn varied(mut self, variations: &[Variation]) -> Self {
+        self.variations = variations.into();
+        self
+    }
+
     /// Builds the robot, all MCUs at power-up.
     ///
     /// # Errors
     /// An attachment names a module that is not there, or a dock twice; an image does not fit.
     pub fn build(self) -> Result<Robot, RobotError> {
-        let Self { images, others, modules, attachments, seed, power_up_within, ground } = self;
+        let Self {
+            images,
+            others,
+            modules,
+            attachments,
+            seed,
+            power_up_within,
+            ground,
+            mut makes,
+            variations,
+        } = self;
         let member = |index| {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
@@ -171,7 +202,8 @@ impl RobotBuilder {
             robot.attach(one, other)?;
         }
         if let Some(ground) = ground {
-            robot.enter(Physics::new(&robot.wiring, &ground)?);
+            vary(&mut makes, &variations, seed);
+            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?, &makes);
         }
         Ok(robot)
     }
@@ -217,8 +249,9 @@ impl Robot {
     }
 
     /// From now on a world moves the joints.
-    fn enter(&mut self, mut physics: Physics) {
-        for (number, member) in self.members.iter_mut().enumerate() {
+    fn enter(&mut self, mut physics: Physics, makes: &[Make]) {
+        for (number, (member, make)) in self.members.iter_mut().zip(makes).enumerate() {
+            member.module.body_mut().set_motor(make.motor);
             physics.exchange(number, member.module.body_mut());
             member.module.show_body();
         }

@@ -87,8 +87,8 @@ impl Change {
         let Change::Command { payload, .. } = self else { return None };
         match Hormone::from_payload(payload)? {
             Hormone::Order(order) => match order.what {
-                What::Walk(name) => GaitName::from_byte(name),
-                What::Steer(_) => None,
+                What::Walk(name, _) => GaitName::from_byte(name),
+                What::Steer(..) => None,
             },
             _ => None,
         }

@@ -12,6 +12,7 @@ use crate::change::{Change, Links, Mcus};
 use crate::hardware::CLOCK_HZ;
 use crate::scenario::{Event, Scenario};
 use crate::shape::Shape;
+use crate::terrain::{Load, Terrain};
 use crate::wiring::{Face, Wiring};
 
 /// What is wrong in a robot file: where, and what to do.
@@ -27,6 +28,7 @@ struct File {
     shape: Option<Spanned<Shape>>,
     #[serde(default)]
     docks: Vec<Spanned<[Face; 2]>>,
+    world: Option<Spanned<Terrain>>,
     #[serde(default)]
     event: Vec<Spanned<EventTable>>,
 }
@@ -70,6 +72,7 @@ impl Scenario {
         let at =
             |span: Range<usize>, message: &dyn std::fmt::Display| FileError(point_at(text, span, message));
         let wiring = file.wiring().map_err(|(span, message)| at(span, &message))?;
+        let terrain = file.terrain().map_err(|(span, message)| at(span, &message))?;
         let mut events = Vec::new();
         for table in file.event {
             let span = table.span();
@@ -82,7 +85,7 @@ impl Scenario {
         for (span, event) in &events {
             event.change.apply(&mut wired).map_err(|error| at(span.clone(), &error))?;
         }
-        Ok(Scenario { wiring, timeline: events.into_iter().map(|(_, event)| event).collect() })
+        Ok(Scenario { wiring, terrain, timeline: events.into_iter().map(|(_, event)| event).collect() })
     }
 }
 
@@ -104,6 +107,18 @@ impl File {
             wiring.attach(one, other).map_err(|error| (docks.span(), error.to_string()))?;
         }
         Ok(wiring)
+    }
+
+    fn terrain(&self) -> Result<Option<Terrain>, (Range<usize>, String)> {
+        let Some(world) = &self.world else { return Ok(None) };
+        let modules = *self.modules.get_ref();
+        match world.get_ref().loads.iter().find(|load| load.module >= modules) {
+            Some(Load { module, .. }) => Err((
+                world.span(),
+                format!("there is no module {module} to load: there are {modules}, from 0"),
+            )),
+            None => Ok(Some(world.get_ref().clone())),
+        }
     }
 }
 

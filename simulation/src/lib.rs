@@ -1,7 +1,8 @@
 //! What all ways to simulate a robot share: how its modules are joined, and whether what they do is right.
 //!
 //! - [`Wiring`]: which dock is attached to which. [`Shape`]: wirings by name.
-//! - [`Scenario`]: a robot, and the [`Change`]s that happen to it; from a file or not.
+//! - [`Scenario`]: a robot, the [`Terrain`] it is on, and the [`Change`]s that happen to it; from a file or
+//!   not.
 //! - [`Robot`]: what a robot that runs can be asked for. [`Deed`]: what a behaviour did, and when.
 //! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
 //!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] the legs.
@@ -29,6 +30,7 @@ mod run;
 mod scenario;
 mod shape;
 mod terminal;
+mod terrain;
 mod totals;
 mod wiring;
 
@@ -45,6 +47,7 @@ pub use native::Native;
 pub use observer::Observer;
 pub use placing::Placing;
 pub use plants::motion::Motion;
+pub use plants::trouble::{Moment, Trouble};
 pub use pose::{Angles, Facing};
 pub use random::Random;
 pub use robot::Robot;
@@ -52,5 +55,6 @@ pub use run::Run;
 pub use scenario::{Event, Scenario};
 pub use shape::{Shape, TooFewModules};
 pub use terminal::{Terminal, Transcript};
+pub use terrain::{Block, Load, Stair, Terrain, Wall};
 pub use totals::{BridgeTotals, LinkTotals};
 pub use wiring::{Face, Wiring, WiringError};

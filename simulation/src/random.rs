@@ -29,6 +29,11 @@ impl Random {
         ((self.next_u64() >> 11) as f64) < probability * STEPS as f64
     }
 
+    /// A number from `least` up to `most`, evenly spread.
+    pub fn between(&mut self, least: f64, most: f64) -> f64 {
+        least + (most - least) * (self.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
     /// A number below `bound`, which is not 0.
     pub fn below(&mut self, bound: usize) -> usize {
         (self.next_u64() % bound as u64) as usize

@@ -9,6 +9,7 @@ use crate::terminal::Transcript;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Wiring, WiringError};
 use plants::motion::Motion;
+use plants::trouble::Trouble;
 
 /// A robot that can be run.
 pub trait Robot {
@@ -64,7 +65,7 @@ pub trait Robot {
     }
 
     /// Why it can't go on: [`run_until`](Self::run_until) does nothing any more.
-    fn trouble(&self) -> Option<String> {
+    fn trouble(&self) -> Option<&Trouble> {
         None
     }
 

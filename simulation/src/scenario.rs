@@ -1,12 +1,15 @@
 //! A robot, and what happens to it.
 
 use crate::change::Change;
+use crate::terrain::Terrain;
 use crate::wiring::Wiring;
 
 /// A robot at power-up, and what happens to it later.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     pub wiring: Wiring,
+    /// `None` where nothing is said of it.
+    pub terrain: Option<Terrain>,
     /// In the order of time.
     pub timeline: Vec<Event>,
 }

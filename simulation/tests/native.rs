@@ -6,6 +6,7 @@ use hormone::gait::GaitName;
 use hormone::hormone::{Data, Hormone};
 use hormone::module_type::ModuleType::{self, Branch, Head, LeftLeg, RightLeg, Spine, Tail};
 use hormone::pace::Pace;
+use hormone::status::Status;
 use simulation::{
     Change, Face, Links, MILLISECOND, Mcus, Native, Observer, Robot, Run, Scenario, Shape, Wiring, fnv_1a,
 };
@@ -46,8 +47,12 @@ fn faults(run: &Run<Native>) -> Vec<String> {
 }
 
 fn count(robot: &Native, wanted: ModuleType) -> usize {
+    count_of(robot, |status| status.module_type == wanted)
+}
+
+fn count_of(robot: &Native, wanted: impl Fn(&Status) -> bool) -> usize {
     let modules = 0..robot.wiring().modules();
-    modules.filter_map(|module| robot.status(module)).filter(|status| status.module_type == wanted).count()
+    modules.filter_map(|module| robot.status(module)).filter(|status| wanted(status)).count()
 }
 
 #[test]
@@ -344,9 +349,115 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
         let (actions, spines, changes) = to(16);
         assert_eq!((actions, spines), (vec![Action::Roll; 6], 6));
         assert_eq!(changes[0].change, Change::Attach(face(5, Back), face(0, Front)));
-        let (actions, spines, changes) = to(24);
+        let (actions, spines, changes) = to(26);
         assert_eq!((actions, spines), (vec![Action::Wave; 6], 4));
         assert!(matches!(changes[1].change, Change::Detach(Face { dock: Front, .. })));
         assert_eq!(changes.len(), 2);
+    }
+}
+
+/// A chain of six is ordered to crawl, to close to a ring, and to open again.
+const RESHAPES: &str = "
+    shape = 'chain'
+    [[event]]
+    at = 1
+    command = [0xd2, 1, 255]
+    to = '0.Front'
+    [[event]]
+    at = 4
+    command = [0xd8, 1, 255]
+    to = '0.Front'
+    [[event]]
+    at = 20
+    command = [0xd9, 1, 255]
+    to = '3.Left'
+";
+
+/// What all modules do after so many seconds of that with a disturbance.
+fn reshaped(disturbance: &str, seconds: u64, seed: u64) -> Vec<Action> {
+    let text = format!("modules = 6\n{RESHAPES}{disturbance}");
+    let scenario = Scenario::from_toml(&text).expect("the file is right");
+    let robot = Native::new(scenario.wiring, seed, 40 * MILLISECOND);
+    let mut run = Run::new(robot, scenario.timeline, PERIOD);
+    while run.step(seconds * SECOND).expect("the events can happen") {}
+    (0..6).filter_map(|module| run.robot.status(module)).map(|status| status.action).collect()
+}
+
+#[test]
+fn a_chain_that_is_disturbed_while_it_closes_or_opens_does_so_all_the_same() {
+    for step in 0..24 {
+        let (tenths, module) = (5 * step + 2, step % 6);
+        let blind = step % 5;
+        let at = |from: u64| (from * 10 + tenths) as f64 / 10.0;
+        let reset = |from| format!("[[event]]\nat = {}\nreset = {module}\n", at(from));
+        let is_blind = |from| {
+            format!(
+                "[[event]]\nat = {}\nloss = 1\nfrom = '{blind}.Back'\n\
+                 [[event]]\nat = {}\nloss = 0\nfrom = '{blind}.Back'\n",
+                at(from),
+                at(from) + 0.4
+            )
+        };
+        for disturbance in [reset(4), is_blind(4)] {
+            assert_eq!(reshaped(&disturbance, 19, step), [Action::Roll; 6], "{disturbance}");
+        }
+        for disturbance in [reset(20), is_blind(20)] {
+            assert_eq!(reshaped(&disturbance, 40, step), [Action::Wave; 6], "{disturbance}");
+        }
+    }
+}
+
+#[test]
+fn a_ring_of_which_any_two_neighbours_are_reset_rolls_on() {
+    for module in 0..6 {
+        let events = format!(
+            "shape = 'ring'\n[[event]]\nat = 1\ncommand = [0xd4, 1, 255]\nto = '0.Up'\n\
+             [[event]]\nat = 8\nreset = \
+             {module}\n[[event]]\nat = 8\nreset = {}\n",
+            (module + 1) % 6
+        );
+        let run = run(robot(Shape::Ring, 6, module), &events, 14);
+        assert_eq!(count_of(&run.robot, |status| status.action == Action::Roll), 6, "{events}");
+    }
+}
+
+#[test]
+fn a_head_that_was_reset_or_is_new_walks_as_the_robot_does() {
+    let order = "shape = 'chain'\n[[event]]\nat = 1\ncommand = [0xd2, 1, 255]\nto = '1.Up'\n";
+    let reset = format!("{order}[[event]]\nat = 5\nreset = 0\n");
+    let new = format!(
+        "{order}[[event]]\nat = 0.5\ndetach = '0.Back'\n[[event]]\nat = 5\nattach = ['0.Back', '1.Front']\n"
+    );
+    for events in [reset, new] {
+        for seed in 0..5 {
+            let run = run(robot(Shape::Chain, 6, seed), &events, 9);
+            assert_eq!(count_of(&run.robot, |status| status.action == Action::Wave), 6, "{events}");
+        }
+    }
+}
+
+#[test]
+fn an_order_reaches_a_hundred_modules_while_three_frames_of_four_are_lost() {
+    for seed in 0..3 {
+        let events =
+            "[[event]]\nat = 0\nloss = 0.75\n[[event]]\nat = 6\ncommand = [0xd2, 1, 255]\nto = '50.Up'\n";
+        let run = run(robot(Shape::Centipede, 100, seed), events, 26);
+        let caterpillar = GaitName::Caterpillar as u8;
+        assert_eq!(count_of(&run.robot, |status| status.gait == caterpillar), 100, "seed {seed}");
+    }
+}
+
+/// Two ways lead from the head to module 4, one of them through a branch more: on them legs would step otherwise.
+#[test]
+fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {
+    let text = "modules = 9\ndocks = [['0.Back', '1.Front'], ['1.Left', '2.Back'], ['1.Right', '3.Back'], \
+        ['1.Back', '4.Front'], ['4.Back', '5.Front'], ['5.Left', '6.Back'], ['5.Right', '7.Back'], \
+        ['5.Back', '8.Front'], ['0.Right', '4.Right']]";
+    for seed in 1..=6 {
+        let scenario = Scenario::from_toml(text).expect("the file is right");
+        let robot = Native::new(scenario.wiring, seed, 40 * MILLISECOND);
+        let mut run = Run::new(robot, scenario.timeline, PERIOD);
+        while run.step(30 * SECOND).expect("the events can happen") {}
+        assert_eq!(faults(&run), [""; 0], "seed {seed}");
     }
 }

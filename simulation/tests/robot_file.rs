@@ -1,6 +1,8 @@
 //! Robot files: what they say, and that their errors point at the line.
 
-use simulation::{Change, Event, Face, Links, MILLISECOND, Mcus, Scenario, Shape, Wiring};
+use simulation::{
+    Block, Change, Event, Face, Links, Load, MILLISECOND, Mcus, Scenario, Shape, Stair, Terrain, Wall, Wiring,
+};
 use tasks::dock::Dock::{self, Back, Down, Front, Left, Right, Up};
 
 const SECOND: u64 = 1000 * MILLISECOND;
@@ -89,6 +91,60 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
     ];
     let expected = expected.map(|(at, change)| Event { at: (at * SECOND as f64) as u64, change });
     assert_eq!(scenario.timeline, expected);
+}
+
+#[test]
+fn a_file_says_what_the_robot_moves_on() {
+    let scenario = Scenario::from_toml(
+        r#"
+        modules = 4
+        [world]
+        friction = 0.3
+        slope_degrees = -10
+        module_kg = 1.3
+        steps = { from_m = 0.5, height_mm = 20, length_mm = 400, number = 3 }
+        boxes = [{ at_m = [1, -0.5], size_mm = [100, 200, 30], turned_degrees = 45 }]
+        walls = [{ from_m = [0, 1], to_m = [2, 1], height_mm = 300 }]
+        loads = [{ module = 3, kg = 0.5 }]
+        "#,
+    )
+    .unwrap();
+    let expected = Terrain {
+        friction: Some(0.3),
+        slope_degrees: -10.0,
+        module_kg: Some(1.3),
+        steps: Some(Stair { from_m: 0.5, height_mm: 20.0, length_mm: 400.0, number: 3 }),
+        boxes: vec![Block { at_m: [1.0, -0.5], size_mm: [100.0, 200.0, 30.0], turned_degrees: 45.0 }],
+        walls: vec![Wall { from_m: [0.0, 1.0], to_m: [2.0, 1.0], height_mm: 300.0 }],
+        loads: vec![Load { module: 3, kg: 0.5 }],
+    };
+    assert_eq!(scenario.terrain, Some(expected));
+    assert_eq!(Scenario::from_toml("modules = 4").unwrap().terrain, None);
+    assert_eq!(Scenario::from_toml("modules = 4\n[world]").unwrap().terrain, Some(Terrain::default()));
+}
+
+#[test]
+fn what_a_world_cannot_be_is_refused() {
+    for (line, advice) in [
+        ("friction = -0.1", "from 0 to 2"),
+        ("friction = nan", "from 0 to 2"),
+        ("slope_degrees = 46", "from -45 to 45 degrees"),
+        ("module_kg = 0", "from 0.1 to 10 kg"),
+        ("steps = { from_m = 1, height_mm = 0, length_mm = 100, number = 1 }", "from 1 to 100000 mm"),
+        ("steps = { from_m = 1, height_mm = 20, length_mm = 100, number = 0 }", "from 1 to 1000"),
+        ("steps = { from_m = 2000, height_mm = 20, length_mm = 100, number = 1 }", "from -1000 to 1000 m"),
+        ("steps = { from_m = 1, height_mm = 20, length_mm = 100 }", "missing field `number`"),
+        ("boxes = [{ at_m = [0, 0], size_mm = [100, 0.5, 30] }]", "from 1 to 100000 mm"),
+        ("boxes = [{ at_m = [0, 0], size_mm = [1, 1, 1], turned_degrees = 181 }]", "from -180 to 180"),
+        ("walls = [{ from_m = [0, inf], to_m = [1, 0], height_mm = 30 }]", "from -1000 to 1000 m"),
+        ("loads = [{ module = 0, kg = -1 }]", "from 0 to 1000 kg"),
+        ("gravity = 1.62", "expected one of `friction`, `slope_degrees`"),
+    ] {
+        let error = error(&format!("modules = 2\n[world]\n{line}\n"), 3, line);
+        assert!(error.contains(advice), "{advice:?} is not in: {error}");
+    }
+    let text = "modules = 2\n[world]\nloads = [{ module = 2, kg = 1 }]\n";
+    assert!(error(text, 2, "[world]").contains("there is no module 2 to load"));
 }
 
 #[test]

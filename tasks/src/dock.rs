@@ -76,6 +76,11 @@ impl DockSet {
         DockSet(self.0 & other.0)
     }
 
+    /// The docks of this set that are not in the other.
+    pub const fn without(self, other: DockSet) -> DockSet {
+        DockSet(self.0 & !other.0)
+    }
+
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }

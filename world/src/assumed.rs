@@ -1,6 +1,8 @@
 //! What is assumed of the bodies and of the ground, for nothing of it is public. What is assumed of motors
 //! and gears stands in [`plants::motor`].
 
+use plants::motor::Motor;
+
 /// The mass of a module, in kg. The parts of the laboratory's simulator (ReMod3D) add up to 1.109 kg.
 /// Assumed: 0.5 kg a half, spread evenly over its box.
 pub const MODULE_MASS: f64 = 1.0;
@@ -30,3 +32,20 @@ pub const ACCELEROMETER_HZ: f64 = 50.0;
 
 /// The acceleration of gravity, in m/s².
 pub const GRAVITY: f64 = 9.81;
+
+/// What a module is made of, where it may differ from module to module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Make {
+    /// Its mass, in kg, with all that it bears, spread evenly over its boxes.
+    pub mass: f64,
+    /// Its friction on the ground, as a multiple of the ground's coefficient.
+    pub grip: f64,
+    /// Of each of its joints.
+    pub motor: Motor,
+}
+
+impl Default for Make {
+    fn default() -> Self {
+        Make { mass: MODULE_MASS, grip: 1.0, motor: Motor::default() }
+    }
+}

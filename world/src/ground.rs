@@ -4,7 +4,8 @@ use std::fmt::{self, Write};
 
 use crate::assumed::{FRICTION, GRAVITY};
 
-/// The ground: a plane, on which there may be steps.
+/// The ground: a plane, on which there may be steps, obstacles and walls. Where these are is said from where
+/// the first module of a robot has its middle at the beginning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
     /// The coefficient of friction.
@@ -12,12 +13,13 @@ pub struct Ground {
     /// How steep it is, in degrees: positive where it rises ahead.
     pub slope: f64,
     pub steps: Option<Steps>,
+    pub blocks: Vec<Block>,
 }
 
 /// A stair that rises ahead, across the whole way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Steps {
-    /// Where the first one begins, in m ahead of the robot's middle.
+    /// Where the first one begins, in m ahead.
     pub from: f64,
     /// The height of each, in m.
     pub height: f64,
@@ -26,12 +28,23 @@ pub struct Steps {
     pub number: usize,
 }
 
+/// What stands on the ground, upright.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Its middle, in m ahead and to the left.
+    pub at: [f64; 2],
+    /// Its edges along x, y and z, in m.
+    pub size: [f64; 3],
+    /// By how many degrees it is turned to the left.
+    pub turn: f64,
+}
+
 /// Half the width of a step, in m.
 const HALF_WIDTH: f64 = 50.0;
 
 impl Default for Ground {
     fn default() -> Self {
-        Ground { friction: FRICTION, slope: 0.0, steps: None }
+        Ground { friction: FRICTION, slope: 0.0, steps: None, blocks: Vec::new() }
     }
 }
 
@@ -45,24 +58,34 @@ impl Ground {
 
     /// How many geoms it is made of.
     pub(crate) fn geoms(&self) -> usize {
-        1 + self.steps.as_ref().map_or(0, |steps| steps.number)
+        1 + self.steps.as_ref().map_or(0, |steps| steps.number) + self.blocks.len()
     }
 
     /// Writes its geoms, which collide with modules and not with each other.
     pub(crate) fn write(&self, xml: &mut String) -> fmt::Result {
-        let friction = self.friction;
-        let common = format!("contype='1' conaffinity='0' friction='{friction} 0 0'");
+        // Of two friction coefficients MuJoCo takes the greater: each module's own has the ground's in it.
+        let common = "contype='1' conaffinity='0' friction='0 0 0'";
         writeln!(xml, "<geom type='plane' size='0 0 1' {common}/>")?;
-        let Some(Steps { from, height, length, number }) = &self.steps else { return Ok(()) };
-        for step in 0..*number {
-            // Each reaches up to the end of the stair, on top of those before it.
-            let begin = from + step as f64 * length;
-            let half = (number - step) as f64 * length / 2.0;
-            let z = (step as f64 + 0.5) * height;
-            let [middle, half_height] = [begin + half, height / 2.0];
+        if let Some(Steps { from, height, length, number }) = &self.steps {
+            for step in 0..*number {
+                // Each reaches up to the end of the stair, on top of those before it.
+                let begin = from + step as f64 * length;
+                let half = (number - step) as f64 * length / 2.0;
+                let z = (step as f64 + 0.5) * height;
+                let [middle, half_height] = [begin + half, height / 2.0];
+                writeln!(
+                    xml,
+                    "<geom type='box' pos='{middle} 0 {z}' size='{half} {HALF_WIDTH} {half_height}' {common}/>"
+                )?;
+            }
+        }
+        for Block { at: [x, y], size, turn } in &self.blocks {
+            let [length, width, height] = size.map(|edge| edge / 2.0);
+            let turn = turn.to_radians();
             writeln!(
                 xml,
-                "<geom type='box' pos='{middle} 0 {z}' size='{half} {HALF_WIDTH} {half_height}' {common}/>"
+                "<geom type='box' pos='{x} {y} {height}' euler='0 0 {turn}' size='{length} {width} {height}' \
+                 {common}/>"
             )?;
         }
         Ok(())

@@ -7,6 +7,7 @@
 
 pub mod assumed;
 mod ground;
+mod history;
 mod libm;
 mod model;
 mod motion;
@@ -14,6 +15,8 @@ mod mujoco;
 mod weld;
 mod world;
 
-pub use ground::{Ground, Steps};
+pub use assumed::Make;
+pub use ground::{Block, Ground, Steps};
 pub use plants::motion::Motion;
-pub use world::{Face, Placed, STEP_SECONDS, Trouble, World, WorldError};
+pub use plants::trouble::{Moment, Trouble};
+pub use world::{Face, Placed, STEP_SECONDS, World, WorldError};

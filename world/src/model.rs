@@ -8,9 +8,9 @@ use std::fmt::{self, Write};
 
 use glam::{DQuat, DVec3};
 use plants::geometry::{Dock, EDGE, Half};
-use plants::motor::{BRAKING, GEAR_INERTIA, SLIDING_FRICTION, STOP};
+use plants::motor::STOP;
 
-use crate::assumed::{MODULE_MASS, SHELL, SLIMMER, STIFFNESS_SECONDS};
+use crate::assumed::{SHELL, SLIMMER, STIFFNESS_SECONDS};
 use crate::ground::Ground;
 use crate::world::{Placed, STEP_SECONDS};
 
@@ -41,6 +41,11 @@ pub fn half(module: usize, half: Half) -> usize {
     root(module) + if half == Half::Front { 1 } else { 3 }
 }
 
+/// The module that a body is a part of.
+pub fn module(body: usize) -> usize {
+    (body - 1) / BODIES
+}
+
 /// What a body is, for people.
 pub fn name(body: usize) -> String {
     let parts =
@@ -67,9 +72,8 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
             cone='elliptic'
             gravity='{gx} {gy} {gz}' iterations='50'><flag autoreset='disable'/></option>
         <default>
-            <geom type='box' contype='0' conaffinity='1' friction='0 0 0' solref='{STIFFNESS_SECONDS} 1'/>
-            <joint armature='{GEAR_INERTIA}' damping='{BRAKING}' frictionloss='{SLIDING_FRICTION}'
-                solreffriction='{STIFFNESS_SECONDS} 1' solimpfriction='0.95 0.95 0.001 0.5 2'
+            <geom type='box' contype='0' conaffinity='1' solref='{STIFFNESS_SECONDS} 1'/>
+            <joint solreffriction='{STIFFNESS_SECONDS} 1' solimpfriction='0.95 0.95 0.001 0.5 2'
                 limited='true' range='-{stop} {stop}'/>
             <equality solref='{STIFFNESS_SECONDS} 1' solimp='0.99 0.999 0.001 0.5 2'/>
         </default>
@@ -78,7 +82,7 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     )?;
     ground.write(&mut xml)?;
     for module in modules {
-        write_module(&mut xml, module)?;
+        write_module(&mut xml, module, ground.friction)?;
     }
     writeln!(xml, "</worldbody><equality>")?;
     for _ in 0..welds(modules.len()) {
@@ -94,26 +98,47 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
 }
 
 /// Writes a module, whose number follows from what is written already.
-fn write_module(xml: &mut String, Placed { frame, .. }: &Placed) -> fmt::Result {
+fn write_module(xml: &mut String, Placed { frame, make, .. }: &Placed, friction: f64) -> fmt::Result {
     let module = xml.matches("<freejoint").count();
+    let friction = friction * make.grip;
+    let motor = format!(
+        "armature='{}' damping='{}' frictionloss='{}'",
+        make.motor.gear_inertia,
+        make.motor.braking(),
+        make.motor.sliding_friction
+    );
     let [x, y, z] = (frame.translation * MILLI).to_array();
     let DQuat { x: i, y: j, z: k, w } = DQuat::from_mat3(&frame.matrix3);
     writeln!(xml, "<body name='{module}root' pos='{x} {y} {z}' quat='{w} {i} {j} {k}'><freejoint/>")?;
-    write_box(xml, inner_half(), 1.0)?;
+    let shell = |half, side| Shell { half, side, mass: make.mass / BODIES as f64, friction };
+    shell(inner_half(), 1.0).write(xml)?;
     let at = EDGE / 2.0 * MILLI;
-    writeln!(xml, "<body pos='{at} 0 0'><joint axis='0 -1 0'/><site name='{module}'/>")?;
-    write_box(xml, outer_half(), 1.0)?;
-    writeln!(xml, "</body><body><joint axis='1 0 0'/>")?;
-    write_box(xml, inner_half(), -1.0)?;
-    writeln!(xml, "<body name='{module}back' pos='-{at} 0 0'><joint axis='0 1 0'/>")?;
-    write_box(xml, outer_half(), -1.0)?;
+    writeln!(xml, "<body pos='{at} 0 0'><joint axis='0 -1 0' {motor}/><site name='{module}'/>")?;
+    shell(outer_half(), 1.0).write(xml)?;
+    writeln!(xml, "</body><body><joint axis='1 0 0' {motor}/>")?;
+    shell(inner_half(), -1.0).write(xml)?;
+    writeln!(xml, "<body name='{module}back' pos='-{at} 0 0'><joint axis='0 1 0' {motor}/>")?;
+    shell(outer_half(), -1.0).write(xml)?;
     writeln!(xml, "</body></body></body>")
 }
 
-/// Writes half a cube, which lies on one side of its frame along x.
-fn write_box(xml: &mut String, half: DVec3, side: f64) -> fmt::Result {
-    let DVec3 { x, y, z } = half;
-    writeln!(xml, "<geom pos='{} 0 0' size='{x} {y} {z}' mass='{}'/>", side * x, MODULE_MASS / BODIES as f64)
+/// Half a cube, which lies on one side of its frame along x.
+struct Shell {
+    half: DVec3,
+    side: f64,
+    mass: f64,
+    friction: f64,
+}
+
+impl Shell {
+    fn write(self, xml: &mut String) -> fmt::Result {
+        let Shell { half: DVec3 { x, y, z }, side, mass, friction } = self;
+        writeln!(
+            xml,
+            "<geom pos='{} 0 0' size='{x} {y} {z}' mass='{mass}' friction='{friction} 0 0'/>",
+            side * x
+        )
+    }
 }
 
 /// Half the edges of half a cube that bears docks, in m.

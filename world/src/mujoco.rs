@@ -47,6 +47,8 @@ pub struct Contact {
     pub normal: DVec3,
     /// The normal force, in N.
     pub force: f64,
+    /// How deep one is in the other, in m; less than 0 where they do not touch yet.
+    pub depth: f64,
 }
 
 /// A model and its state.
@@ -221,6 +223,7 @@ impl Simulation {
                 position: DVec3::from_array(contact.pos),
                 normal: DVec3::from_slice(&contact.frame),
                 force: force[0],
+                depth: -contact.dist,
             }
         })
     }

@@ -3,15 +3,17 @@
 use glam::{DAffine3, DVec3};
 use plants::geometry::{Angles, Dock, Half};
 use plants::motion::Motion;
-use plants::motor;
+use plants::motor::Motor;
+use plants::trouble::Trouble;
 use thiserror::Error;
 
-use crate::assumed::GRAVITY;
+use crate::assumed::{GRAVITY, Make};
 use crate::ground::Ground;
+use crate::history::{History, Joint};
 use crate::libm;
 use crate::model::{self, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, SPEEDS};
 use crate::motion::Odometer;
-use crate::mujoco::{Simulation, Warning};
+use crate::mujoco::{Contact, Simulation, Warning};
 use crate::weld::{self, Weld};
 
 /// A step, in s.
@@ -20,6 +22,12 @@ pub const STEP_SECONDS: f64 = 1e-3;
 /// A joint that turns faster than this has exploded, in rad/s: 20 times what its motor turns without load.
 const WILD: f64 = 28.0;
 
+/// What is no deeper in something than this touches it, in m.
+const TOUCH: f64 = 1e-3;
+
+/// How often a robot is raised at most until it is in nothing.
+const RAISES: usize = 100;
+
 /// A dock of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Face {
@@ -27,11 +35,12 @@ pub struct Face {
     pub dock: Dock,
 }
 
-/// A module at the beginning: its frame, in mm, and the angles of its joints.
+/// A module at the beginning: its frame, in mm, the angles of its joints, and what it is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
     pub frame: DAffine3,
     pub angles: Angles,
+    pub make: Make,
 }
 
 /// Why there is no such world.
@@ -39,32 +48,26 @@ pub struct Placed {
 pub enum WorldError {
     #[error("a world needs a module at least")]
     Empty,
+    #[error(
+        "module {module} lies where a step, a box or a wall is, {millimetres:.0} mm deep in it: move that"
+    )]
+    Occupied { module: usize, millimetres: f64 },
     #[error("MuJoCo does not take the model: {0}; tell us how you came by it")]
     Model(String),
-}
-
-/// Why a world can't go on.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum Trouble {
-    #[error("the world broke after {seconds:.3} s at {place}: {what}")]
-    Warning { seconds: f64, place: String, what: &'static str },
-    #[error(
-        "the world broke after {seconds:.3} s at {place}: its joint turns at {degrees_per_second:.0} \
-         degrees/s"
-    )]
-    Wild { seconds: f64, place: String, degrees_per_second: f64 },
 }
 
 /// Modules in a physical world.
 pub struct World {
     simulation: Simulation,
-    modules: usize,
+    /// By module, that of each of its joints.
+    motors: Vec<Motor>,
     /// Geoms of the ground, before those of the modules.
     ground_geoms: usize,
     /// By constraint.
     welds: Vec<Option<Weld>>,
     steps: u64,
     odometer: Odometer,
+    history: History,
 }
 
 impl World {
@@ -72,7 +75,8 @@ impl World {
     /// ground.
     ///
     /// # Errors
-    /// There is no module; or MuJoCo does not take what was made of them.
+    /// There is no module; one lies where something stands on the ground; or MuJoCo does not take what was made
+    /// of them.
     pub fn new(modules: &[Placed], ground: &Ground) -> Result<Self, WorldError> {
         if modules.is_empty() {
             return Err(WorldError::Empty);
@@ -88,13 +92,17 @@ impl World {
         let welds = (0..model::welds(modules.len())).map(|_| None).collect();
         let mut world = World {
             simulation,
-            modules: modules.len(),
+            motors: modules.iter().map(|module| module.make.motor).collect(),
             ground_geoms: ground.geoms(),
             welds,
             steps: 0,
             odometer: Odometer::default(),
+            history: History::new(),
         };
         world.put_on_ground();
+        if let Some((module, depth)) = world.deepest().filter(|&(_, depth)| depth > TOUCH) {
+            return Err(WorldError::Occupied { module, millimetres: depth / MILLI });
+        }
         world.odometer = Odometer::new(&world);
         Ok(world)
     }
@@ -104,13 +112,13 @@ impl World {
     /// # Errors
     /// The world can't go on: what has come of it is no physics.
     pub fn step(&mut self, volts: &[[f64; 3]]) -> Result<(), Trouble> {
-        for (module, volts) in volts.iter().enumerate().take(self.modules) {
+        for (module, (volts, motor)) in volts.iter().zip(&self.motors).enumerate() {
             for (hinge, volts) in volts.iter().enumerate() {
                 let place = SPEEDS * module + HINGE_SPEED + hinge;
                 let speed = self.simulation.speeds()[place];
                 // What the joint's speed takes from it is the model's damping.
-                self.simulation.forces_mut()[place] = motor::torque(motor::amperes(*volts, 0.0));
-                self.simulation.friction_mut()[place] = motor::friction(speed);
+                self.simulation.forces_mut()[place] = motor.torque(motor.amperes(*volts, 0.0));
+                self.simulation.friction_mut()[place] = motor.friction(speed);
             }
         }
         for (index, weld) in self.welds.iter_mut().enumerate() {
@@ -120,31 +128,55 @@ impl World {
         }
         self.steps += 1;
         let stepped = self.simulation.step();
+        self.keep(volts);
         stepped.map_err(|warning| self.broken(warning))?;
         self.expect_calm()?;
         self.odometer = std::mem::take(&mut self.odometer).look(self);
         Ok(())
     }
 
+    /// Has the history keep what has come of a step.
+    fn keep(&mut self, volts: &[[f64; 3]]) {
+        let [positions, speeds] = [self.simulation.positions(), self.simulation.speeds()];
+        let joints = volts.iter().enumerate().map(|(module, volts)| {
+            [0, 1, 2].map(|hinge| Joint {
+                angle: positions[POSITIONS * module + HINGE_POSITION + hinge],
+                speed: speeds[SPEEDS * module + HINGE_SPEED + hinge],
+                volts: volts[hinge],
+            })
+        });
+        self.history.keep(joints);
+    }
+
     fn broken(&self, Warning { what, index }: Warning) -> Trouble {
-        let module = if what.contains("position") { index / POSITIONS } else { index / SPEEDS };
-        let place = if module < self.modules { model::name(model::root(module)) } else { "the model".into() };
-        Trouble::Warning { seconds: self.seconds(), place, what }
+        let (numbers, hinges) =
+            if what.contains("position") { (POSITIONS, HINGE_POSITION) } else { (SPEEDS, HINGE_SPEED) };
+        let [module, place] = [index / numbers, index % numbers];
+        if module >= self.modules() {
+            return Trouble {
+                seconds: self.seconds(),
+                place: "the model".into(),
+                what: what.into(),
+                last: vec![],
+            };
+        }
+        self.trouble(module, place.checked_sub(hinges), what.into())
+    }
+
+    fn trouble(&self, module: usize, hinge: Option<usize>, what: String) -> Trouble {
+        let body = model::root(module) + hinge.map_or(0, |hinge| hinge + 1);
+        let last = self.history.of(module, hinge.unwrap_or_else(|| self.history.fastest(module)));
+        Trouble { seconds: self.seconds(), place: model::name(body), what, last }
     }
 
     /// No joint turns as none can.
     fn expect_calm(&self) -> Result<(), Trouble> {
         for (index, speed) in self.simulation.speeds().iter().enumerate() {
             let [module, place] = [index / SPEEDS, index % SPEEDS];
-            let is_calm = place < HINGE_SPEED || speed.abs() < WILD;
-            if !is_calm || !speed.is_finite() {
-                let body = model::root(module) + 1 + place.saturating_sub(HINGE_SPEED);
-                let degrees_per_second = speed.to_degrees();
-                return Err(Trouble::Wild {
-                    seconds: self.seconds(),
-                    place: model::name(body),
-                    degrees_per_second,
-                });
+            let hinge = place.checked_sub(HINGE_SPEED);
+            if !speed.is_finite() || (hinge.is_some() && speed.abs() >= WILD) {
+                let what = format!("its joint turns at {:.0} degrees/s", speed.to_degrees());
+                return Err(self.trouble(module, hinge, what));
             }
         }
         Ok(())
@@ -179,7 +211,7 @@ impl World {
         let turn = DAffine3::from_translation(middle)
             * DAffine3::from_rotation_x(-degrees.to_radians())
             * DAffine3::from_translation(-middle);
-        for module in 0..self.modules {
+        for module in 0..self.modules() {
             let frame = turn * weld::frame(&self.simulation, model::root(module));
             let (_, rotation, position) = frame.to_scale_rotation_translation();
             let place = &mut self.simulation.positions_mut()[POSITIONS * module..][..HINGE_POSITION];
@@ -188,14 +220,40 @@ impl World {
         }
         self.simulation.speeds_mut().fill(0.0);
         self.put_on_ground();
+        // What stands on the ground may be in the way.
+        for _ in 0..RAISES {
+            let Some((_, depth)) = self.deepest().filter(|&(_, depth)| depth > TOUCH) else { break };
+            self.raise(depth);
+        }
+    }
+
+    /// The module that is the deepest in what stands on the ground, and how deep, in m.
+    fn deepest(&self) -> Option<(usize, f64)> {
+        let standing = 1..self.ground_geoms;
+        let contacts = self.simulation.contacts().filter(|contact| standing.contains(&contact.geoms[0]));
+        contacts.map(|contact| (self.module_of(&contact), contact.depth)).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The body that touches the ground.
+    fn body_of(&self, contact: &Contact) -> usize {
+        contact.geoms[0].max(contact.geoms[1]) + 1 - self.ground_geoms
+    }
+
+    fn module_of(&self, contact: &Contact) -> usize {
+        model::module(self.body_of(contact))
     }
 
     /// Raises or lowers all modules so that the lowest touches the ground.
     fn put_on_ground(&mut self) {
         self.simulation.update();
         let lowest = self.corners().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
-        for module in 0..self.modules {
-            self.simulation.positions_mut()[POSITIONS * module + 2] -= lowest;
+        self.raise(-lowest);
+    }
+
+    /// Raises all modules, in m.
+    fn raise(&mut self, height: f64) {
+        for module in 0..self.modules() {
+            self.simulation.positions_mut()[POSITIONS * module + 2] += height;
         }
         self.simulation.update();
     }
@@ -203,7 +261,7 @@ impl World {
     /// The corners of all halves, in m.
     fn corners(&self) -> impl Iterator<Item = DVec3> {
         let corners = model::corners();
-        let halves = (0..self.modules).flat_map(|module| [(module, Half::Front), (module, Half::Back)]);
+        let halves = (0..self.modules()).flat_map(|module| [(module, Half::Front), (module, Half::Back)]);
         halves.flat_map(move |(module, half)| {
             let frame = weld::frame(&self.simulation, model::half(module, half));
             corners[half as usize].map(|corner| frame.transform_point3(corner))
@@ -221,7 +279,7 @@ impl World {
 
     /// How many modules there are.
     pub fn modules(&self) -> usize {
-        self.modules
+        self.motors.len()
     }
 
     /// Since the beginning.
@@ -266,13 +324,14 @@ impl World {
 
     /// The middle of all modules, in m.
     pub fn middle(&self) -> DVec3 {
-        let middles = (0..self.modules).map(|module| self.simulation.pose(model::root(module)).0);
-        middles.sum::<DVec3>() / self.modules as f64
+        let middles = (0..self.modules()).map(|module| self.simulation.pose(model::root(module)).0);
+        middles.sum::<DVec3>() / self.modules() as f64
     }
 
     /// The axes of all bodies as seen from above.
     pub(crate) fn axes(&self) -> Vec<[f64; 2]> {
-        let turns = (0..model::BODIES * self.modules).map(|body| self.simulation.pose(model::root(0) + body).1);
+        let turns =
+            (0..model::BODIES * self.modules()).map(|body| self.simulation.pose(model::root(0) + body).1);
         turns
             .flat_map(|turn| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * axis))
             .map(|axis| [axis.x, axis.y])
@@ -287,9 +346,7 @@ impl World {
     /// Of each contact with the ground the normal force, in N, and how fast the module slides there, in m/s.
     pub(crate) fn slides(&self) -> impl Iterator<Item = (f64, f64)> {
         self.simulation.contacts().map(|contact| {
-            let geom = contact.geoms[0].max(contact.geoms[1]);
-            let body = geom + 1 - self.ground_geoms;
-            let velocity = self.simulation.velocity(body, contact.position);
+            let velocity = self.simulation.velocity(self.body_of(&contact), contact.position);
             let along = velocity - contact.normal * velocity.dot(contact.normal);
             (contact.force, along.length())
         })

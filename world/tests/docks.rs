@@ -58,7 +58,7 @@ fn a_leg_is_attached_by_a_quarter_turn_and_stands_upright_when_rolled() {
     let dock = Dock::Left.in_module([0.0; 3]) * attached(Dock::Left, Dock::Back);
     let angles = [0.0, 90.0, 0.0];
     let leg: DAffine3 = dock * Dock::Back.in_module(angles).inverse();
-    let mut world = World::new(&[body, Placed { frame: leg, angles }], &Ground::default()).unwrap();
+    let mut world = World::new(&[body, Placed { frame: leg, angles, ..body }], &Ground::default()).unwrap();
     let [left, back] = [Face { module: 0, dock: Dock::Left }, Face { module: 1, dock: Dock::Back }];
     world.attach(left, back);
     assert!(world.dock_error().0 < 1e-9);

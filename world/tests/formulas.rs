@@ -4,7 +4,7 @@ mod common;
 
 use common::{at, run};
 use plants::geometry::EDGE;
-use plants::motor::{self, BRAKING, GEAR_INERTIA, SLIDING_FRICTION, STATIC_FRICTION, SUPPLY_VOLTS};
+use plants::motor::{GEAR_INERTIA, Motor, SLIDING_FRICTION, SUPPLY_VOLTS};
 use world::assumed::{FRICTION, GRAVITY, MODULE_MASS, SHELL};
 use world::{Ground, World};
 
@@ -69,17 +69,20 @@ fn a_step_of_voltage_turns_a_joint_by_the_formula_of_a_motor() {
     run(&mut world, [0.0, SUPPLY_VOLTS, 0.0], milliseconds);
     let seconds = milliseconds as f64 * 1e-3;
     // I w' = T - F - B w from rest.
-    let final_speed = (motor::torque(motor::amperes(SUPPLY_VOLTS, 0.0)) - SLIDING_FRICTION) / BRAKING;
-    let constant = inertia() / BRAKING;
+    let motor = Motor::default();
+    let standing = motor.torque(motor.amperes(SUPPLY_VOLTS, 0.0));
+    let final_speed = (standing - SLIDING_FRICTION) / motor.braking();
+    let constant = inertia() / motor.braking();
     near(world.speeds(1)[1], final_speed, 0.005);
     near(world.angles(1)[1], final_speed * (seconds - constant), 0.02);
 }
 
 #[test]
 fn friction_holds_what_pulls_too_little_and_lets_go_of_more() {
+    let motor = Motor::default();
     for (share, holds) in [(0.9, true), (1.1, false)] {
         let mut world = falling();
-        let volts = share * STATIC_FRICTION / motor::torque(motor::amperes(1.0, 0.0));
+        let volts = share * motor.static_friction() / motor.torque(motor.amperes(1.0, 0.0));
         run(&mut world, [0.0, volts, 0.0], 500);
         assert_eq!(world.angles(1)[1].to_degrees() < 0.1, holds, "{share}: {:?}", world.angles(1));
     }

@@ -3,7 +3,8 @@
 mod common;
 
 use common::at;
-use world::{Ground, Trouble, World, WorldError};
+use plants::geometry::Dock;
+use world::{Block, Face, Ground, Moment, Placed, Trouble, World, WorldError};
 
 fn two() -> World {
     World::new(&[at(0.0, 0.0, 0.0), at(0.0, 500.0, 0.0)], &Ground::default()).unwrap()
@@ -14,8 +15,38 @@ fn a_joint_that_turns_as_none_can_is_named() {
     let mut world = two();
     let calm = [0.0; 3];
     let trouble = (0..1000).find_map(|_| world.step(&[calm, [0.0, 1e4, 0.0]]).err());
-    let Some(Trouble::Wild { seconds, place, .. }) = trouble else { panic!("{trouble:?}") };
+    let Some(Trouble { seconds, place, last, .. }) = trouble else { panic!("the world holds") };
     assert!(seconds > 0.0 && place.starts_with("module 1, back of the roll"), "{place} after {seconds}");
+    let Some(&Moment { seconds: end, degrees_per_second, volts, .. }) = last.last() else {
+        panic!("{last:?}")
+    };
+    assert!((end, volts) == (seconds, 1e4) && degrees_per_second > 1500.0, "{last:?}");
+}
+
+#[test]
+fn a_load_that_nothing_bears_breaks_the_world_and_the_last_100_ms_are_told() {
+    // A chain slides down a slope, with a tonne on its head, and its tail meets a wall.
+    let wall = Block { at: [-9.0, 0.0], size: [0.1, 4.0, 0.5], turn: 0.0 };
+    let ground = Ground { friction: 0.0, slope: 45.0, blocks: vec![wall], ..Ground::default() };
+    let mut placed: Vec<Placed> = (0..5).map(|module| at(-168.0 * f64::from(module), 0.0, 0.0)).collect();
+    placed[0].make.mass = 1000.0;
+    let mut world = World::new(&placed, &ground).unwrap();
+    for module in 1..5 {
+        world.attach(Face { module: module - 1, dock: Dock::Back }, Face { module, dock: Dock::Front });
+    }
+    let trouble = (0..3000).find_map(|_| world.step(&[[0.0; 3]; 5]).err()).expect("it breaks");
+    let before: Vec<f64> = trouble.last.iter().map(|it| 1e3 * (trouble.seconds - it.seconds)).collect();
+    let expected: Vec<f64> =
+        (1..=10).rev().map(|it| 10.0 * f64::from(it)).chain((0..10).rev().map(f64::from)).collect();
+    assert!(before.iter().zip(&expected).all(|(one, other)| (one - other).abs() < 1e-6), "{before:?}");
+    assert_eq!(before.len(), expected.len());
+    // The angles are what the speeds make of them.
+    for pair in trouble.last[11..].windows(2) {
+        let turned = pair[1].degrees - pair[0].degrees;
+        let (least, most) =
+            (0.5 * pair[1].degrees_per_second * 1e-3, 1.5 * pair[1].degrees_per_second * 1e-3);
+        assert!((least.min(most)..=least.max(most)).contains(&turned), "{pair:?}");
+    }
 }
 
 #[test]

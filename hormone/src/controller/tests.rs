@@ -1,4 +1,5 @@
 use super::*;
+use crate::election::Token;
 use crate::gait::{GAITS, GaitName};
 use crate::sense::LASTS;
 use crate::sense::Sense::UpsideDown;
@@ -19,8 +20,18 @@ const BEAT: u16 = 500;
 
 fn module(neighbours: &Neighbours) -> Controller {
     let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
-    let _ = controller.topology(neighbours, 0);
+    let _ = attach(&mut controller, neighbours, 0);
     controller
+}
+
+/// A module finds these neighbours, which know how the robot walks.
+fn attach(controller: &mut Controller, neighbours: &Neighbours, now: u16) -> Response {
+    let response = controller.topology(neighbours, now);
+    let stands = controller.ledger.standing();
+    for dock in connected(neighbours).iter() {
+        controller.ledger.hear(dock, stands, true, now);
+    }
+    response
 }
 
 fn pace(data: Data) -> Pace {
@@ -106,7 +117,7 @@ fn who_has_heard_no_hormone_waits_for_no_timer() {
 #[test]
 fn a_new_head_does_not_take_up_a_beat_from_before() {
     let mut controller = module(&SPINE);
-    assert_eq!(sent(controller.topology(&HEAD, 30_700)), None);
+    assert_eq!(sent(attach(&mut controller, &HEAD, 30_700)), None);
     assert_eq!(controller.timer(30_700), None);
     assert_eq!(controller.next_due(30_700), Some(300));
     assert_eq!(sent(controller.timer(31_000).unwrap()), by(A, &[Back]));
@@ -116,15 +127,15 @@ fn a_new_head_does_not_take_up_a_beat_from_before() {
 fn a_head_keeps_its_beat_through_a_flicker() {
     let mut controller = module(&HEAD);
     let _ = controller.timer(BEAT);
-    let _ = controller.topology(&[None; 6], 510);
-    let _ = controller.topology(&HEAD, 800);
+    let _ = attach(&mut controller, &[None; 6], 510);
+    let _ = attach(&mut controller, &HEAD, 800);
     assert_eq!(sent(controller.timer(1000).unwrap()), by(A, &[Back]));
 }
 
 #[test]
 fn a_head_told_that_it_still_is_one_misses_no_beat() {
     let mut controller = module(&HEAD);
-    let _ = controller.topology(&HEAD, BEAT);
+    let _ = attach(&mut controller, &HEAD, BEAT);
     assert_eq!(sent(controller.timer(BEAT).unwrap()), by(B, &[Back]));
 }
 
@@ -144,8 +155,10 @@ fn the_unknown_keeps_still_and_passes_on_to_all_others() {
 fn no_hormone_goes_back_to_where_it_came_from() {
     let mut spine = module(&SPINE);
     assert_eq!(sent(spine.received(Back, cp(A), 0)), None);
-    assert_eq!(spine.timer(BEAT + 12).unwrap().send, None, "nor what is made good for it");
-    assert_eq!(sent(spine.received(Front, cp(A), 1_100)), by(A, &[Back]));
+    for beat in [1, 2, 3] {
+        assert_eq!(spine.timer(beat * BEAT + 12).unwrap().send, None, "nor what is made good for it");
+    }
+    assert_eq!(sent(spine.received(Front, cp(A), 1_600)), by(A, &[Back]));
     let mut branch = module(&BRANCH);
     assert_eq!(sent(branch.received(Left, cp(A), 0)), by(B, &[Right, Back]));
 }
@@ -187,16 +200,21 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
     assert_eq!(leg.received(Up, other(A), 200).action, None, "the present one still beats");
     assert_eq!(leg.received(Back, cp(B), BEAT).action, Some(Holding));
     assert_eq!(leg.timer(2 * BEAT + 12).unwrap().action, Some(Swing));
-    assert_eq!(leg.received(Up, other(B), 1_100).action, Some(Holding));
-    assert_eq!(leg.received(Up, other(A), 1_600).action, Some(Swing));
-    assert_eq!(leg.received(Up, cp(A), 1_725).action, Some(Swing), "by the same dock it is at once");
+    for (beat, action) in [(3, Holding), (4, Swing)] {
+        let data = if beat == 3 { B } else { A };
+        assert_eq!(leg.received(Up, other(data), beat * BEAT - 400).action, None, "it may be lost, or late");
+        assert_eq!(leg.timer(beat * BEAT + 12).unwrap().action, Some(action));
+    }
+    assert_eq!(leg.received(Up, other(B), 2_100).action, Some(Holding));
+    assert_eq!(leg.received(Up, other(A), 2_600).action, Some(Swing));
+    assert_eq!(leg.received(Up, cp(A), 2_725).action, Some(Swing), "by the same dock it is at once");
 }
 
 #[test]
 fn behind_a_module_that_changed_its_type_the_rhythm_is_another() {
     let mut controller = module(&SPINE);
     let before = pace_of(controller.received(Front, cp(A), 0).send.unwrap()).rhythm;
-    let _ = controller.topology(&BRANCH, 100);
+    let _ = attach(&mut controller, &BRANCH, 100);
     assert_ne!(pace_of(controller.received(Front, cp(B), BEAT).send.unwrap()).rhythm, before);
 }
 
@@ -204,8 +222,8 @@ fn behind_a_module_that_changed_its_type_the_rhythm_is_another() {
 fn another_type_rests_until_told() {
     let mut controller = module(&LEFT_LEG);
     assert_eq!(controller.received(Back, cp(A), 0).action, Some(Swing));
-    assert_eq!(controller.topology(&LEFT_LEG, 10).action, None);
-    assert_eq!(controller.topology(&RIGHT_LEG, 20).action, Some(Rest));
+    assert_eq!(attach(&mut controller, &LEFT_LEG, 10).action, None);
+    assert_eq!(attach(&mut controller, &RIGHT_LEG, 20).action, Some(Rest));
     assert_eq!(controller.received(Back, cp(B), BEAT).action, Some(Swing));
 }
 
@@ -295,7 +313,7 @@ fn who_has_no_rule_with_a_condition_asks_nothing() {
         let has_condition = GaitName::from_byte(gait.name).is_some_and(has_condition);
         for neighbours in types {
             let mut controller = Controller::new(gait, 0, 0);
-            let _ = controller.topology(&neighbours, 0);
+            let _ = attach(&mut controller, &neighbours, 0);
             assert!(controller.asks().eq([]), "no beat yet");
             let _ = controller.received(Front, Hormone::Pace(Pace { name: gait.name, ..pace(A) }), 10);
             let is_leg = [LEFT_LEG, RIGHT_LEG].contains(&neighbours);
@@ -308,7 +326,7 @@ fn who_has_no_rule_with_a_condition_asks_nothing() {
 fn what_was_sensed_is_forgotten_by_who_rests() {
     let mut leg = module(&LEFT_LEG);
     leg.read(UpsideDown, -1000);
-    let _ = leg.topology(&RIGHT_LEG, 10);
+    let _ = attach(&mut leg, &RIGHT_LEG, 10);
     assert_eq!(leg.received(Back, cp(B), 20).action, Some(Swing));
 }
 
@@ -326,7 +344,7 @@ fn a_beat_made_good_asks_and_obeys_too() {
 fn the_status_shows_and_counts() {
     let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
     assert_eq!(*controller.status(), Status { gait: 1, ..Status::POWER_UP });
-    let _ = controller.topology(&LEFT_LEG, 0);
+    let _ = attach(&mut controller, &LEFT_LEG, 0);
     for (beat, data) in [A, B, A, A].into_iter().enumerate() {
         let _ = controller.received(Back, cp(data), [0, BEAT, 2 * BEAT, 2 * BEAT][beat]);
     }
@@ -353,11 +371,12 @@ fn the_status_shows_and_counts() {
 }
 
 #[test]
-fn an_order_goes_to_all_others_once_and_legs_of_that_side_shorten_their_stride() {
-    let left = Order { what: What::Steer(Course::Left), serial: 9, lifetime: NonZeroU8::new(40).unwrap() };
+fn an_order_goes_to_all_others_once_and_legs_of_that_side_step_back() {
+    let steer = |lifetime| What::Steer(Course::Left, NonZeroU8::new(lifetime).unwrap());
+    let left = Order { what: steer(40), serial: 9 };
     let mut branch = module(&BRANCH);
     let response = branch.received(Left, Hormone::Order(left), 10);
-    let on = Order { lifetime: NonZeroU8::new(39).unwrap(), ..left };
+    let on = Order { what: steer(39), ..left };
     let docks = DockSet::of(&[Front, Back, Right]);
     assert_eq!(response.send, Some(Outgoing { hormone: Hormone::Order(on), docks }));
     assert_eq!(branch.received(Front, Hormone::Order(left), 12).send, None);
@@ -378,19 +397,147 @@ fn an_order_goes_to_all_others_once_and_legs_of_that_side_shorten_their_stride()
     assert_eq!(hips(&mut left_leg, &mut right_leg, 2_500), [-18, -18], "the order holds no longer");
 }
 
+/// An order to walk by a gait, in its own Period.
+fn walk(gait: u8, serial: u8) -> Order {
+    Order { what: What::Walk(gait, Period::OWN), serial }
+}
+
+fn standing(number: u16, gait: GaitName) -> Hormone {
+    Hormone::Standing(Standing { number, ..Standing::none(gait as u8) }, false)
+}
+
+/// What a module tells its neighbours of the standing order at `now`: to whom, and whether they are known to
+/// know it.
+fn told(controller: &mut Controller, now: u16) -> Vec<(Standing, bool, DockSet)> {
+    let mut told = Vec::new();
+    while let Some(response) = controller.timer(now) {
+        if let Some(Outgoing { hormone: Hormone::Standing(standing, knows), docks }) = response.send {
+            told.push((standing, knows, docks));
+        }
+    }
+    told
+}
+
 #[test]
 fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
-    let walk = Order { what: What::Walk(GaitName::FourLegs as u8), serial: 0, lifetime: NonZeroU8::MAX };
     let mut leg = module(&LEFT_LEG);
     let _ = leg.received(Back, cp(A), 0);
-    assert_eq!(leg.received(Back, Hormone::Order(walk), 10).action, Some(Rest));
-    assert_eq!(leg.next_due(10), Some(crate::order::HOLDS));
-    let unknown = Order { what: What::Walk(11), serial: 1, ..walk };
-    assert_eq!(leg.received(Back, Hormone::Order(unknown), 20).action, None);
-    assert_eq!((leg.status().gait, leg.status().dropped), (GaitName::FourLegs as u8, 1));
+    let _ = leg.received(Back, standing(0, GaitName::Centipede), 0);
+    let response = leg.received(Up, Hormone::Order(walk(GaitName::FourLegs as u8, 0)), 10);
+    assert_eq!(response.action, Some(Rest));
+    let now_stands = Standing { number: 1, ..Standing::none(GaitName::FourLegs as u8) };
+    assert_eq!(told(&mut leg, 10), [(now_stands, false, DockSet::of(&[Back]))]);
+    assert_eq!(leg.received(Back, cp(B), BEAT).action, None, "whoever walks as before");
+    assert_eq!(told(&mut leg, BEAT), [(now_stands, false, DockSet::of(&[Back]))], "is told");
+    assert_eq!(leg.received(Up, Hormone::Order(walk(11, 1)), BEAT).action, None);
+    assert_eq!((leg.status().gait, leg.status().dropped), (GaitName::FourLegs as u8, 2));
     let mut head = module(&HEAD);
-    assert!(head.order(None, walk, 10).send.is_some());
-    assert_eq!(head.next_due(10), Some(GaitName::FourLegs.gait().beat.get()));
+    let _ = head.order(None, walk(GaitName::FourLegs as u8, 0), 10);
+    assert_eq!(told(&mut head, 10).len(), 1);
+    assert_eq!(head.timer(10 + GaitName::FourLegs.gait().beat.get()).unwrap().action, Some(Straight));
+}
+
+#[test]
+fn a_head_that_was_reset_learns_how_the_robot_walks_before_it_beats() {
+    let mut head = Controller::new(GaitName::Centipede.gait(), 0, 0);
+    let _ = head.topology(&HEAD, 0);
+    assert_eq!(told(&mut head, 0), [(Standing::none(1), false, DockSet::of(&[Back]))], "it asks");
+    assert_eq!(head.received(Back, standing(7, GaitName::Caterpillar), 3).action, Some(Rest));
+    let stands = Standing { number: 7, ..Standing::none(GaitName::Caterpillar as u8) };
+    assert_eq!(told(&mut head, 3), [(stands, true, DockSet::of(&[Back]))], "and says that it knows");
+    let response = head.timer(3 + GaitName::Caterpillar.gait().beat.get()).unwrap();
+    assert_eq!(pace_of(response.send.unwrap()).name, GaitName::Caterpillar as u8);
+}
+
+#[test]
+fn an_order_sets_the_period_and_stops_the_robot() {
+    let order =
+        |gait, serial, period| Order { what: What::Walk(gait, Period::from_byte(period).unwrap()), serial };
+    let (mut head, mut leg) = (module(&HEAD), module(&LEFT_LEG));
+    let _ = leg.received(Back, cp(A), 0);
+    let _ = head.order(None, order(1, 0, 80), 10);
+    assert_eq!(told(&mut head, 10).len(), 1);
+    let stands = head.ledger.standing();
+    head.ledger.hear(Back, stands, true, 11);
+    assert_eq!(head.timer(10 + 1_999), None);
+    assert_eq!(head.timer(10 + 2_000).unwrap().action, Some(Straight), "half of 4 s");
+    let _ = head.order(None, walk(STOP, 1), 2_020);
+    let _ = leg.order(None, walk(STOP, 1), 2_020);
+    assert_eq!((head.status().action, leg.status().action), (Rest, Rest));
+    assert_eq!(leg.received(Back, cp(A), 2_100).action, None);
+    for now in (2_020..60_000).step_by(10) {
+        for module in [&mut head, &mut leg] {
+            assert!(module.timer(now).is_none_or(|response| response.action.is_none()), "at {now}");
+        }
+    }
+    let _ = head.order(None, walk(1, 1), 60_000);
+    let stands = head.ledger.standing();
+    head.ledger.hear(Back, stands, true, 60_000);
+    let beats: Vec<u16> = (60_000..62_000)
+        .filter(|&now| head.timer(now).is_some_and(|response| response.action.is_some()))
+        .collect();
+    assert_eq!(beats, [60_500, 61_000, 61_500]);
+}
+
+#[test]
+fn a_module_that_leads_for_a_moment_while_a_chain_closes_does_not_take_it_for_a_ring() {
+    let mut spine = Controller::new(GaitName::CloseRing.gait(), 3, 0);
+    let _ = attach(&mut spine, &HEAD, 0);
+    let _ = attach(&mut spine, &SPINE, 400);
+    let tokens = |spine: &mut Controller, from: u16, to: u16| {
+        let sent = (from..to).filter_map(|now| spine.timer(now).and_then(|response| response.send));
+        sent.filter(|sent| matches!(sent.hormone, Hormone::Token(_))).collect::<Vec<_>>()
+    };
+    assert_eq!(tokens(&mut spine, 400, 1_000).len(), 1, "it asks round the ring");
+    let beat = |spine: &mut Controller, now| {
+        let name = GaitName::CloseRing as u8;
+        spine.received(Front, Hormone::Pace(Pace { name, ..pace(A) }), now)
+    };
+    for now in (1_000..30_000).step_by(1_000) {
+        let _ = beat(&mut spine, now);
+        assert_eq!(tokens(&mut spine, now, now + 1_000), []);
+    }
+    assert_eq!(spine.status().gait, GaitName::CloseRing as u8);
+}
+
+#[test]
+fn a_head_that_gets_a_neighbour_in_front_rolls_once_its_token_comes_back() {
+    let mut spine = Controller::new(GaitName::CloseRing.gait(), 3, 0);
+    let _ = attach(&mut spine, &HEAD, 0);
+    let _ = attach(&mut spine, &SPINE, 400);
+    let mut sent = (400..410).filter_map(|now| spine.timer(now).and_then(|response| response.send));
+    let token = sent.find_map(|sent| match sent.hormone {
+        Hormone::Token(token) => Some(token),
+        _ => None,
+    });
+    let token = Token { hops: 6, ..token.unwrap() };
+    let _ = spine.received(Front, Hormone::Token(token), 420);
+    assert_eq!(spine.status().gait, GaitName::RollingTrack as u8);
+    assert!(spine.is_leader());
+}
+
+#[test]
+fn a_ring_is_open_once_its_leader_has_been_head_for_a_while() {
+    let open = || {
+        let mut leader = Controller::new(GaitName::OpenRing.gait(), 3, 0);
+        let _ = attach(&mut leader, &SPINE, 0);
+        let own = leader.election.round(2_000).unwrap();
+        let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_010);
+        assert!(leader.is_leader());
+        let _ = attach(&mut leader, &HEAD, 3_000);
+        leader
+    };
+    let run = |leader: &mut Controller, to: u16| (3_000..to).for_each(|now| drop(leader.timer(now)));
+    let mut flickers = open();
+    run(&mut flickers, 3_500);
+    let _ = attach(&mut flickers, &SPINE, 3_500);
+    run(&mut flickers, 9_000);
+    assert_eq!(flickers.status().gait, GaitName::OpenRing as u8);
+    let mut opens = open();
+    run(&mut opens, 3_000 + OPEN_AFTER);
+    assert_eq!(opens.status().gait, GaitName::OpenRing as u8);
+    run(&mut opens, 3_001 + OPEN_AFTER);
+    assert_eq!(opens.status().gait, GaitName::Caterpillar as u8);
 }
 
 #[test]
@@ -413,7 +560,7 @@ fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
 fn when_the_neighbour_that_the_rhythm_came_from_is_gone_any_other_is_followed_at_once() {
     let mut controller = module(&OTHER);
     assert_eq!(sent(controller.received(Up, cp(A), 0)), by(A, &[Front, Back, Right]));
-    let _ = controller.topology(&[Some(Back), Some(Front), None, Some(Back), None, None], 100);
+    let _ = attach(&mut controller, &[Some(Back), Some(Front), None, Some(Back), None, None], 100);
     assert_eq!(controller.next_due(100), None);
     assert_eq!(sent(controller.received(Front, cp(B), 200)), by(B, &[Back, Right]));
 }

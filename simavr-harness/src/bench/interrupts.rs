@@ -119,11 +119,8 @@ const BUSY_STRETCHES: [(u8, &str); 4] =
     [(1, "tick_cycles_0"), (2, "tick_cycles_1"), (3, "tick_cycles_10"), (4, "tick_cycles_50")];
 
 /// Number of the stretch of `bench_tick` that ends where a task runs whose time is up, figure.
-const WAKE_UPS: [(u8, &str); 3] = [
-    (5, "tick_to_task_cycles"),
-    (6, "tick_to_task_by_timer_cycles"),
-    (7, "tick_to_task_by_timeout_cycles"),
-];
+const WAKE_UPS: [(u8, &str); 3] =
+    [(5, "tick_to_task_cycles"), (6, "tick_to_task_by_timer_cycles"), (7, "tick_to_task_by_timeout_cycles")];
 
 fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     const IMAGE: &str = "bench_tick";
@@ -177,10 +174,7 @@ fn longest_wake_ups(mcu: &mut Mcu) -> BTreeMap<u8, Option<Range<u64>>> {
             accepted_at = mcu.cycle() - accepted.response_cycles;
         }
         for marker in mcu.take_markers() {
-            keep_longest(
-                longest.entry(marker.value).or_default(),
-                accepted_at..marker.cycle - BEFORE_OUT,
-            );
+            keep_longest(longest.entry(marker.value).or_default(), accepted_at..marker.cycle - BEFORE_OUT);
         }
     }
     longest

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
+use simavr_harness::Variation;
 use simulation::Shape;
 
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
@@ -52,6 +53,11 @@ pub struct Sim {
     /// Probability that a frame is lost on its way between two modules, each way.
     #[arg(long, default_value = "0", value_name = "P", value_parser = probability)]
     pub loss: f64,
+
+    /// Vary what is assumed of modules, each for itself, by up to so much: mass, friction, torque, current,
+    /// gear-friction or gear-inertia, as in mass=20%. May be given several times.
+    #[arg(long, value_name = "WHAT=PERCENT%")]
+    pub vary: Vec<Variation>,
 
     /// What chance there is (SRAM at power-up, noise) follows from this number alone.
     #[arg(long, default_value = "1")]

@@ -6,7 +6,8 @@ use std::time::Duration;
 use serde::Serialize;
 use simavr_harness::Controller;
 use simulation::{
-    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Observer, Robot, Run, Transcript,
+    BridgeTotals, CLOCK_HZ, Change, Event, Face, LinkTotals, MILLISECOND, Moment, Observer, Robot, Run,
+    Transcript, Trouble,
 };
 
 use super::arguments::{EngineName, Sim, WorldName};
@@ -45,6 +46,8 @@ pub struct Report {
     /// Wall time over simulated time.
     pub wall_ratio: f64,
     pub seed: u64,
+    /// What varies from module to module, by up to so many percent.
+    pub varied_percent: BTreeMap<&'static str, f64>,
     /// Probability that a frame is lost, each way.
     pub loss: f64,
     /// How many modules have found themselves to be of each type.
@@ -88,6 +91,8 @@ pub struct Report {
     pub heading_degrees: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
     pub slip_percent: Option<f64>,
+    /// Why the world could not go on.
+    pub trouble: Option<Broken>,
     /// `None` where no MCU is simulated.
     pub cpu_load: Option<CpuLoad>,
     pub link: LinkTotals,
@@ -108,6 +113,39 @@ pub struct Reconfiguration {
     pub attach: Option<[String; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detach: Option<String>,
+}
+
+/// How a world broke.
+#[derive(Serialize)]
+pub struct Broken {
+    pub seconds: f64,
+    pub place: String,
+    pub what: String,
+    /// What the joint did before.
+    pub last: Vec<Last>,
+}
+
+/// A joint at one moment.
+#[derive(Serialize)]
+pub struct Last {
+    pub seconds: f64,
+    pub degrees: Option<f64>,
+    pub degrees_per_second: Option<f64>,
+    pub volts: f64,
+}
+
+impl Broken {
+    fn of(trouble: &Trouble) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let last = |&Moment { seconds, degrees, degrees_per_second, volts }: &Moment| Last {
+            seconds,
+            degrees: finite(degrees),
+            degrees_per_second: finite(degrees_per_second),
+            volts,
+        };
+        let Trouble { seconds, place, what, .. } = trouble.clone();
+        Broken { seconds, place, what, last: trouble.last.iter().map(last).collect() }
+    }
 }
 
 /// What a console has told.
@@ -188,6 +226,7 @@ impl Report {
             wall_seconds,
             wall_ratio: wall_seconds / simulated_seconds,
             seed: options.seed,
+            varied_percent: options.vary.iter().map(|it| (it.of.name(), it.percent)).collect(),
             loss: options.loss,
             types,
             topology_correct: (0..modules).all(|module| robot.is_right(module)),
@@ -211,6 +250,7 @@ impl Report {
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
             heading_degrees: motion.map(|motion| motion.heading),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
+            trouble: robot.trouble().map(Broken::of),
             cpu_load,
             link: robot.links(),
             bridge: robot.bridges(),
@@ -230,7 +270,7 @@ impl Report {
     fn find_faults(&self, robot: &impl Robot, course: &Course) -> Vec<String> {
         let &Course { is_calm, is_ordered, is_undisturbed } = course;
         let mut faults = robot.crashes();
-        faults.extend(robot.trouble());
+        faults.extend(robot.trouble().map(Trouble::to_string));
         let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !robot.is_right(module)).collect();
         for &module in mistaken.iter().take(MISTAKEN_NAMED) {
             let wiring = robot.wiring().neighbours(module);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, Ground, Image, Images, RobotBuilder, Wiring};
+use simavr_harness::{Engine, Image, Images, RobotBuilder};
 use simulation::{Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
@@ -22,14 +22,31 @@ const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 /// The most modules that simavr runs: more would take more memory than most machines have.
 const SIMAVR_MODULES: usize = 1000;
 
+/// What a robot file asks for would be missing without a word in the figures.
+const NO_WORLD: &str = "the robot file has a table [world], and the run has no world: \
+    take the table out, or leave --world none and --engine host out";
+
 /// Returns whether the robot did as it should.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     json::expect_writable(options.json.as_deref())?;
     let scenario = scenario(options)?;
+    if scenario.terrain.is_some() && !has_world(options) {
+        return Err(NO_WORLD.into());
+    }
+    if !options.vary.is_empty() && !has_world(options) {
+        return Err(
+            "--vary varies what is assumed of the world: leave --world none and --engine host out".into()
+        );
+    }
+    for (index, variation) in options.vary.iter().enumerate() {
+        if options.vary[..index].iter().any(|before| before.of == variation.of) {
+            return Err(format!("--vary {} is given twice", variation.of.name()).into());
+        }
+    }
     match options.engine {
         EngineName::Simavr => {
-            let robot = build_robot(&scenario.wiring, options)?;
-            run_robot(Engine::new(robot, options.threads), scenario.timeline, options, |engine| {
+            let robot = build_robot(&scenario, options)?;
+            run_robot(Engine::new(robot, options.threads), scenario, options, |engine| {
                 Some(CpuLoad::of(engine.robot()))
             })
         }
@@ -42,24 +59,25 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
                 return Err("a console tells of programs that run: ask for --engine simavr".into());
             }
-            let robot = Native::new(scenario.wiring, options.seed, POWER_UP_WITHIN);
-            run_robot(robot, scenario.timeline, options, |_| None)
+            let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
+            run_robot(robot, scenario, options, |_| None)
         }
     }
 }
 
 fn run_robot<R: Robot>(
     robot: R,
-    mut timeline: Vec<Event>,
+    scenario: Scenario,
     options: &Sim,
     cpu_load: impl Fn(&R) -> Option<CpuLoad>,
 ) -> Result<bool, Box<dyn Error>> {
+    let Scenario { terrain, mut timeline, .. } = scenario;
     let mut course = Course {
         is_calm: options.loss == 0.0 && timeline.is_empty(),
         is_ordered: timeline.iter().any(|event| event.change.orders().is_some()),
         is_undisturbed: timeline.iter().all(|event| event.change.orders().is_some_and(keeps_shape)),
     };
-    course.is_undisturbed &= options.loss == 0.0;
+    course.is_undisturbed &= options.loss == 0.0 && terrain.is_none();
     if options.loss > 0.0 {
         let change = Change::Loss { links: Links::All, probability: options.loss };
         timeline.insert(0, Event { at: 0, change });
@@ -91,6 +109,10 @@ fn run_robot<R: Robot>(
     Ok(report.faults().is_empty())
 }
 
+fn has_world(options: &Sim) -> bool {
+    matches!(options.engine, EngineName::Simavr) && options.world != Some(WorldName::None)
+}
+
 /// Whether a robot that is ordered this goes somewhere, and does not change its shape.
 fn keeps_shape(gait: GaitName) -> bool {
     !matches!(gait, GaitName::CloseRing | GaitName::OpenRing)
@@ -101,7 +123,7 @@ fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
         Source::Shape(shape) => {
             let modules = options.modules.unwrap_or(shape.usual_modules());
             let wiring = shape.wiring(modules).map_err(|error| format!("{error}; see --modules"))?;
-            Ok(Scenario { wiring, timeline: Vec::new() })
+            Ok(Scenario { wiring, terrain: None, timeline: Vec::new() })
         }
         Source::File(path) => {
             if options.modules.is_some() {
@@ -119,7 +141,8 @@ fn load_images(directory: &Path) -> Result<Images, Box<dyn Error>> {
     Ok(Images { master: load("firmware-master.elf")?, slave: load("firmware-slave.elf")? })
 }
 
-fn build_robot(wiring: &Wiring, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
+fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
+    let Scenario { wiring, terrain, .. } = scenario;
     if wiring.modules() > SIMAVR_MODULES {
         return Err(format!(
             "simavr runs up to {SIMAVR_MODULES} modules: ask for fewer, or for --engine host"
@@ -133,8 +156,11 @@ fn build_robot(wiring: &Wiring, options: &Sim) -> Result<simavr_harness::Robot, 
     for face in wiring.attached() {
         images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
     }
-    let builder = RobotBuilder::wired(images, wiring).seed(options.seed).power_up_within(POWER_UP_WITHIN);
-    let builder =
-        if options.world == Some(WorldName::None) { builder } else { builder.on(Ground::default()) };
+    let builder = RobotBuilder::wired(images, wiring)
+        .seed(options.seed)
+        .power_up_within(POWER_UP_WITHIN)
+        .varied(&options.vary);
+    let terrain = terrain.clone().unwrap_or_default();
+    let builder = if has_world(options) { builder.on_terrain(&terrain) } else { builder };
     Ok(builder.build()?)
 }

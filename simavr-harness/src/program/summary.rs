@@ -4,7 +4,7 @@ use std::fmt;
 
 use simulation::{BridgeTotals, LinkTotals};
 
-use super::report::{CpuLoad, Latency, Reconfiguration, Report};
+use super::report::{Broken, CpuLoad, Last, Latency, Reconfiguration, Report};
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -63,6 +63,10 @@ impl fmt::Display for Report {
                 percent(self.slip_percent)
             )?;
         }
+        if !self.varied_percent.is_empty() {
+            let varied = self.varied_percent.iter().map(|(name, percent)| format!("{name} by {percent} %"));
+            writeln!(f, "varied     {}; seed {}", varied.collect::<Vec<_>>().join(", "), self.seed)?;
+        }
         if let Some(CpuLoad { master, slave }) = &self.cpu_load {
             writeln!(
                 f,
@@ -85,6 +89,19 @@ impl fmt::Display for Report {
             "bridges    {messages} messages, {retries} repeated, {errors} errors, {gave_up} given up, \
              {no_buffer} without a buffer"
         )?;
+        if let Some(Broken { last, .. }) = &self.trouble {
+            writeln!(
+                f,
+                "\nthe last of the joint that broke:\n{:>9} {:>9} {:>11} {:>7}",
+                "s", "degrees", "degrees/s", "V"
+            )?;
+            let number = |value: Option<f64>| value.map_or("none".into(), |value| format!("{value:.1}"));
+            for Last { seconds, degrees, degrees_per_second, volts } in last {
+                let [degrees, speed] = [degrees, degrees_per_second].map(|value| number(*value));
+                writeln!(f, "{seconds:9.3} {degrees:>9} {speed:>11} {volts:7.2}")?;
+            }
+            writeln!(f)?;
+        }
         writeln!(f, "state hash {}", self.state_hash)
     }
 }

@@ -171,7 +171,7 @@ fn ask(engine: &mut Engine, module: usize, dock: Dock) {
 /// robots/console.toml: what the spine tells lies between what can be read out of its RAM before and after.
 #[test]
 fn a_spine_tells_what_is_so() {
-    let Scenario { wiring, timeline } =
+    let Scenario { wiring, timeline, .. } =
         Scenario::from_toml(include_str!("../../../robots/console.toml")).expect("the file is right");
     let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).build().expect("it can be built");
     let mut engine = Engine::new(robot, 1);

@@ -30,7 +30,7 @@ struct Story {
 
 impl Story {
     fn of(text: &str, seed: u64, threads: usize) -> Self {
-        let Scenario { wiring, timeline } = Scenario::from_toml(text).expect("the file is right");
+        let Scenario { wiring, timeline, .. } = Scenario::from_toml(text).expect("the file is right");
         let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).build().expect("it can be built");
         Story { engine: Engine::new(robot, threads), timeline, deeds: Vec::new(), changes: Vec::new() }
     }
@@ -122,6 +122,25 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
     }
 }
 
+/// A module is reset while the chain closes, another while the ring opens, and a head and its neighbour while
+/// all crawl. The native engine is disturbed at many more moments: simulation/tests.
+#[test]
+fn resets_at_any_time_change_nothing_of_what_becomes_of_the_robot() {
+    let mut text = String::from(include_str!("../../../robots/ring.toml"));
+    for (at, module) in [(6.0, 1), (20.6, 1), (29.0, 0), (29.0, 1)] {
+        text += &format!("\n[[event]]\nat = {at}\nreset = {module}\n");
+    }
+    let mut story = Story::of(&text, 1, 2);
+    // The first reset lies between both orders.
+    let [close, open] = [1, 3].map(|number| story.ordered_at(number));
+    story.run_until(close + ROLLS);
+    story.all_do(Roll);
+    for seconds in [8, 12] {
+        story.run_until(open + seconds * SECOND);
+        story.all_do(Wave);
+    }
+}
+
 /// A chain of five bends, finds nothing to grasp, and tries again.
 #[test]
 fn ends_that_do_not_meet_stay_apart() {
@@ -159,7 +178,7 @@ fn the_number_of_threads_makes_no_difference() {
 /// times.
 #[test]
 fn both_engines_tell_the_same_story() {
-    let Scenario { wiring, timeline } =
+    let Scenario { wiring, timeline, .. } =
         Scenario::from_toml(include_str!("../../../robots/ring.toml")).expect("the file is right");
     let mut run = Run::new(Native::new(wiring, 1, 0), timeline, SECOND);
     let mut story = Story::ring(1, 2);

@@ -1,7 +1,7 @@
 //! Robots with the images that they are flashed with, in a physical world.
 
 use simavr_harness::{Engine, Ground, RobotBuilder};
-use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape};
+use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape, Trouble};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
 use tasks::motor::Axis;
@@ -103,7 +103,7 @@ fn modules_that_change_places_take_their_joints_with_them() {
 
 /// Runs a robot through a file's events. Returns how it has moved after each of the times.
 fn motions(file: &str, looks: &[u64]) -> Vec<Motion> {
-    let Scenario { wiring, timeline } = Scenario::from_toml(file).unwrap();
+    let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).unwrap();
     let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
     let mut run = Run::new(Engine::new(robot.on(Ground::default()).build().unwrap(), 2), timeline, SECOND);
     let look = |&at: &u64| {
@@ -166,4 +166,20 @@ fn a_ring_rolls_and_a_chain_crawls_half_a_body_length_at_least() {
         let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
         assert!(distance > length / 2.0, "{distance} m of {length}");
     }
+}
+
+#[test]
+fn a_robot_that_a_tonne_throws_at_a_wall_breaks_the_world_and_its_last_100_ms_are_told() {
+    let file = "modules = 10\nshape = 'centipede'\n[world]\nslope_degrees = 45\nfriction = 0\n\
+                loads = [{ module = 0, kg = 1000 }]\n\
+                walls = [{ from_m = [-4, -2], to_m = [-4, 2], height_mm = 500 }]\n";
+    let Scenario { wiring, terrain, .. } = Scenario::from_toml(file).unwrap();
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).on_terrain(&terrain.unwrap());
+    let mut engine = Engine::new(robot.build().unwrap(), 2);
+    engine.run_until(3 * SECOND);
+    let Trouble { seconds, place, last, .. } = Robot::trouble(&engine).expect("it breaks").clone();
+    assert!((0.5..3.0).contains(&seconds) && place.starts_with("module "), "{place} after {seconds} s");
+    assert!((last[0].seconds - (seconds - 0.1)).abs() < 1e-6, "{last:?}");
+    assert!(last.last().unwrap().degrees_per_second.abs() > 1600.0, "{last:?}");
+    assert!(engine.cycle() < ((seconds + 0.002) * SECOND as f64) as u64, "the run ends there");
 }

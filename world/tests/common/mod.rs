@@ -3,11 +3,11 @@
 
 use glam::{DAffine3, DVec3};
 use plants::geometry::Dock;
-use world::{Face, Ground, Placed, World};
+use world::{Face, Ground, Make, Placed, World};
 
 /// A straight module at so many mm.
 pub fn at(x: f64, y: f64, z: f64) -> Placed {
-    Placed { frame: DAffine3::from_translation(DVec3::new(x, y, z)), angles: [0.0; 3] }
+    Placed { frame: DAffine3::from_translation(DVec3::new(x, y, z)), angles: [0.0; 3], make: Make::default() }
 }
 
 /// A straight chain, the head at the origin, the Back of each at the Front of the next.

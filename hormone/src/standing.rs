@@ -1,0 +1,139 @@
+//! The standing order: by which gait the robot walks, and in which Period, until a newer order comes.
+//!
+//! Every module keeps it, and the robot numbers its orders. A module tells the order to each neighbour that
+//! appears, and to all when a newer one comes, again and again until the neighbour says that it knows. So a
+//! module that was reset, or is attached anew, learns it before its first beat, and no loss on the way leaves
+//! a part of the robot behind. Where two robots become one, the newer order wins.
+
+use tasks::dock::{Dock, DockSet};
+
+use crate::period::Period;
+use crate::time::{reached, until};
+
+/// The gait's name of an order to stop.
+pub const STOP: u8 = 0;
+
+/// How long a neighbour that has not answered is waited for before it is told again, in milliseconds.
+const PATIENCE: u16 = 500;
+
+/// An order as modules keep it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Standing {
+    /// Counts the robot's orders, modulo 65536; 0 before the first.
+    pub number: u16,
+    /// The gait, by [name](crate::gait::Gait::name), or [`STOP`].
+    pub gait: u8,
+    /// In which Period.
+    pub period: Period,
+}
+
+impl Standing {
+    /// What stands at power-up.
+    pub const fn none(gait: u8) -> Self {
+        Standing { number: 0, gait, period: Period::OWN }
+    }
+
+    /// The order after this one.
+    pub fn next(self, gait: u8, period: Period) -> Self {
+        Standing { number: self.number.wrapping_add(1).max(1), gait, period }
+    }
+
+    /// Whether a module goes over from the other order to this one. Of two with one number, as they can be
+    /// where two robots become one, one has to win, whichever.
+    fn supersedes(self, other: Standing) -> bool {
+        if self.number == other.number {
+            return self.number != 0 && self.rank() > other.rank();
+        }
+        // What stands at power-up is older than any order.
+        other.number == 0 || self.number != 0 && self.number.wrapping_sub(other.number) < 0x8000
+    }
+
+    fn rank(self) -> (u8, u8) {
+        (self.gait, self.period.to_byte())
+    }
+}
+
+/// What a module knows of the standing order, and who of its neighbours may not know it.
+pub struct Ledger {
+    standing: Standing,
+    /// These have not said that they know it.
+    untold: DockSet,
+    /// These have said it, and wait for an answer.
+    unanswered: DockSet,
+    /// When those that are untold are told again.
+    tell_at: u16,
+}
+
+impl Ledger {
+    /// A module at power-up, which begins with this gait.
+    pub const fn new(gait: u8) -> Self {
+        Ledger {
+            standing: Standing::none(gait),
+            untold: DockSet::EMPTY,
+            unanswered: DockSet::EMPTY,
+            tell_at: 0,
+        }
+    }
+
+    /// What stands.
+    pub fn standing(&self) -> Standing {
+        self.standing
+    }
+
+    /// An order that came from outside of the robot stands from now on; all of `docks` are to know it.
+    pub fn set(&mut self, standing: Standing, docks: DockSet, now: u16) {
+        self.standing = standing;
+        self.untold = DockSet::EMPTY;
+        self.unanswered = DockSet::EMPTY;
+        self.tell(docks, now);
+    }
+
+    /// These neighbours may not know what stands.
+    pub fn tell(&mut self, docks: DockSet, now: u16) {
+        if !docks.is_empty() {
+            self.untold = self.untold.union(docks);
+            self.tell_at = now;
+        }
+    }
+
+    /// The neighbour at `dock` says what stands with it, and whether it knows that this module knows as much.
+    /// Returns whether it is news, for [`set`](Self::set).
+    pub fn hear(&mut self, dock: Dock, theirs: Standing, knows: bool, now: u16) -> bool {
+        let is_old = theirs.number == 0 && self.standing.number == 0;
+        if theirs == self.standing || is_old {
+            self.untold.remove(dock);
+            if !knows {
+                self.unanswered.insert(dock);
+            }
+            return false;
+        }
+        let is_news = theirs.supersedes(self.standing);
+        if !is_news {
+            self.tell(DockSet::of(&[dock]), now);
+        }
+        is_news
+    }
+
+    /// The neighbours to tell at `now`, of `connected`, and whether these are known to know it.
+    pub fn due(&mut self, connected: DockSet, now: u16) -> Option<(DockSet, bool)> {
+        self.untold = self.untold.intersection(connected);
+        if !self.untold.is_empty() && reached(self.tell_at, now) {
+            self.tell_at = now.wrapping_add(PATIENCE);
+            return Some((self.untold, false));
+        }
+        let unanswered = core::mem::take(&mut self.unanswered).intersection(connected);
+        (!unanswered.is_empty()).then_some((unanswered, true))
+    }
+
+    /// Milliseconds from `now` until [`due`](Self::due) is to be called; `None` while all know what stands.
+    pub fn next_due(&self, now: u16) -> Option<u16> {
+        if !self.unanswered.is_empty() {
+            return Some(0);
+        }
+        (!self.untold.is_empty()).then(|| until(self.tell_at, now))
+    }
+}
+
+#[cfg(test)]
+mod tests;

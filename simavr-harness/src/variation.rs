@@ -1,0 +1,169 @@
+//! What is assumed of modules, varied by chance.
+
+use std::fmt;
+use std::str::FromStr;
+
+use simulation::Random;
+use thiserror::Error;
+use world::Make;
+
+/// Something that nobody has published, and may be otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Assumption {
+    /// The mass of a module.
+    Mass,
+    /// Its friction on the ground.
+    Friction,
+    /// The torque of its standing motors.
+    Torque,
+    /// Their current at that.
+    Current,
+    /// The dry friction of their gears.
+    GearFriction,
+    /// The inertia of their rotors and gears.
+    GearInertia,
+}
+
+impl Assumption {
+    pub const ALL: [Self; 6] =
+        [Self::Mass, Self::Friction, Self::Torque, Self::Current, Self::GearFriction, Self::GearInertia];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Friction => "friction",
+            Self::Torque => "torque",
+            Self::Current => "current",
+            Self::GearFriction => "gear-friction",
+            Self::GearInertia => "gear-inertia",
+        }
+    }
+
+    fn of(self, make: &mut Make) -> &mut f64 {
+        match self {
+            Self::Mass => &mut make.mass,
+            Self::Friction => &mut make.grip,
+            Self::Torque => &mut make.motor.stall_torque,
+            Self::Current => &mut make.motor.stall_current,
+            Self::GearFriction => &mut make.motor.sliding_friction,
+            Self::GearInertia => &mut make.motor.gear_inertia,
+        }
+    }
+}
+
+/// By how much something may be more or less than it is assumed to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variation {
+    pub of: Assumption,
+    /// In percent, 0 to 90.
+    pub percent: f64,
+}
+
+/// What is no variation.
+#[derive(Debug, Error, PartialEq)]
+pub enum VariationError {
+    #[error("write what varies and by how much at most, as in mass=20%")]
+    Form,
+    #[error(
+        "nothing of this name is assumed: give one of mass, friction, torque, current, \
+         gear-friction, gear-inertia"
+    )]
+    Name,
+    #[error("give a variation from 0% to 90%")]
+    Range,
+}
+
+impl FromStr for Variation {
+    type Err = VariationError;
+
+    /// From text as in `mass=20%`.
+    fn from_str(text: &str) -> Result<Self, VariationError> {
+        let (name, percent) = text.split_once('=').ok_or(VariationError::Form)?;
+        let percent = percent.strip_suffix('%').ok_or(VariationError::Form)?;
+        let percent: f64 = percent.parse().map_err(|_| VariationError::Form)?;
+        let of =
+            Assumption::ALL.into_iter().find(|known| known.name() == name).ok_or(VariationError::Name)?;
+        if (0.0..=90.0).contains(&percent) {
+            Ok(Variation { of, percent })
+        } else {
+            Err(VariationError::Range)
+        }
+    }
+}
+
+impl fmt::Display for Variation {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} {} %", self.of.name(), self.percent)
+    }
+}
+
+/// Varies modules, each for itself: evenly spread between less and more, as `seed` has it. What one
+/// assumption becomes does not depend on whether others are varied.
+pub(crate) fn vary(makes: &mut [Make], variations: &[Variation], seed: u64) {
+    // Apart from what else is drawn for modules.
+    let seed = Random::of_part(seed, u64::MAX / 2).next_u64();
+    for (module, make) in (0..).zip(makes) {
+        let mut random = Random::of_part(seed, module);
+        for assumption in Assumption::ALL {
+            let drawn = random.between(-1.0, 1.0);
+            for Variation { percent, .. } in variations.iter().filter(|it| it.of == assumption) {
+                *assumption.of(make) *= 1.0 + drawn * percent / 100.0;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn varied(texts: &[&str], seed: u64) -> Vec<Make> {
+        let mut makes = vec![Make::default(); 100];
+        let variations: Vec<Variation> = texts.iter().map(|text| text.parse().unwrap()).collect();
+        vary(&mut makes, &variations, seed);
+        makes
+    }
+
+    #[test]
+    fn modules_differ_by_no_more_than_is_said() {
+        let masses: Vec<f64> = varied(&["mass=20%"], 1).iter().map(|make| make.mass).collect();
+        let least = masses.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = masses.iter().copied().fold(0.0, f64::max);
+        assert!((0.8..0.85).contains(&least) && (1.15..1.2).contains(&most), "{least} to {most}");
+        let mean = masses.iter().sum::<f64>() / 100.0;
+        assert!((0.95..1.05).contains(&mean), "{mean}");
+    }
+
+    #[test]
+    fn what_is_not_named_stays_as_it_is_assumed() {
+        for (make, mass) in varied(&["friction=50%", "torque=10%"], 7).iter().zip(varied(&["mass=50%"], 7)) {
+            assert!(make.grip != 1.0 && make.motor.stall_torque != Make::default().motor.stall_torque);
+            let usual = Make { grip: make.grip, ..Make::default() };
+            assert_eq!((make.mass, make.motor.gear_inertia), (usual.mass, usual.motor.gear_inertia));
+            assert_eq!(mass.motor, Make::default().motor);
+        }
+    }
+
+    #[test]
+    fn the_seed_alone_decides() {
+        assert_eq!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 1));
+        assert_ne!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 2));
+        let both = varied(&["torque=5%", "mass=20%"], 1);
+        assert!(both.iter().zip(varied(&["mass=20%"], 1)).all(|(both, one)| both.mass == one.mass));
+    }
+
+    #[test]
+    fn what_is_no_variation_is_refused() {
+        for (text, error) in [
+            ("mass", VariationError::Form),
+            ("mass=20", VariationError::Form),
+            ("mass=much%", VariationError::Form),
+            ("colour=20%", VariationError::Name),
+            ("mass=91%", VariationError::Range),
+            ("mass=-1%", VariationError::Range),
+            ("mass=NaN%", VariationError::Range),
+        ] {
+            assert_eq!(text.parse::<Variation>(), Err(error), "{text}");
+        }
+    }
+}

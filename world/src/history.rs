@@ -1,0 +1,68 @@
+//! What joints did last, for whoever asks why a world broke.
+
+use plants::trouble::Moment;
+
+use crate::world::STEP_SECONDS;
+
+/// So many milliseconds are kept.
+const KEPT: usize = 100;
+
+/// Of these the last so many are told one by one, the others in steps of as many.
+const CLOSELY: usize = 10;
+
+/// A joint: its angle in rad, its speed in rad/s, and what was at its motor, in V.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    pub angle: f64,
+    pub speed: f64,
+    pub volts: f64,
+}
+
+/// The last milliseconds of all joints.
+pub struct History {
+    /// By module, in the order of hinges; the oldest is overwritten.
+    kept: Vec<Vec<[Joint; 3]>>,
+    /// Milliseconds since the beginning.
+    now: usize,
+}
+
+impl History {
+    pub fn new() -> Self {
+        History { kept: vec![Vec::new(); KEPT + 1], now: 0 }
+    }
+
+    /// Keeps the joints of all modules as they are after another millisecond.
+    pub fn keep(&mut self, joints: impl Iterator<Item = [Joint; 3]>) {
+        self.now += 1;
+        let place = &mut self.kept[self.now % (KEPT + 1)];
+        place.clear();
+        place.extend(joints);
+    }
+
+    /// What a joint did, up to now.
+    pub fn of(&self, module: usize, hinge: usize) -> Vec<Moment> {
+        let first = self.now.saturating_sub(KEPT).max(1);
+        let is_told = |step: &usize| {
+            let before = self.now - step;
+            before < CLOSELY || before.is_multiple_of(CLOSELY)
+        };
+        let moment = |step: usize| {
+            let Joint { angle, speed, volts } = self.kept[step % (KEPT + 1)][module][hinge];
+            Moment {
+                seconds: step as f64 * STEP_SECONDS,
+                degrees: angle.to_degrees(),
+                degrees_per_second: speed.to_degrees(),
+                volts,
+            }
+        };
+        (first..=self.now).filter(is_told).map(moment).collect()
+    }
+
+    /// The hinge of a module that turned fastest before its speed was no number.
+    pub fn fastest(&self, module: usize) -> usize {
+        let before = self.now.saturating_sub(1).max(1);
+        let Some(joints) = self.kept[before % (KEPT + 1)].get(module) else { return 0 };
+        let speed = |hinge: &usize| joints[*hinge].speed.abs();
+        (0..3).max_by(|one, other| speed(one).total_cmp(&speed(other))).unwrap_or(0)
+    }
+}
