@@ -193,15 +193,12 @@ impl Controller {
     pub fn received(&mut self, dock: Dock, hormone: Hormone, now: u16) -> Response {
         self.status.hormones_received = self.status.hormones_received.wrapping_add(1);
         match hormone {
-            Hormone::Pace(pace) => {
-                let response = if self.takes_up(dock, pace, now) {
-                    self.lifetime = pace.lifetime;
-                    self.relay(pace.data)
-                } else {
-                    self.dropped()
-                };
+            Hormone::Pace(pace) if self.takes_up(dock, pace, now) => {
+                self.lifetime = pace.lifetime;
+                let response = self.relay(pace.data);
                 Response { event: Some(Event::HormoneReceived(dock, pace.data)), ..response }
             }
+            Hormone::Pace(_) => Response { event: Some(Event::HormoneDropped(dock)), ..self.dropped() },
             Hormone::Order(order) => self.order(Some(dock), order, now),
             Hormone::Standing(standing, knows) => self.hear_of(standing, dock, knows, now),
             Hormone::Token(token) if self.is_in_ring() => self.hear_token(token, now),

@@ -6,10 +6,11 @@
 //! | `0x10 + type` | the topology changed, and with it perhaps the type |
 //! | `0x20 + data` | a hormone was generated here |
 //! | `0x30 + action` | an action began, or goes on into another beat |
-//! | `0x40 + 2·dock + data` | a hormone with data A or B was received at a dock |
+//! | `0x40 + 2·dock + data` | a hormone with data A or B was taken up at a dock |
 //! | `0x50 + 2·dock + data` | a hormone with data A or B was handed to a dock's link |
 //! | `0x60 + data` | a beat was acted on without its hormone, which did not come |
-//! | `0x80 + 8·dock + data` | a hormone with data C to F was received at a dock |
+//! | `0x70 + dock` | a hormone came to a dock and was dropped |
+//! | `0x80 + 8·dock + data` | a hormone with data C to F was taken up at a dock |
 //! | `0xC0 + 8·dock + data` | a hormone with data C to F was handed to a dock's link |
 
 use tasks::dock::Dock;
@@ -24,6 +25,7 @@ const HORMONE_RECEIVED: u8 = 0x40;
 const HORMONE_SENT: u8 = 0x50;
 const ACTION_BEGUN: u8 = 0x30;
 const MADE_GOOD: u8 = 0x60;
+const HORMONE_DROPPED: u8 = 0x70;
 const LATER_RECEIVED: u8 = 0x80;
 const LATER_SENT: u8 = 0xC0;
 
@@ -35,7 +37,7 @@ pub enum Event {
     TopologyChanged(ModuleType),
     /// The module, a head, generated a hormone with this data.
     HormoneGenerated(Data),
-    /// A hormone with this data arrived at this dock.
+    /// A hormone with this data arrived at this dock, and was taken up.
     HormoneReceived(Dock, Data),
     /// A hormone with this data was handed to the link of this dock.
     HormoneSent(Dock, Data),
@@ -43,6 +45,9 @@ pub enum Event {
     ActionBegun(Action),
     /// The hormone of this beat did not come, and the module acted as if it had.
     MadeGood(Data),
+    /// A hormone of a gait arrived at this dock and was no news: of a beat that had been, or of a leader that
+    /// this module does not follow.
+    HormoneDropped(Dock),
 }
 
 impl Event {
@@ -55,6 +60,7 @@ impl Event {
             Event::HormoneSent(dock, data) => at_dock(HORMONE_SENT, LATER_SENT, dock, data),
             Event::ActionBegun(action) => ACTION_BEGUN | action as u8,
             Event::MadeGood(data) => MADE_GOOD | data as u8,
+            Event::HormoneDropped(dock) => HORMONE_DROPPED | dock.index(),
         }
     }
 
@@ -66,6 +72,7 @@ impl Event {
             HORMONE_GENERATED => Some(Event::HormoneGenerated(Data::from_byte(low)?)),
             ACTION_BEGUN => Some(Event::ActionBegun(Action::from_byte(low)?)),
             MADE_GOOD => Some(Event::MadeGood(Data::from_byte(low)?)),
+            HORMONE_DROPPED => Some(Event::HormoneDropped(Dock::from_index(low)?)),
             HORMONE_RECEIVED => {
                 Some(Event::HormoneReceived(Dock::from_index(low >> 1)?, Data::from_byte(low & 1)?))
             }
@@ -102,7 +109,7 @@ mod tests {
             .inspect(|&(byte, event)| assert_eq!(event.to_byte(), byte))
             .count();
         let actions = (0..=u8::MAX).filter_map(Action::from_byte).count();
-        assert_eq!(readable, 7 + 6 + actions + 6 + 2 * 6 * 6);
+        assert_eq!(readable, 7 + 6 + actions + 6 + 2 * 6 * 6 + 6);
     }
 
     #[test]
@@ -115,5 +122,6 @@ mod tests {
         assert_eq!(Event::HormoneSent(Dock::Down, Data::C).to_byte(), 0xEA);
         assert_eq!(Event::ActionBegun(Action::Holding).to_byte(), 0x32);
         assert_eq!(Event::MadeGood(Data::F).to_byte(), 0x65);
+        assert_eq!(Event::HormoneDropped(Dock::Down).to_byte(), 0x75);
     }
 }

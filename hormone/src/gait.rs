@@ -6,7 +6,10 @@
 use core::num::NonZeroU16;
 
 use kernel::flash::Flash;
+use tasks::dock::DockSet;
 
+use crate::case::Case;
+use crate::data::Data;
 use crate::module_type::ModuleType;
 use crate::rule::Rule;
 
@@ -180,6 +183,17 @@ impl Gait {
     pub const fn named(self, name: u8) -> Gait {
         assert!(name >= 1 && name <= 11, "names from 12 are those of other hormones");
         Gait { name, ..self }
+    }
+
+    /// The rule for this letter, if there is one.
+    pub fn rule(&self, case: Case, data: Data) -> Option<Rule> {
+        self.rules.iter().find(|rule| rule.case == case && rule.covers(data, self.beats))
+    }
+
+    /// The docks by which modules of this type send hormones on, by whatever rule.
+    pub fn ways(&self, module_type: ModuleType) -> DockSet {
+        let of_type = self.rules.iter().filter(|rule| rule.case.module_type() == module_type);
+        of_type.filter_map(|rule| rule.send).fold(DockSet::EMPTY, |docks, send| docks.union(send.docks))
     }
 
     /// The Period in milliseconds.

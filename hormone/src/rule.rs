@@ -90,6 +90,16 @@ impl Rule {
         Rule { send: Some(Send { data, docks }), ..self }
     }
 
+    /// Who it is for.
+    pub const fn case(&self) -> Case {
+        self.case
+    }
+
+    /// The action to perform.
+    pub const fn action(&self) -> Action {
+        self.action
+    }
+
     /// Whether `data` is one of the letters.
     pub const fn covers(&self, data: Data, beats: u8) -> bool {
         data.since(self.first, beats) < self.beats(beats)

@@ -36,7 +36,7 @@ macro_rules! senses {
             }
 
             /// The readings at which it begins to hold, and ends.
-            const fn bounds(self) -> [i16; 2] {
+            pub const fn bounds(self) -> [i16; 2] {
                 match self {
                     $(Sense::$name => [$begins, $ends],)*
                 }

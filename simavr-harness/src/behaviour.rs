@@ -54,6 +54,10 @@ impl simulation::Robot for Engine {
         Status::from_bytes(bytes.first_chunk()?)
     }
 
+    fn acceleration(&self, module: usize) -> [f64; 3] {
+        self.robot().module(module).map_or([0.0; 3], |module| module.body().acceleration())
+    }
+
     fn links(&self) -> LinkTotals {
         let mut totals = LinkTotals::default();
         mcus(self).flat_map(counters::links).for_each(|counters| totals.add(&counters));

@@ -1,8 +1,9 @@
 //! What can happen to a robot while it runs.
 
-use hormone::gait::GaitName;
+use hormone::gait::{Gait, GaitName};
 use hormone::hormone::Hormone;
 use hormone::order::What;
+use hormone::standing::STOP;
 use serde::Deserialize;
 
 use crate::wiring::{Face, Wiring, WiringError};
@@ -76,18 +77,16 @@ impl Change {
         }
     }
 
-    /// Whether legs and hormones may be out of step for a while because of it.
-    pub fn disturbs(&self) -> bool {
-        use Change::{Command, Console, Loss, Noise, Roll};
-        !matches!(self, Loss { .. } | Noise { .. } | Roll(_) | Command { .. } | Console(_))
-    }
-
-    /// The gait that the robot is ordered to walk by, if this is such an order.
-    pub fn orders(&self) -> Option<GaitName> {
-        let Change::Command { payload, .. } = self else { return None };
+    /// The gait that a body is ordered to walk by, none if it is to stop, and by way of which module, if this
+    /// is such an order.
+    pub fn orders(&self) -> Option<(usize, Option<Gait>)> {
+        let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {
             Hormone::Order(order) => match order.what {
-                What::Walk(name, _) => GaitName::from_byte(name),
+                What::Walk(STOP, _) => Some((at.module, None)),
+                What::Walk(name, period) => {
+                    Some((at.module, Some(period.of(GaitName::from_byte(name)?.gait()))))
+                }
                 What::Steer(..) => None,
             },
             _ => None,

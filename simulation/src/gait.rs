@@ -1,84 +1,51 @@
-//! Whether a robot walks: in each half Period every leg swings or holds, not as it did in the one before, and
-//! not as the other leg of its branch does (paper, section 7), and every module of the trunk keeps straight.
-//! Modules that no hormone can reach are not looked at, nor those for which Table 1 has no rule, nor a robot
-//! that was ordered to walk by another gait. A robot that is turned over has to lift its feet the other way
-//! within a Period.
+//! Whether a robot walks: every module that hormones reach takes up their letters in turn, one a beat, and
+//! does at each what the rules of its type say, in the [tables](hormone::gait) that the robot itself goes by
+//! (of the centipede's that is the paper's Table 1). It sends on what they say, too; the legs of a branch are
+//! in step with each other; and who has to sense something for a rule does.
 //!
-//! A change of the robot disturbs the gait. It has one Period and the time of discovery to come right again,
-//! and a few milliseconds for each module between a walker and its head; where frames are lost, discovery and
-//! hops have as many times more as a frame and its ACK take tries. What is wrong tells how long it took, and
-//! is a violation where it comes later than that.
-
-use std::collections::VecDeque;
+//! A change of the robot disturbs the modules at which it happens, those around, and all that get their
+//! hormones by way of them; no others. These have one Period and the time of discovery to come right again,
+//! and a few milliseconds for each module between them and who leads; in a ring the time of an election;
+//! where frames are lost, discovery and hops have as many times more as a frame and its ACK take tries. What
+//! comes upon them before they are right prolongs that, three times at most. What is wrong tells how long it
+//! took, and is a violation where it comes later than that.
 
 use hormone::action::Action;
+use hormone::case::Source;
 use hormone::event::Event;
-use hormone::gait::GaitName;
-use hormone::module_type::ModuleType;
+use hormone::gait::Gait as TableOfRules;
+use hormone::sense::Sense;
 use tasks::dock::Dock;
 
 use crate::deed::Deed;
-use crate::hardware::MILLISECOND;
+use crate::native::behaviours::value;
+use crate::orders::Orders;
+use crate::reach::{concerned, hops};
+use crate::robot::Robot;
+use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong};
 use crate::wiring::{Face, Wiring};
 
-/// How long modules may take to notice a change: that a neighbour is gone is the slowest.
-const DISCOVERY: u64 = 300 * MILLISECOND;
-
-/// How long a hormone may take from a module to the next.
-const HOP: u64 = 5 * MILLISECOND;
-
-/// A robot that is turned by no more than this is on its feet, and by no less than that on its back, in
-/// degrees: whatever a leg lifts, by 30 degrees, its accelerometer is past the bounds of
-/// [`UpsideDown`](hormone::sense::Sense::UpsideDown). Between them either way to lift a foot is right.
-const ON_FEET: f64 = 74.0;
-const ON_BACK: f64 = 151.0;
-
-/// What a walker did last, and since when.
-#[derive(Clone, Copy)]
-struct Beat {
-    cycle: u64,
-    action: Action,
-}
-
-/// A module for which there is a rule, by the wiring.
-struct Walker {
-    module: usize,
-    is_leg: bool,
-    /// From the nearest head.
-    hops: u64,
-    /// The other leg of its branch, by its place among the walkers.
-    other: Option<usize>,
-    /// From when on nothing may be wrong with it.
-    settled_at: u64,
-    beat: Option<Beat>,
-    /// When something of this walker is next found missing.
-    overdue_at: u64,
-    /// The beat since which both legs of the branch did the same, once that was found.
-    together_since: Option<u64>,
-}
-
-/// Follows the walkers.
+/// Follows the modules that hormones reach.
 pub struct Gait {
-    /// In cycles.
+    /// In cycles: recovery is measured in it.
     period: u64,
-    /// Whether it walks by the gait that is judged here.
-    is_centipede: bool,
+    orders: Orders,
+    /// As modules can find it out.
+    wiring: Wiring,
     walkers: Vec<Walker>,
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
-    disturbed_at: u64,
-    /// By how many degrees the robot is turned about its long axis, and since when.
-    roll: f64,
-    rolled_at: u64,
+    /// By module, from when on it has to do nothing.
+    halted: Vec<Option<u64>>,
+    /// When the robot was turned last, and when sensors were looked at.
+    turned_at: u64,
+    felt_at: u64,
     /// How often a frame is sent until it and its ACK have arrived, on the mean.
     tries: f64,
-    /// What was wrong though it should have been right.
-    pub violations: u64,
-    /// The longest time from a change until nothing was wrong, in cycles.
-    recovered_after: Option<u64>,
+    tally: Tally,
     /// The most that the legs of a branch started apart, in cycles.
     pub skew_max: Option<u64>,
-    /// Beats of walkers.
+    /// Actions that were begun.
     pub beats: u64,
 }
 
@@ -87,261 +54,241 @@ impl Gait {
     pub fn new(wiring: &Wiring, period: u64) -> Self {
         let mut gait = Gait {
             period,
-            is_centipede: true,
+            orders: Orders::new(wiring.modules()),
+            wiring: wiring.clone(),
             walkers: Vec::new(),
-            walker_of: Vec::new(),
-            disturbed_at: 0,
-            roll: 0.0,
-            rolled_at: 0,
+            walker_of: vec![None; wiring.modules()],
+            halted: vec![None; wiring.modules()],
+            turned_at: 0,
+            felt_at: 0,
             tries: 1.0,
-            violations: 0,
-            recovered_after: None,
+            tally: Tally::default(),
             skew_max: None,
             beats: 0,
         };
-        gait.disturbed(wiring, 0);
+        gait.follow(&vec![true; wiring.modules()], 0);
         gait
     }
 
     pub fn legs(&self) -> usize {
-        self.walkers.iter().filter(|walker| walker.is_leg).count()
+        self.walkers.iter().filter(|walker| walker.is_leg()).count()
     }
 
-    /// Something was changed, and the wiring is this now.
-    pub fn disturbed(&mut self, wiring: &Wiring, now: u64) {
-        self.disturbed_at = now;
-        let beats: Vec<(usize, Option<Beat>)> =
-            self.walkers.iter().map(|walker| (walker.module, walker.beat)).collect();
-        self.walkers.clear();
-        self.walker_of = vec![None; wiring.modules()];
-        if !self.is_centipede {
-            return;
-        }
-        for (module, hops) in hops_from_heads(wiring).into_iter().enumerate() {
-            let (Some(hops), Some(part)) = (hops, part(wiring, module)) else { continue };
-            let settled_at = self.settled_at(hops);
-            self.walker_of[module] = Some(self.walkers.len());
-            self.walkers.push(Walker {
-                module,
-                is_leg: part == Part::Leg,
-                hops,
-                other: None,
-                settled_at,
-                beat: None,
-                overdue_at: settled_at,
-                together_since: None,
-            });
-        }
-        for (module, beat) in beats {
-            if let Some(walker) = self.walker_of[module] {
-                self.walkers[walker].beat = beat;
+    /// Whether there are legs, each with another one on the other side.
+    pub fn has_pairs_of_legs(&self) -> bool {
+        let mut legs = self.walkers.iter().filter(|walker| walker.is_leg()).peekable();
+        legs.peek().is_some() && legs.all(|leg| leg.other.is_some())
+    }
+
+    /// Whether hormones reach anybody, or shall not.
+    pub fn is_led(&self) -> bool {
+        !self.walkers.is_empty() || self.halted.iter().any(Option::is_some)
+    }
+
+    /// What was wrong though it should have been right.
+    pub fn violations(&self) -> u64 {
+        self.tally.violations
+    }
+
+    /// The first of that.
+    pub fn first_violation(&self) -> Option<Violation> {
+        self.tally.first
+    }
+
+    /// How long it took at most from power-up, or from a change, until nothing was wrong, in Periods.
+    pub fn recovery_periods(&self) -> Option<f64> {
+        self.tally.recovered_after.map(|cycles| cycles as f64 / self.period as f64)
+    }
+
+    /// How many modules had no time to be right yet by `now`, and how long the last of them has, in cycles
+    /// since power-up.
+    pub fn unjudged(&self, now: u64) -> Option<(usize, u64)> {
+        let unjudged = || self.walkers.iter().filter(|walker| walker.is_unjudged(now));
+        Some((unjudged().count(), unjudged().map(|walker| walker.settled_at).max()?))
+    }
+
+    /// Something was changed at these modules, and the wiring is this now. Returns whom it concerns,
+    /// and until when.
+    pub fn disturbed(&mut self, wiring: &Wiring, at: &[usize], now: u64) -> Vec<(usize, u64)> {
+        let mut touched = self.wiring.differences(wiring);
+        touched.extend(at);
+        let mut disturbed = concerned(&self.wiring, &self.orders, &touched);
+        // By the orders from before, and by those from now on.
+        touched.extend(self.orders.rewired(&self.wiring, wiring, now));
+        let since = concerned(wiring, &self.orders, &touched);
+        disturbed.iter_mut().zip(since).for_each(|(before, since)| *before |= since);
+        self.wiring = wiring.clone();
+        self.follow(&disturbed, now);
+        self.unsettled(&disturbed, now)
+    }
+
+    /// The body of a module was ordered to walk by this gait, or to stop. Returns whom that concerns, and until
+    /// when.
+    pub fn ordered(&mut self, module: usize, gait: Option<TableOfRules>, now: u64) -> Vec<(usize, u64)> {
+        let touched = self.orders.give(&self.wiring, module, gait);
+        self.touched(&touched, now)
+    }
+
+    /// Has robots that have taken another shape walk on. Returns whom that concerns, and until when.
+    pub fn reshaped(&mut self, now: u64) -> Vec<(usize, u64)> {
+        match self.orders.next() {
+            Some(at) if at <= now => {
+                let touched = self.orders.settle(&self.wiring, at);
+                self.touched(&touched, at)
             }
-        }
-        for walker in self.walkers.iter_mut().filter(|walker| walker.is_leg) {
-            walker.other = other_leg(wiring, walker.module).and_then(|other| self.walker_of[other]);
+            _ => Vec::new(),
         }
     }
 
-    /// The robot was ordered to walk by this gait; a call of [`disturbed`](Self::disturbed) follows.
-    pub fn ordered(&mut self, gait: GaitName) {
-        self.is_centipede = gait == GaitName::Centipede;
+    fn touched(&mut self, touched: &[usize], now: u64) -> Vec<(usize, u64)> {
+        let disturbed = concerned(&self.wiring, &self.orders, touched);
+        self.follow(&disturbed, now);
+        self.unsettled(&disturbed, now)
     }
 
-    /// The robot lies turned about its long axis by so many degrees from now on.
-    pub fn rolled(&mut self, degrees: f64, now: u64) {
-        self.roll = degrees;
-        self.rolled_at = now;
+    /// Until when modules may be disturbed: those that hormones do not reach until they have noticed.
+    fn unsettled(&self, disturbed: &[bool], now: u64) -> Vec<(usize, u64)> {
+        let until = |module: usize| match self.walker_of[module] {
+            Some(walker) => self.walkers[walker].settled_at,
+            None => now + DISCOVERY,
+        };
+        let modules = (0..disturbed.len()).filter(|&module| disturbed[module]);
+        modules.map(|module| (module, until(module))).collect()
     }
 
-    /// When a walker so many hops from its head has to walk again.
-    fn settled_at(&self, hops: u64) -> u64 {
-        let once = (DISCOVERY + hops * HOP) as f64;
-        self.disturbed_at + self.period + (once * self.tries) as u64
+    /// Follows those whom hormones reach now; some of them are disturbed.
+    fn follow(&mut self, disturbed: &[bool], now: u64) {
+        let mut before: Vec<Option<Walker>> = self.walker_of.iter().map(|_| None).collect();
+        for walker in self.walkers.drain(..) {
+            let module = walker.module;
+            before[module] = Some(walker);
+        }
+        self.walker_of.fill(None);
+        for (module, halted) in self.halted.iter_mut().enumerate() {
+            let known = halted.filter(|_| !disturbed[module]);
+            let heard = (DISCOVERY + disturbed.len() as u64 * HOP) as f64 * self.tries;
+            let until = known.unwrap_or(now + self.period + heard as u64);
+            *halted = self.orders.gait(module).is_none().then_some(until);
+        }
+        for (module, hops) in hops(&self.wiring, &self.orders).into_iter().enumerate() {
+            let (Some(hops), Some(gait)) = (hops, self.orders.gait(module)) else { continue };
+            let neighbours = self.wiring.neighbours(module);
+            let known = before[module].take();
+            let is_new = known.is_none();
+            let mut walker = match known {
+                Some(walker) => walker.changed(&neighbours, gait, hops),
+                None => Walker::new(module, &neighbours, gait, hops),
+            };
+            if is_new || disturbed[module] {
+                walker.disturbed(now, self.tries);
+            }
+            self.walker_of[module] = Some(self.walkers.len());
+            self.walkers.push(walker);
+        }
+        for walker in 0..self.walkers.len() {
+            let Walker { module, .. } = self.walkers[walker];
+            let other = other_leg(&self.wiring, module).and_then(|other| self.walker_of[other]);
+            let is_leg = |number: &usize| self.walkers[*number].is_leg();
+            self.walkers[walker].other = other.filter(|other| is_leg(&walker) && is_leg(other));
+        }
+    }
+
+    /// The robot lies turned about its long axis from now on.
+    pub fn turned(&mut self, now: u64) {
+        self.turned_at = now;
     }
 
     /// From `now` on frames are lost with this probability, each way. Who walks has to walk on.
     pub fn loses(&mut self, probability: f64, now: u64) {
         let arrives = (1.0 - probability).max(0.1);
         self.tries = 1.0 / (arrives * arrives);
-        for number in 0..self.walkers.len() {
-            let settled_at = self.settled_at(self.walkers[number].hops);
-            let walker = &mut self.walkers[number];
-            if walker.settled_at > now {
-                walker.settled_at = settled_at;
-                if walker.beat.is_none() {
-                    walker.overdue_at = settled_at;
-                }
-            }
+        for walker in &mut self.walkers {
+            walker.loses(now, self.tries);
         }
     }
 
-    /// How long it took at most from power-up, or from a change, until nothing was wrong, in Periods.
-    pub fn recovery_periods(&self) -> Option<f64> {
-        self.recovered_after.map(|cycles| cycles as f64 / self.period as f64)
+    /// From now on there are lines that lose or change what goes over them, or none.
+    pub fn disturb_lines(&mut self, are_noisy: bool) {
+        self.tally.is_noisy = are_noisy;
     }
 
     /// Takes in the next deed.
     pub fn take(&mut self, deed: &Deed) {
-        if let Event::ActionBegun(action) = deed.event
-            && let Some(walker) = self.walker_of[deed.module]
-        {
-            self.look_at(walker, deed.cycle);
-            self.beat(walker, Beat { cycle: deed.cycle, action });
+        let &Deed { cycle, module, event } = deed;
+        let acts = !matches!(
+            event,
+            Event::TopologyChanged(_) | Event::HormoneDropped(_) | Event::ActionBegun(Action::Rest)
+        );
+        if acts && self.halted[module].is_some_and(|settled_at| cycle >= settled_at) {
+            self.tally.count(Violation { at: cycle, module, wrong: Wrong::GoesOn });
         }
+        let Some(number) = self.walker_of[module] else { return };
+        self.look_for_apart(number, cycle);
+        let (walker, tally) = (&mut self.walkers[number], &mut self.tally);
+        match event {
+            Event::HormoneGenerated(data) => walker.take(cycle, Source::Timer, None, data, tally),
+            Event::HormoneReceived(dock, data) => {
+                walker.take(cycle, Source::Hormone, Some(dock), data, tally);
+            }
+            Event::MadeGood(data) => walker.take(cycle, Source::Hormone, None, data, tally),
+            Event::HormoneSent(dock, data) => walker.send(cycle, dock, data, tally),
+            Event::ActionBegun(action) => {
+                walker.act(cycle, action, tally);
+                self.beats += 1;
+                self.measure_skew(number, cycle);
+            }
+            Event::TopologyChanged(_) | Event::HormoneDropped(_) => {}
+        }
+    }
+
+    /// Looks at what sensors read now, which rules depend on.
+    pub fn feel(&mut self, robot: &impl Robot) {
+        let now = robot.now();
+        for walker in &mut self.walkers {
+            let read = |sense: Sense| value(sense.sensor(), robot.acceleration(walker.module)).unwrap_or(0);
+            let values: Vec<i16> = walker.senses().map(read).collect();
+            walker.feel(&values, (self.felt_at, now), self.turned_at);
+        }
+        self.felt_at = now;
     }
 
     /// Time has passed up to `now`.
     pub fn pass(&mut self, now: u64) {
-        for walker in 0..self.walkers.len() {
-            self.look_at(walker, now);
+        for number in 0..self.walkers.len() {
+            self.walkers[number].pass(now, &mut self.tally);
+            self.look_for_apart(number, now);
         }
     }
 
-    fn look_at(&mut self, walker: usize, now: u64) {
-        self.look_for_missing(walker, now);
-        let other = self.walkers[walker].other;
-        self.look_for_together(other.map_or(walker, |other| walker.min(other)), now);
+    fn measure_skew(&mut self, number: usize, now: u64) {
+        let Walker { other, settled_at, .. } = self.walkers[number];
+        let others = other.and_then(|other| self.walkers[other].step?.acted);
+        let apart = others.map(|(acted_at, _)| now.abs_diff(acted_at));
+        let apart = apart.filter(|&apart| apart <= self.walkers[number].half_beat() && now >= settled_at);
+        self.skew_max = self.skew_max.max(apart);
     }
 
-    fn beat(&mut self, walker: usize, beat: Beat) {
-        let Walker { is_leg, other, settled_at, .. } = self.walkers[walker];
-        let before = self.walkers[walker].beat.replace(beat);
-        self.walkers[walker].overdue_at = beat.cycle + self.period;
-        self.beats += 1;
-        let is_right = match beat.action {
-            Action::Swing | Action::SwingOver | Action::Holding | Action::HoldingOver => {
-                is_leg && before.is_none_or(|before| step(before.action) != step(beat.action))
-            }
-            action => !is_leg && action == Action::Straight,
-        };
-        if let Some(before) = before {
-            self.look_for_wrong_way(walker, before, beat.cycle);
-        }
-        if !is_right {
-            self.wrong(walker, beat.cycle);
-        } else if before.is_none_or(|before| before.action == Action::Rest) {
-            self.recovered(beat.cycle);
-        }
-        let others = other.and_then(|other| self.walkers[other].beat);
-        if let Some(others) = others
-            && beat.cycle >= settled_at
-        {
-            let apart = beat.cycle.abs_diff(others.cycle);
-            if apart <= self.period / 4 {
-                self.skew_max = self.skew_max.max(Some(apart));
-            }
+    /// The last letters of both legs of a branch differ for longer than half a beat.
+    fn look_for_apart(&mut self, number: usize, now: u64) {
+        let Some(other) = self.walkers[number].other else { return };
+        let [first, second] = [number.min(other), number.max(other)].map(|leg| &self.walkers[leg]);
+        let (Some(one), Some(two)) = (first.step, second.step) else { return };
+        let since = one.at.max(two.at);
+        let found_at = since + first.half_beat();
+        if one.data != two.data && now > found_at && first.apart_since != Some(since) {
+            first.wrong(Wrong::Apart, found_at, &mut self.tally);
+            self.walkers[number.min(other)].apart_since = Some(since);
         }
     }
-
-    /// Two half Periods without a beat: one was missed, whatever the hormones took on their way.
-    fn look_for_missing(&mut self, walker: usize, now: u64) {
-        while self.walkers[walker].overdue_at < now {
-            let overdue_at = self.walkers[walker].overdue_at;
-            self.walkers[walker].overdue_at += self.period / 2;
-            self.wrong(walker, overdue_at);
-        }
-    }
-
-    /// A beat in which a foot was lifted the wrong way is over.
-    fn look_for_wrong_way(&mut self, walker: usize, beat: Beat, end: u64) {
-        let is_wrong = match beat.action {
-            Action::Swing => self.roll.abs() >= ON_BACK,
-            Action::SwingOver => self.roll.abs() <= ON_FEET,
-            _ => false,
-        };
-        if !is_wrong {
-            return;
-        }
-        // A leg that has just begun to walk has to roll upright before it can tell.
-        let settled_at = self.walkers[walker].settled_at.max(self.rolled_at) + self.period;
-        let since = self.rolled_at.max(self.disturbed_at);
-        self.recovered_after = self.recovered_after.max(Some(end.saturating_sub(since)));
-        if beat.cycle >= settled_at {
-            self.violations += 1;
-        }
-    }
-
-    /// Both legs of a branch do the same for longer than a quarter of a Period.
-    fn look_for_together(&mut self, leg: usize, now: u64) {
-        let Walker { other, beat, together_since, .. } = self.walkers[leg];
-        let others = other.filter(|other| leg < *other).and_then(|other| self.walkers[other].beat);
-        let (Some(one), Some(other)) = (beat, others) else { return };
-        let since = one.cycle.max(other.cycle);
-        let found_at = since + self.period / 4;
-        if step(one.action) == step(other.action) && now > found_at && together_since != Some(since) {
-            self.walkers[leg].together_since = Some(since);
-            self.wrong(leg, found_at);
-        }
-    }
-
-    /// From now on all may be right.
-    fn recovered(&mut self, at: u64) {
-        self.recovered_after = self.recovered_after.max(Some(at.saturating_sub(self.disturbed_at)));
-    }
-
-    fn wrong(&mut self, walker: usize, at: u64) {
-        self.recovered(at);
-        if at >= self.walkers[walker].settled_at {
-            self.violations += 1;
-        }
-    }
-}
-
-/// What a leg does, whichever way up it lies.
-fn step(action: Action) -> Action {
-    match action {
-        Action::SwingOver => Action::Swing,
-        Action::HoldingOver => Action::Holding,
-        action => action,
-    }
-}
-
-/// What Table 1 has a module do.
-#[derive(PartialEq)]
-enum Part {
-    Trunk,
-    Leg,
-}
-
-/// A module's part by the wiring; `None` where there is no rule.
-fn part(wiring: &Wiring, module: usize) -> Option<Part> {
-    match ModuleType::acting(&wiring.neighbours(module)) {
-        ModuleType::Head | ModuleType::Spine | ModuleType::Branch => Some(Part::Trunk),
-        ModuleType::LeftLeg | ModuleType::RightLeg => Some(Part::Leg),
-        ModuleType::Tail | ModuleType::Other => None,
-    }
-}
-
-/// The docks by which a module sends hormones on.
-fn ways(wiring: &Wiring, module: usize) -> &'static [Dock] {
-    match ModuleType::acting(&wiring.neighbours(module)) {
-        ModuleType::Head | ModuleType::Branch => &[Dock::Left, Dock::Right, Dock::Back],
-        ModuleType::Spine => &[Dock::Back],
-        ModuleType::Other => &Dock::ALL,
-        ModuleType::Tail | ModuleType::LeftLeg | ModuleType::RightLeg => &[],
-    }
-}
-
-/// How many hops hormones take to each module from the nearest head; `None` where none can come.
-fn hops_from_heads(wiring: &Wiring) -> Vec<Option<u64>> {
-    let is_head = |module: &usize| ModuleType::acting(&wiring.neighbours(*module)) == ModuleType::Head;
-    let mut next: VecDeque<(usize, u64)> =
-        (0..wiring.modules()).filter(is_head).map(|head| (head, 0)).collect();
-    let mut hops = vec![None; wiring.modules()];
-    while let Some((module, distance)) = next.pop_front() {
-        if hops[module].is_some() {
-            continue;
-        }
-        hops[module] = Some(distance);
-        let peers = ways(wiring, module).iter().filter_map(|&dock| wiring.peer(Face { module, dock }));
-        next.extend(peers.map(|peer| (peer.module, distance + 1)));
-    }
-    hops
 }
 
 /// The leg on the other side of the branch.
 fn other_leg(wiring: &Wiring, leg: usize) -> Option<usize> {
     let at_branch = wiring.peer(Face { module: leg, dock: Dock::Back })?;
-    let other_side = if at_branch.dock == Dock::Left { Dock::Right } else { Dock::Left };
+    let other_side = match at_branch.dock {
+        Dock::Left => Dock::Right,
+        Dock::Right => Dock::Left,
+        _ => return None,
+    };
     wiring.peer(Face { dock: other_side, ..at_branch }).map(|other| other.module)
 }

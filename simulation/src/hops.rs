@@ -1,6 +1,7 @@
 //! Follows hormones from module to module.
 
 use std::collections::{HashMap, VecDeque};
+use std::ops::Range;
 
 use hormone::event::Event;
 use hormone::hormone::Data;
@@ -16,6 +17,8 @@ const LOST_AFTER: u64 = 250 * MILLISECOND;
 /// A hormone on its way to the neighbour.
 struct Hop {
     data: Data,
+    /// The neighbour's module, if there is one.
+    to: Option<usize>,
     /// When the sending module's HORMONE took it up or generated it.
     taken_up: u64,
     sent: u64,
@@ -27,6 +30,8 @@ struct Seen {
     /// When HORMONE took up the last hormone, or generated it.
     taken_up: u64,
     received: Option<Data>,
+    /// From when until when something that happened concerns it, the last time.
+    disturbed: Range<u64>,
 }
 
 /// Counts, times and orders the hormones between modules.
@@ -37,8 +42,15 @@ pub struct Hops {
     pub sent: u64,
     /// Of these, the ones that the neighbour's HORMONE took up.
     pub delivered: u64,
-    overtaken: u64,
-    /// Hormones that came to a module with the same data as the one before.
+    /// Of these, the ones that came, and were no news.
+    pub dropped: u64,
+    /// Hormones that were lost, but for those that are still thought to be under way.
+    lost_before: u64,
+    /// Of these, the ones for which there is a cause.
+    excused: u64,
+    /// From when until when lines lost or changed what went over them, the last time.
+    noisy: Range<u64>,
+    /// Hormones that a module took up with the same data as the one before.
     pub out_of_turn: u64,
     latency_sum: u64,
     latency_max: u64,
@@ -54,7 +66,10 @@ impl Hops {
             modules: vec![Seen::default(); modules],
             sent: 0,
             delivered: 0,
-            overtaken: 0,
+            dropped: 0,
+            lost_before: 0,
+            excused: 0,
+            noisy: 0..0,
             out_of_turn: 0,
             latency_sum: 0,
             latency_max: 0,
@@ -70,11 +85,18 @@ impl Hops {
         let Some(seen) = self.modules.get_mut(module) else { return };
         match event {
             Event::TopologyChanged(_) | Event::ActionBegun(_) => {}
+            Event::HormoneDropped(dock) => {
+                if let Some(from) = wiring.peer(Face { module, dock }) {
+                    self.drop(from, cycle);
+                }
+            }
             Event::HormoneGenerated(_) | Event::MadeGood(_) => seen.taken_up = cycle,
             Event::HormoneSent(dock, data) => {
-                let hop = Hop { data, taken_up: seen.taken_up, sent: cycle };
+                let from = Face { module, dock };
+                let to = wiring.peer(from).map(|peer| peer.module);
+                let hop = Hop { data, to, taken_up: seen.taken_up, sent: cycle };
                 self.sent += 1;
-                self.under_way.entry(Face { module, dock }).or_default().push_back(hop);
+                self.under_way.entry(from).or_default().push_back(hop);
             }
             Event::HormoneReceived(dock, data) => {
                 seen.taken_up = cycle;
@@ -91,8 +113,7 @@ impl Hops {
 
     /// A link delivers in order: what was sent before the one that came is lost.
     fn receive(&mut self, from: Face, at: Face, cycle: u64, data: Data) {
-        let Some(hops) = self.under_way.get_mut(&from) else { return };
-        while let Some(hop) = hops.pop_front() {
+        while let Some(hop) = self.under_way.get_mut(&from).and_then(VecDeque::pop_front) {
             if hop.data == data && hop.sent + LOST_AFTER >= cycle {
                 let latency = cycle.saturating_sub(hop.taken_up);
                 self.delivered += 1;
@@ -101,14 +122,70 @@ impl Hops {
                 self.wire_sum += wire_limit(from.dock, at.dock);
                 return;
             }
-            self.overtaken += 1;
+            self.lost_before += 1;
+            self.excused += u64::from(self.is_excused(from.module, &hop));
         }
+    }
+
+    /// The next one that came by this link was dropped.
+    fn drop(&mut self, from: Face, cycle: u64) {
+        while let Some(hop) = self.under_way.get_mut(&from).and_then(VecDeque::pop_front) {
+            if hop.sent + LOST_AFTER >= cycle {
+                self.dropped += 1;
+                return;
+            }
+            self.lost_before += 1;
+            self.excused += u64::from(self.is_excused(from.module, &hop));
+        }
+    }
+
+    /// Something happened at `now` that concerns these modules, each until then.
+    pub fn disturbed(&mut self, concerned: &[(usize, u64)], now: u64) {
+        self.settle(now);
+        for &(module, until) in concerned {
+            self.modules[module].disturbed = now..until;
+        }
+    }
+
+    /// From `now` on there are lines that lose or change what goes over them, or none.
+    pub fn disturb_lines(&mut self, are_noisy: bool, now: u64) {
+        self.settle(now);
+        let start = if self.noisy.end == u64::MAX { self.noisy.start } else { now };
+        self.noisy = if are_noisy { start..u64::MAX } else { self.noisy.start..self.noisy.end.min(now) };
+    }
+
+    /// Counts what is lost by `now`, while it is known what that may be due to.
+    fn settle(&mut self, now: u64) {
+        self.now = self.now.max(now);
+        let lost: Vec<bool> = self.overdue().map(|(from, hop)| self.is_excused(from, hop)).collect();
+        self.lost_before += lost.len() as u64;
+        self.excused += lost.into_iter().filter(|is_excused| *is_excused).count() as u64;
+        let now = self.now;
+        self.under_way.values_mut().for_each(|hops| hops.retain(|hop| hop.sent + LOST_AFTER >= now));
     }
 
     /// Hormones that did not arrive, and will not.
     pub fn lost(&self) -> u64 {
-        let overdue = |hop: &&Hop| hop.sent + LOST_AFTER < self.now;
-        self.overtaken + self.under_way.values().flatten().filter(overdue).count() as u64
+        self.lost_before + self.overdue().count() as u64
+    }
+
+    /// Of these, the ones that were lost though all was well: no lines that lose or change bytes, and nothing
+    /// that has happened to who sent it or was to receive it.
+    pub fn lost_without_cause(&self) -> u64 {
+        let excused = self.overdue().filter(|(from, hop)| self.is_excused(*from, hop)).count() as u64;
+        self.lost() - self.excused - excused
+    }
+
+    /// What is under way for too long, and from which module.
+    fn overdue(&self) -> impl Iterator<Item = (usize, &Hop)> {
+        let all = self.under_way.iter().flat_map(|(from, hops)| hops.iter().map(|hop| (from.module, hop)));
+        all.filter(|(_, hop)| hop.sent + LOST_AFTER < self.now)
+    }
+
+    fn is_excused(&self, from: usize, hop: &Hop) -> bool {
+        let is_within = |span: &Range<u64>| hop.sent <= span.end && span.start <= hop.sent + LOST_AFTER;
+        let is_disturbed = |module: usize| is_within(&self.modules[module].disturbed);
+        hop.to.is_none_or(is_disturbed) || is_disturbed(from) || is_within(&self.noisy)
     }
 
     /// The hop latency's mean and maximum, in cycles: from one module's HORMONE taking a hormone up, or

@@ -5,7 +5,8 @@
 //!   not.
 //! - [`Robot`]: what a robot that runs can be asked for. [`Deed`]: what a behaviour did, and when.
 //! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
-//!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] the legs.
+//!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] what they do.
+//!   [`faults`] says what was not as it should be.
 //! - [`arq`]: a link's protocol alone, on a line on which anything may happen.
 //!
 //! All time is in cycles of the robot's clock, 16 MHz, since power-up.
@@ -22,9 +23,11 @@ mod hash;
 mod hops;
 mod native;
 mod observer;
+mod orders;
 mod placing;
 mod pose;
 mod random;
+mod reach;
 mod robot;
 mod run;
 mod scenario;
@@ -32,6 +35,8 @@ mod shape;
 mod terminal;
 mod terrain;
 mod totals;
+mod verdict;
+mod walker;
 mod wiring;
 
 pub use change::{Change, Links, Mcus};
@@ -57,4 +62,6 @@ pub use shape::{Shape, TooFewModules};
 pub use terminal::{Terminal, Transcript};
 pub use terrain::{Block, Load, Stair, Terrain, Wall};
 pub use totals::{BridgeTotals, LinkTotals};
+pub use verdict::faults;
+pub use walker::{Violation, Wrong};
 pub use wiring::{Face, Wiring, WiringError};

@@ -7,6 +7,7 @@ use crate::gait::Gait;
 use crate::hops::Hops;
 use crate::robot::Robot;
 use crate::scenario::Event;
+use crate::verdict::Course;
 use crate::wiring::{Face, Wiring};
 
 /// Follows a robot as it runs.
@@ -16,11 +17,35 @@ pub struct Observer {
     pub gait: Gait,
     /// What the robot itself has changed of its wiring, in order.
     pub own_changes: Vec<Event>,
+    /// What has happened to it from outside.
+    pub(crate) course: Course,
+    disturbances: Vec<Disturbance>,
     wiring: Wiring,
     /// Docks from which nothing comes through, though something is attached there.
     muted: Vec<Face>,
     /// The attachments that modules can find out: none where one end is blind.
     audible: Wiring,
+}
+
+/// What is lost or changed on lines.
+struct Disturbance {
+    is_noise: bool,
+    links: Links,
+    probability: f64,
+}
+
+impl Disturbance {
+    fn of(change: &Change) -> Option<Self> {
+        match *change {
+            Change::Loss { links, probability } => Some(Disturbance { is_noise: false, links, probability }),
+            Change::Noise { links, probability } => Some(Disturbance { is_noise: true, links, probability }),
+            _ => None,
+        }
+    }
+
+    fn replaces(&self, before: &Self) -> bool {
+        self.is_noise == before.is_noise && (self.links == Links::All || self.links == before.links)
+    }
 }
 
 impl Observer {
@@ -32,6 +57,8 @@ impl Observer {
             discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
             own_changes: Vec::new(),
+            course: Course::NEW,
+            disturbances: Vec::new(),
             wiring: wiring.clone(),
             muted: Vec::new(),
             audible: wiring.clone(),
@@ -45,15 +72,23 @@ impl Observer {
             while let Some(deed) = deeds.next_if(|deed| deed.cycle < event.at) {
                 self.take(&deed);
             }
-            self.changed(&event);
+            self.follow(&event);
             self.own_changes.push(event);
         }
         deeds.for_each(|deed| self.take(&deed));
+        self.reshape(robot.now());
         self.discovery.look(robot);
         self.gait.pass(robot.now());
+        self.gait.feel(robot);
+    }
+
+    fn reshape(&mut self, now: u64) {
+        let concerned = self.gait.reshaped(now);
+        self.hops.disturbed(&concerned, now);
     }
 
     fn take(&mut self, deed: &Deed) {
+        self.reshape(deed.cycle);
         self.hops.take(deed, &self.wiring);
         self.discovery.take(deed);
         self.gait.take(deed);
@@ -61,7 +96,13 @@ impl Observer {
 
     /// Something has just happened to the robot.
     pub fn changed(&mut self, event: &Event) {
+        self.course.take(&event.change);
+        self.follow(event);
+    }
+
+    fn follow(&mut self, event: &Event) {
         let &Event { at, ref change } = event;
+        self.reshape(at);
         // What the robot did, it could.
         let _ = change.apply(&mut self.wiring);
         self.gait.pass(at);
@@ -77,17 +118,29 @@ impl Observer {
                 self.gait.loses(probability, at);
             }
         }
-        if let Change::Roll(degrees) = *change {
-            self.gait.rolled(degrees, at);
+        if let Change::Roll(_) = change {
+            self.gait.turned(at);
         }
-        let ordered = change.orders();
-        if let Some(gait) = ordered {
-            self.gait.ordered(gait);
+        if let Some(disturbance) = Disturbance::of(change) {
+            self.disturbances.retain(|before| !disturbance.replaces(before));
+            self.disturbances.extend((disturbance.probability > 0.0).then_some(disturbance));
+            let are_noisy = !self.disturbances.is_empty();
+            self.gait.disturb_lines(are_noisy);
+            self.hops.disturb_lines(are_noisy, at);
+        }
+        if let Some((module, gait)) = change.orders() {
+            let concerned = self.gait.ordered(module, gait, at);
+            self.hops.disturbed(&concerned, at);
         }
         let audible = self.audible();
-        if change.disturbs() || ordered.is_some() || audible != self.audible {
+        let reset = match *change {
+            Change::Reset { module, .. } => audible.peers(module).chain([module]).collect(),
+            _ => Vec::new(),
+        };
+        if !reset.is_empty() || audible != self.audible {
             self.discovery.rewired(&audible, at);
-            self.gait.disturbed(&audible, at);
+            let concerned = self.gait.disturbed(&audible, &reset, at);
+            self.hops.disturbed(&concerned, at);
             self.audible = audible;
         }
         if let Change::Reset { module, mcus: Mcus::Master | Mcus::Both } = *change {

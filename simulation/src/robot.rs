@@ -43,6 +43,10 @@ pub trait Robot {
     /// What a module says of itself; `None` while it has not begun.
     fn status(&self, module: usize) -> Option<Status>;
 
+    /// What a module's accelerometer reads along x, y and z of the half with the Front dock, in multiples of
+    /// the acceleration of gravity.
+    fn acceleration(&self, module: usize) -> [f64; 3];
+
     /// What all links count.
     fn links(&self) -> LinkTotals;
 

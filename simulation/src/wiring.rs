@@ -176,6 +176,40 @@ impl Wiring {
         pairs.filter(|(one, other)| (one.module, one.dock.index()) < (other.module, other.dock.index()))
     }
 
+    /// The modules that are attached to each other, body by body.
+    pub fn bodies(&self) -> Vec<Vec<usize>> {
+        let mut is_found = vec![false; self.modules()];
+        let mut bodies = Vec::new();
+        for first in 0..self.modules() {
+            let mut body = Vec::new();
+            let mut next = vec![first];
+            while let Some(module) = next.pop() {
+                if !std::mem::replace(&mut is_found[module], true) {
+                    body.push(module);
+                    next.extend(self.peers[module].iter().flatten().map(|peer| peer.module));
+                }
+            }
+            bodies.push(body);
+        }
+        bodies.retain(|body| !body.is_empty());
+        bodies
+    }
+
+    /// The modules at whose docks something else is attached than by `other`, a wiring of as many.
+    pub fn differences(&self, other: &Wiring) -> Vec<usize> {
+        (0..self.modules()).filter(|&module| self.peers[module] != other.peers[module]).collect()
+    }
+
+    /// Who is attached to a module.
+    pub fn peers(&self, module: usize) -> impl Iterator<Item = usize> {
+        self.peers[module].iter().flatten().map(|peer| peer.module)
+    }
+
+    /// Whether a module has not lost its power.
+    pub fn has_power(&self, module: usize) -> bool {
+        !self.dead.contains(&module)
+    }
+
     /// The module is there.
     fn peer_mut(&mut self, Face { module, dock }: Face) -> &mut Option<Face> {
         &mut self.peers[module][usize::from(dock.index())]

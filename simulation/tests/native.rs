@@ -40,8 +40,9 @@ fn run(robot: Native, events: &str, seconds: u64) -> Run<Native> {
 fn faults(run: &Run<Native>) -> Vec<String> {
     let mistaken = (0..run.robot.wiring().modules()).filter(|&module| !run.robot.is_right(module));
     let mut faults: Vec<String> = mistaken.map(|module| format!("{module} is mistaken")).collect();
-    if run.observer.gait.violations > 0 {
-        faults.push(format!("{} gait violations", run.observer.gait.violations));
+    if run.observer.gait.violations() > 0 {
+        let first = run.observer.gait.first_violation();
+        faults.push(format!("{} gait violations, {first:?}", run.observer.gait.violations()));
     }
     faults
 }

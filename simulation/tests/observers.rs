@@ -1,22 +1,33 @@
 //! The observers find what is wrong: a centipede of six that does what the test says.
 
-use hormone::action::Action::{self, Holding, Straight, Swing, SwingOver};
+use hormone::action::Action::{self, Holding, HoldingOver, Straight, Swing, SwingOver};
 use hormone::event::Event;
 use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
 use simulation::{
-    BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Observer, Robot,
-    Shape, Wiring, WiringError,
+    BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus, Observer,
+    Robot, Shape, Wiring, WiringError,
 };
-use tasks::dock::Dock::{self, Back, Left, Right};
+use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
 const PERIOD: u64 = 1000 * MILLISECOND;
+
+/// How a leg lifts its foot and presses it down.
+const ON_FEET: [Action; 2] = [Swing, Holding];
+const ON_BACK: [Action; 2] = [SwingOver, HoldingOver];
+
+/// The head's letter at a beat.
+fn letter(beat: u64) -> Data {
+    if beat.is_multiple_of(2) { B } else { A }
+}
 
 /// Head 0, branch 1 with legs 2 and 3, tail 4: what they say of themselves.
 struct Script {
     wiring: Wiring,
     statuses: Vec<Status>,
+    /// How it lies, in degrees.
+    roll: f64,
     deeds: Vec<Deed>,
     changes: Vec<Happening>,
     now: u64,
@@ -26,7 +37,7 @@ impl Script {
     fn new() -> (Self, Observer) {
         let wiring = Shape::Centipede.wiring(6).unwrap();
         let statuses = vec![Status::POWER_UP; wiring.modules()];
-        let script = Script { wiring, statuses, deeds: Vec::new(), changes: Vec::new(), now: 0 };
+        let script = Script { wiring, statuses, roll: 0.0, deeds: Vec::new(), changes: Vec::new(), now: 0 };
         let observer = Observer::new(&script, PERIOD);
         (script, observer)
     }
@@ -57,33 +68,59 @@ impl Script {
         Happening { at: self.now, change }
     }
 
-    /// A module begins an action.
-    fn steps(&mut self, observer: &mut Observer, module: usize, action: Action, at: u64) {
+    /// A module takes up a letter, sends what it has to, and begins an action.
+    fn steps(&mut self, observer: &mut Observer, module: usize, data: Data, action: Action, at: u64) {
         self.now = at;
-        self.deeds.push(Deed { cycle: at, module, event: Event::ActionBegun(action) });
+        let taken = match module {
+            0 => Event::HormoneGenerated(data),
+            2 | 3 => Event::HormoneReceived(Back, data),
+            _ => Event::HormoneReceived(Front, data),
+        };
+        let next = if data == A { B } else { A };
+        let sent: &[(Dock, Data)] = match module {
+            0 | 4 => &[(Back, data)],
+            1 => &[(Left, next), (Right, next), (Back, next)],
+            _ => &[],
+        };
+        let sent = sent.iter().map(|&(dock, data)| Event::HormoneSent(dock, data));
+        for event in [taken].into_iter().chain(sent).chain([Event::ActionBegun(action)]) {
+            self.deeds.push(Deed { cycle: at, module, event });
+        }
         observer.look(self);
     }
 
-    /// The trunk, head 0, branch 1 and spine 4, beats.
-    fn trunk_beats(&mut self, observer: &mut Observer, at: u64) {
-        for module in [0, 1, 4] {
-            self.steps(observer, module, Straight, at);
+    /// The trunk, head 0, branch 1, spine 4 and tail 5, beats: its head so many half Periods after power-up.
+    fn trunk_beats(&mut self, observer: &mut Observer, beat: u64, at: u64) {
+        for module in [0, 1] {
+            self.steps(observer, module, letter(beat), Straight, at);
         }
+        self.steps(observer, 4, letter(beat + 1), Straight, at);
+        self.deeds.push(Deed {
+            cycle: at,
+            module: 5,
+            event: Event::HormoneReceived(Front, letter(beat + 1)),
+        });
+    }
+
+    /// Both legs step, the right one a millisecond later, and this is how they lift a foot and press it down.
+    fn legs_step(&mut self, observer: &mut Observer, beat: u64, [swing, hold]: [Action; 2], at: u64) {
+        let data = letter(beat + 1);
+        let [left, right] = if data == A { [swing, hold] } else { [hold, swing] };
+        self.steps(observer, 2, data, left, at);
+        self.steps(observer, 3, data, right, at + MILLISECOND);
     }
 
     /// All walk, a beat in each half Period, the right leg a millisecond later.
     fn walk(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>) {
-        self.walk_by(observer, half_periods, Swing);
+        self.walk_by(observer, half_periods, ON_FEET);
     }
 
-    /// Likewise, with this for a swing.
-    fn walk_by(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>, swing: Action) {
+    /// Likewise, legs doing this.
+    fn walk_by(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>, legs: [Action; 2]) {
         for beat in half_periods {
             let at = beat * PERIOD / 2 + 20 * MILLISECOND;
-            let [left, right] = if beat % 2 == 0 { [swing, Holding] } else { [Holding, swing] };
-            self.trunk_beats(observer, at);
-            self.steps(observer, 2, left, at);
-            self.steps(observer, 3, right, at + MILLISECOND);
+            self.trunk_beats(observer, beat, at);
+            self.legs_step(observer, beat, legs, at);
         }
     }
 
@@ -130,6 +167,11 @@ impl Robot for Script {
         self.statuses.get(module).copied()
     }
 
+    fn acceleration(&self, _module: usize) -> [f64; 3] {
+        let (y, z) = self.roll.to_radians().sin_cos();
+        [0.0, y, z]
+    }
+
     fn links(&self) -> LinkTotals {
         LinkTotals::default()
     }
@@ -148,20 +190,20 @@ fn legs_that_alternate_are_right() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..40);
     assert_eq!((observer.gait.legs(), observer.gait.beats), (2, 39 * 5));
-    assert_eq!(observer.gait.violations, 0);
+    assert_eq!(observer.gait.violations(), 0);
     assert_eq!(observer.gait.skew_max, Some(MILLISECOND));
     assert_eq!(observer.gait.recovery_periods(), Some(0.521), "the first step of the right leg");
 }
 
 #[test]
-fn a_leg_that_does_the_same_twice_is_wrong() {
+fn a_letter_that_comes_twice_is_wrong() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    script.trunk_beats(&mut observer, 9 * PERIOD / 2);
-    script.steps(&mut observer, 2, Holding, 9 * PERIOD / 2);
-    assert_eq!(observer.gait.violations, 0);
-    script.steps(&mut observer, 2, Holding, 9 * PERIOD / 2 + 10 * MILLISECOND);
-    assert_eq!(observer.gait.violations, 1);
+    script.trunk_beats(&mut observer, 9, 9 * PERIOD / 2);
+    script.steps(&mut observer, 2, letter(10), Holding, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations(), 0);
+    script.steps(&mut observer, 2, letter(10), Holding, 9 * PERIOD / 2 + 10 * MILLISECOND);
+    assert_eq!(observer.gait.violations(), 1);
 }
 
 #[test]
@@ -170,32 +212,82 @@ fn a_module_that_does_nothing_is_wrong_in_each_half_period() {
     script.walk(&mut observer, 1..9);
     // Half Periods 9 to 12 pass without a beat: found when each is over.
     script.passes(&mut observer, 12 * PERIOD / 2 + 100 * MILLISECOND);
-    // The legs, and all of the trunk but the tail.
-    assert_eq!(observer.gait.violations, 5 * 3);
+    // All hear nothing, the tail too.
+    assert_eq!(observer.gait.violations(), 6 * 3);
 }
 
 #[test]
 fn a_module_that_does_what_none_of_its_type_does_is_wrong() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    script.steps(&mut observer, 2, Straight, 9 * PERIOD / 2);
-    assert_eq!(observer.gait.violations, 1);
-    script.steps(&mut observer, 4, Holding, 9 * PERIOD / 2);
-    assert_eq!(observer.gait.violations, 2, "nor does a spine what a leg does");
+    script.steps(&mut observer, 2, letter(10), Straight, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations(), 1);
+    script.steps(&mut observer, 4, letter(10), Holding, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations(), 2, "nor does a spine what a leg does");
+    script.steps(&mut observer, 3, letter(10), Holding, 9 * PERIOD / 2);
+    assert_eq!(observer.gait.violations(), 3, "nor a right leg what a left one does");
 }
 
 #[test]
-fn legs_that_do_the_same_at_once_are_wrong() {
+fn a_module_that_takes_a_letter_up_and_does_nothing_is_wrong() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    script.receives(2, Back, letter(10), 9 * PERIOD / 2);
+    script.steps(&mut observer, 3, letter(10), Swing, 9 * PERIOD / 2);
+    script.receives(2, Back, letter(11), 10 * PERIOD / 2);
+    script.now = 10 * PERIOD / 2;
+    observer.look(&mut script);
+    assert_eq!(observer.gait.violations(), 1);
+}
+
+/// The branch sends to two of its three docks.
+#[test]
+fn what_is_not_sent_is_wrong() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    let taken = Event::HormoneReceived(Front, letter(9));
+    let sent = [Left, Back].map(|dock| Event::HormoneSent(dock, letter(10)));
+    for event in [taken].into_iter().chain(sent).chain([Event::ActionBegun(Straight)]) {
+        script.deeds.push(Deed { cycle: 9 * PERIOD / 2, module: 1, event });
+    }
+    script.receives(1, Front, letter(10), 10 * PERIOD / 2);
+    script.now = 10 * PERIOD / 2;
+    observer.look(&mut script);
+    assert_eq!(observer.gait.violations(), 1);
+}
+
+#[test]
+fn what_no_rule_sends_is_wrong() {
+    for (module, dock, data, is_right) in [
+        (1, Left, letter(10), true),
+        (1, Left, letter(9), false),
+        (1, Front, letter(10), false),
+        (4, Back, letter(10), true),
+        (4, Back, letter(9), false),
+        (2, Front, letter(10), false),
+        (0, Back, letter(9), true),
+    ] {
+        let (mut script, mut observer) = Script::discovered();
+        script.walk(&mut observer, 1..10);
+        script.deeds.push(Deed { cycle: script.now, module, event: Event::HormoneSent(dock, data) });
+        observer.look(&mut script);
+        assert_eq!(observer.gait.violations(), u64::from(!is_right), "{module} {dock:?} {data:?}");
+    }
+}
+
+#[test]
+fn legs_that_are_not_in_step_are_wrong() {
     let (mut script, mut observer) = Script::discovered();
     for beat in 1..10 {
-        let action = if beat % 2 == 0 { Swing } else { Holding };
-        script.trunk_beats(&mut observer, beat * PERIOD / 2);
-        script.steps(&mut observer, 2, action, beat * PERIOD / 2);
-        script.steps(&mut observer, 3, action, beat * PERIOD / 2 + MILLISECOND);
+        script.trunk_beats(&mut observer, beat, beat * PERIOD / 2);
+        let data = letter(beat);
+        let action = if data == A { Swing } else { Holding };
+        script.steps(&mut observer, 2, data, action, beat * PERIOD / 2);
+        script.steps(&mut observer, 3, letter(beat + 1), action, beat * PERIOD / 2 + MILLISECOND);
         script.passes(&mut observer, beat * PERIOD / 2 + 300 * MILLISECOND);
     }
     // From 1.3 s on: half Periods 3 to 9.
-    assert_eq!(observer.gait.violations, 7);
+    assert_eq!(observer.gait.violations(), 7);
 }
 
 #[test]
@@ -203,49 +295,81 @@ fn what_is_wrong_soon_after_a_change_is_how_long_it_took() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
     let changed_at = 9 * PERIOD / 2;
-    observer.gait.disturbed(&script.wiring, changed_at);
-    script.trunk_beats(&mut observer, changed_at + PERIOD / 4);
-    script.steps(&mut observer, 2, Swing, changed_at + PERIOD / 4);
-    script.steps(&mut observer, 3, Holding, changed_at + 3 * PERIOD / 4);
+    observer.gait.disturbed(&script.wiring, &[0], changed_at);
+    script.trunk_beats(&mut observer, 9, changed_at + PERIOD / 4);
+    script.legs_step(&mut observer, 9, ON_FEET, changed_at + PERIOD / 4);
+    script.trunk_beats(&mut observer, 10, changed_at + 3 * PERIOD / 4);
+    script.steps(&mut observer, 2, letter(11), Swing, changed_at + 3 * PERIOD / 4);
+    script.steps(&mut observer, 3, letter(11), Straight, changed_at + 3 * PERIOD / 4);
     script.walk(&mut observer, 11..20);
-    assert_eq!(observer.gait.violations, 0);
+    assert_eq!(observer.gait.violations(), 0);
     assert_eq!(observer.gait.recovery_periods(), Some(0.75));
 }
 
-/// Whoever is turned over swings on, with no beat left out, and within a Period the other way.
+/// A change at one leg gives the others no time.
+#[test]
+fn what_a_change_does_not_concern_has_to_walk_on() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    observer
+        .changed(&Happening { at: 9 * PERIOD / 2, change: Change::Reset { module: 5, mcus: Mcus::Both } });
+    script.steps(&mut observer, 4, letter(10), Holding, 9 * PERIOD / 2 + MILLISECOND);
+    assert_eq!(observer.gait.violations(), 0, "the tail's neighbour may be mistaken");
+    script.steps(&mut observer, 2, letter(10), Straight, 9 * PERIOD / 2 + MILLISECOND);
+    assert_eq!(observer.gait.violations(), 1, "not so a leg");
+}
+
+/// The head is reset again and again, before its first beat.
+#[test]
+fn changes_that_come_one_upon_the_other_give_no_more_than_three_times_the_time() {
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    let first = 9 * PERIOD / 2;
+    for number in 0..20 {
+        let change = Change::Reset { module: 0, mcus: Mcus::Both };
+        observer.changed(&Happening { at: first + number * PERIOD / 5, change });
+    }
+    // 3.9 s for the head.
+    script.passes(&mut observer, first + 3_890 * MILLISECOND);
+    assert_eq!(observer.gait.violations(), 0);
+    script.passes(&mut observer, first + 3_910 * MILLISECOND);
+    assert_eq!(observer.gait.violations(), 1);
+}
+
+/// Whoever is turned over steps on, with no beat left out, and within a Period the other way.
 #[test]
 fn feet_that_are_lifted_the_wrong_way_are_wrong_a_period_after_the_robot_was_turned() {
     for (roll, before, after) in
-        [(180.0, Swing, SwingOver), (-151.0, Swing, SwingOver), (74.0, SwingOver, Swing)]
+        [(180.0, ON_FEET, ON_BACK), (-151.0, ON_FEET, ON_BACK), (74.0, ON_BACK, ON_FEET)]
     {
         let turned_at = 9 * PERIOD / 2;
         let turned = |wrong_until| {
             let (mut script, mut observer) = Script::discovered();
-            let first = if before == Swing { 0.0 } else { 180.0 };
-            observer.changed(&Happening { at: 0, change: Change::Roll(first) });
+            script.roll = if before == ON_FEET { 0.0 } else { 180.0 };
             script.walk_by(&mut observer, 1..9, before);
+            script.roll = roll;
             observer.changed(&Happening { at: turned_at, change: Change::Roll(roll) });
             script.walk_by(&mut observer, 9..wrong_until, before);
             script.walk_by(&mut observer, wrong_until..20, after);
-            (observer.gait.violations, observer.gait.recovery_periods())
+            (observer.gait.violations(), observer.gait.recovery_periods())
         };
-        // The left leg swings in even half Periods, 20 ms after they begin, until the next one begins.
-        assert_eq!(turned(9), (0, Some(0.521)), "the left leg's last swing was over 20 ms after that");
-        assert_eq!(turned(10), (0, Some(0.521)), "the right leg swung once more");
-        assert_eq!(turned(11), (0, Some(1.02)), "and the left leg");
-        assert_eq!(turned(12), (1, Some(1.521)), "too late");
-        assert_eq!(turned(13).0, 2);
+        // Legs step 20 ms and 21 ms after each half Period begins; the first time 521 ms after power-up.
+        assert_eq!(turned(9), (0, Some(0.521)), "the last wrong step was over 21 ms after that");
+        assert_eq!(turned(10), (0, Some(0.521)), "they stepped once more");
+        assert_eq!(turned(11), (0, Some(1.021)), "and again");
+        assert_eq!(turned(12), (2, Some(1.521)), "too late, both");
+        assert_eq!(turned(13).0, 4);
     }
 }
 
 #[test]
 fn on_its_side_a_robot_may_lift_its_feet_either_way() {
-    for roll in [75.0, -90.0, 150.0] {
+    for roll in [97.0, -110.0, 129.0] {
         let (mut script, mut observer) = Script::discovered();
-        observer.changed(&Happening { at: 0, change: Change::Roll(roll) });
-        script.walk_by(&mut observer, 1..9, Swing);
-        script.walk_by(&mut observer, 9..20, SwingOver);
-        assert_eq!(observer.gait.violations, 0);
+        script.roll = roll;
+        script.walk_by(&mut observer, 1..9, ON_FEET);
+        script.walk_by(&mut observer, 9..20, ON_BACK);
+        assert_eq!(observer.gait.violations(), 0);
     }
 }
 
@@ -257,9 +381,10 @@ fn what_no_hormone_reaches_need_not_walk() {
     let mut wiring = script.wiring.clone();
     wiring.kill(0).unwrap();
     wiring.kill(4).unwrap();
-    observer.gait.disturbed(&wiring, script.now);
+    observer.gait.disturbed(&wiring, &[], script.now);
     script.passes(&mut observer, 9 * PERIOD);
-    assert_eq!((observer.gait.legs(), observer.gait.violations), (0, 0));
+    assert_eq!((observer.gait.legs(), observer.gait.violations()), (0, 0));
+    assert!(!observer.gait.is_led());
 }
 
 #[test]
@@ -279,18 +404,17 @@ fn where_frames_are_lost_a_robot_has_more_time_to_begin_and_no_more_to_walk_on()
     let lossy = Change::Loss { links: Links::All, probability: 0.5 };
     let (mut script, mut observer) = Script::discovered();
     observer.changed(&script.happens(lossy.clone()));
-    // Four tries: 1 s, and 1.2 s for discovery, and 20 ms or 40 ms for hops to the branch, and to its legs
-    // and the spine.
+    // Four tries: 1 s, and 1.2 s for discovery, and 20 ms for each hop, 60 ms to the tail.
     script.passes(&mut observer, 2_190 * MILLISECOND);
-    assert_eq!(observer.gait.violations, 0);
-    script.passes(&mut observer, 2_250 * MILLISECOND);
-    assert_eq!(observer.gait.violations, 5);
+    assert_eq!(observer.gait.violations(), 0);
+    script.passes(&mut observer, 2_270 * MILLISECOND);
+    assert_eq!(observer.gait.violations(), 6);
 
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
     observer.changed(&script.happens(lossy.clone()));
     script.passes(&mut observer, 10 * PERIOD / 2 + 100 * MILLISECOND);
-    assert_eq!(observer.gait.violations, 5);
+    assert_eq!(observer.gait.violations(), 6);
 }
 
 #[test]
@@ -367,16 +491,26 @@ fn what_the_robot_changes_itself_counts_as_a_change() {
     assert_eq!((observer.discovery.lost_after, observer.discovery.lapses), (Some(200 * MILLISECOND), 0));
 }
 
+/// Within the time that a change gives, at power-up and after each order.
 #[test]
-fn a_robot_that_was_ordered_to_walk_otherwise_is_not_judged_by_table_1() {
+fn a_robot_that_was_ordered_to_walk_otherwise_is_judged_by_the_rules_of_that_gait() {
+    let order = |gait: u8, at: u64| {
+        let change =
+            Change::Command { at: Face { module: 5, dock: Back }, payload: vec![0xd0 | gait, 1, 255] };
+        Happening { at, change }
+    };
     let (mut script, mut observer) = Script::discovered();
-    let at = Face { module: 5, dock: Back };
-    let order = |gait: u8| Change::Command { at, payload: vec![0xd0 | gait, 1, 255] };
-    observer.changed(&script.happens(order(2)));
-    script.steps(&mut observer, 0, Action::Wave, PERIOD);
-    script.passes(&mut observer, 10 * PERIOD);
-    assert_eq!(observer.gait.violations, 0);
-    observer.changed(&script.happens(order(1)));
-    script.passes(&mut observer, 12 * PERIOD);
-    assert_eq!(observer.gait.violations, 2 * 5, "nobody walks, in two half Periods");
+    script.walk(&mut observer, 1..9);
+    observer.changed(&order(2, 9 * PERIOD / 2));
+    assert_eq!(observer.gait.legs(), 0, "for which that gait has no rules");
+    script.walk(&mut observer, 9..11);
+    assert_eq!(observer.gait.violations(), 0);
+    script.walk(&mut observer, 13..14);
+    assert!(observer.gait.violations() > 0, "nobody follows the order");
+
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    observer.changed(&order(1, 9 * PERIOD / 2));
+    script.steps(&mut observer, 2, letter(10), Straight, 9 * PERIOD / 2 + MILLISECOND);
+    assert_eq!(observer.gait.violations(), 1, "an order to go on gives no time");
 }

@@ -12,28 +12,6 @@ use simulation::{
 
 use super::arguments::{EngineName, Sim, WorldName};
 
-/// Of the modules that do not know what they are, so many are named.
-const MISTAKEN_NAMED: usize = 5;
-
-/// The least speed of a robot that walks, in m/s: a module's half in 5 s.
-const WALKS: f64 = 0.084 / 5.0;
-
-/// The time in which its modules learn their types, and legs roll upright, in s.
-const RISES: f64 = 3.0;
-
-/// A robot that has run for less is not asked how far it has come, in s.
-const JUDGED_AFTER: f64 = 8.0;
-
-/// What a robot has been through, which decides what is expected of it.
-pub struct Course {
-    /// Nothing has happened to it, and no frames were lost.
-    pub is_calm: bool,
-    /// It was told to walk by another gait.
-    pub is_ordered: bool,
-    /// Nothing else has happened to it.
-    pub is_undisturbed: bool,
-}
-
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
 pub struct Report {
@@ -56,9 +34,12 @@ pub struct Report {
     pub topology_correct: bool,
     /// Hormones handed to links, one for each dock that a hormone left by.
     pub hormones_sent: u64,
+    /// Of these, the ones that the neighbour took up.
     pub hormones_delivered: u64,
+    /// The ones that came, and were no news.
+    pub hormones_dropped: u64,
     pub hormones_lost: u64,
-    /// Hormones that came to a module with the same data as the one before, where A and B alternate.
+    /// Hormones that a module took up with the same data as the one before.
     pub hormones_out_of_turn: u64,
     pub hop_latency_us: Option<Latency>,
     /// The mean hop latency over the mean of the limits set by the wires.
@@ -72,11 +53,11 @@ pub struct Report {
     /// What the robot itself has changed of its wiring.
     pub reconfigurations: Vec<Reconfiguration>,
     pub legs: usize,
-    /// What a leg did wrong outside of the time that it has to recover.
+    /// What modules did wrong outside of the time that they have to recover.
     pub gait_violations: u64,
     /// The most that the legs of a branch started apart.
     pub leg_skew_us_max: Option<f64>,
-    /// The longest that a leg took from power-up, or from a change of the robot, until it did right, in
+    /// The longest that a module took from power-up, or from a change of the robot, until it did right, in
     /// Periods.
     pub recovery_periods_max: Option<f64>,
     /// What the robot is in.
@@ -184,7 +165,7 @@ impl Report {
         run: &Run<impl Robot>,
         wall: Duration,
         cpu_load: Option<CpuLoad>,
-        course: &Course,
+        is_level: bool,
     ) -> Self {
         let Run { robot, observer, .. } = run;
         let modules = robot.wiring().modules();
@@ -218,7 +199,7 @@ impl Report {
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let motion = robot.motion();
         let finite = |value: f64| value.is_finite().then_some(value);
-        let mut report = Report {
+        Report {
             engine: options.engine,
             modules,
             mcus: if cpu_load.is_some() { 2 * modules } else { 0 },
@@ -232,6 +213,7 @@ impl Report {
             topology_correct: (0..modules).all(|module| robot.is_right(module)),
             hormones_sent: hops.sent,
             hormones_delivered: hops.delivered,
+            hormones_dropped: hops.dropped,
             hormones_lost: hops.lost(),
             hormones_out_of_turn: hops.out_of_turn,
             hop_latency_us: hops.latency().map(|(mean, max)| Latency { mean: us(mean), max: us(max as f64) }),
@@ -241,7 +223,7 @@ impl Report {
             topology_lapses: discovery.lapses,
             reconfigurations: own_changes.iter().map(reconfiguration).collect(),
             legs: gait.legs(),
-            gait_violations: gait.violations,
+            gait_violations: gait.violations(),
             leg_skew_us_max: gait.skew_max.map(|cycles| us(cycles as f64)),
             recovery_periods_max: gait.recovery_periods(),
             world: if motion.is_some() { WorldName::Ground } else { WorldName::None },
@@ -256,54 +238,13 @@ impl Report {
             bridge: robot.bridges(),
             consoles: robot.transcripts().into_iter().map(console).collect(),
             state_hash: format!("{:016x}", robot.state_hash()),
-            faults: Vec::new(),
-        };
-        report.faults = report.find_faults(robot, course);
-        report
+            faults: simulation::faults(run, is_level),
+        }
     }
 
     /// What it did not do as it should, a line each.
     pub fn faults(&self) -> &[String] {
         &self.faults
-    }
-
-    fn find_faults(&self, robot: &impl Robot, course: &Course) -> Vec<String> {
-        let &Course { is_calm, is_ordered, is_undisturbed } = course;
-        let mut faults = robot.crashes();
-        faults.extend(robot.trouble().map(Trouble::to_string));
-        let mistaken: Vec<usize> = (0..self.modules).filter(|&module| !robot.is_right(module)).collect();
-        for &module in mistaken.iter().take(MISTAKEN_NAMED) {
-            let wiring = robot.wiring().neighbours(module);
-            let seen = robot.status(module).map(|status| (status.module_type, status.neighbours()));
-            faults.push(format!("module {module} is wired {wiring:?}, but sees {seen:?}"));
-        }
-        if let more @ 1.. = mistaken.len().saturating_sub(MISTAKEN_NAMED) {
-            faults.push(format!("{more} more modules are not what they are wired to be"));
-        }
-        if self.hormones_delivered == 0 {
-            faults.push("no hormone was delivered: run longer, or look at the types, for without a head nobody sends any".into());
-        }
-        if self.gait_violations > 0 {
-            faults.push(format!("the gait was wrong {} times", self.gait_violations));
-        }
-        let least = WALKS * (self.simulated_seconds - RISES);
-        if let Some(distance) = self.distance_m.filter(|_| is_undisturbed && (self.legs > 0 || is_ordered))
-            && self.simulated_seconds >= JUDGED_AFTER
-            && distance < least
-        {
-            faults.push(format!(
-                "the robot does not walk: {distance:.3} m ahead, where {least:.3} m are the least"
-            ));
-        }
-        // Where frames are lost or modules come and go hormones may be given up; what the legs made of it is
-        // counted above.
-        if is_calm && self.hormones_lost > 0 {
-            faults.push(format!("{} hormones were lost", self.hormones_lost));
-        }
-        if is_calm && self.hormones_out_of_turn > 0 {
-            faults.push(format!("{} hormones repeated the one before", self.hormones_out_of_turn));
-        }
-        faults
     }
 }
 

@@ -8,12 +8,12 @@ use std::time::Instant;
 
 use hormone::gait::GaitName;
 use simavr_harness::{Engine, Image, Images, RobotBuilder};
-use simulation::{Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
+use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
 use super::json;
-use super::report::{Console, Course, CpuLoad, Report};
+use super::report::{Console, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
@@ -72,26 +72,28 @@ fn run_robot<R: Robot>(
     cpu_load: impl Fn(&R) -> Option<CpuLoad>,
 ) -> Result<bool, Box<dyn Error>> {
     let Scenario { terrain, mut timeline, .. } = scenario;
-    let mut course = Course {
-        is_calm: options.loss == 0.0 && timeline.is_empty(),
-        is_ordered: timeline.iter().any(|event| event.change.orders().is_some()),
-        is_undisturbed: timeline.iter().all(|event| event.change.orders().is_some_and(keeps_shape)),
-    };
-    course.is_undisturbed &= options.loss == 0.0 && terrain.is_none();
+    let is_level = terrain.is_none();
     if options.loss > 0.0 {
         let change = Change::Loss { links: Links::All, probability: options.loss };
         timeline.insert(0, Event { at: 0, change });
     }
     let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
-    let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
     let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
+    if let Some((modules, until)) = run.observer.gait.unjudged(end) {
+        let seconds = until as f64 / f64::from(CLOCK_HZ);
+        eprintln!(
+            "superbot-sim: hormones may take until {seconds:.1} s to the last of {modules} modules, which this \
+             run does not judge; see --seconds"
+        );
+    }
+    let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
     let started = Instant::now();
     while run.step(end)? {
         display.show(&run, end, started.elapsed())?;
     }
     display.show(&run, end, started.elapsed())?;
     display.finish();
-    let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), &course);
+    let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), is_level);
     for Console { at, dock, complete, text } in &report.consoles {
         let rest = if *complete { "" } else { "...\n" };
         eprint!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n");
@@ -111,11 +113,6 @@ fn run_robot<R: Robot>(
 
 fn has_world(options: &Sim) -> bool {
     matches!(options.engine, EngineName::Simavr) && options.world != Some(WorldName::None)
-}
-
-/// Whether a robot that is ordered this goes somewhere, and does not change its shape.
-fn keeps_shape(gait: GaitName) -> bool {
-    !matches!(gait, GaitName::CloseRing | GaitName::OpenRing)
 }
 
 fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {

@@ -43,8 +43,12 @@ impl fmt::Display for Report {
         }
         writeln!(
             f,
-            "hormones   {} sent, {} delivered, {} lost, {} out of turn",
-            self.hormones_sent, self.hormones_delivered, self.hormones_lost, self.hormones_out_of_turn
+            "hormones   {} sent, {} delivered, {} dropped, {} lost, {} out of turn",
+            self.hormones_sent,
+            self.hormones_delivered,
+            self.hormones_dropped,
+            self.hormones_lost,
+            self.hormones_out_of_turn
         )?;
         if let (Some(Latency { mean, max }), Some(over_wire)) = (&self.hop_latency_us, self.hop_over_wire) {
             writeln!(

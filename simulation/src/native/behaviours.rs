@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 use hormone::action::{Docking, Posture};
 use hormone::controller::{Controller, Outgoing, Response};
 use hormone::event::Event;
-use hormone::gait::GaitName;
+use hormone::gait::Gait;
 use hormone::hormone::Hormone;
 use hormone::probe::Probe;
 use hormone::schedule::Schedule;
@@ -59,8 +59,8 @@ pub struct Doing {
 impl Behaviours {
     /// The behaviours of a module whose clock starts at `first_tick`. `seed` should differ from module to
     /// module and from boot to boot.
-    pub fn new(first_tick: u64, gait: GaitName, seed: u16) -> Self {
-        let controller = Controller::new(gait.gait(), seed, 0);
+    pub fn new(first_tick: u64, gait: Gait, seed: u16) -> Self {
+        let controller = Controller::new(gait, seed, 0);
         Behaviours {
             first_tick,
             topology: Topology::new(),
@@ -238,7 +238,7 @@ impl Behaviours {
 }
 
 /// What a sensor reads, in its unit; of all there is the accelerometer alone.
-fn value(sensor: Sensor, acceleration: [f64; 3]) -> Option<i16> {
+pub fn value(sensor: Sensor, acceleration: [f64; 3]) -> Option<i16> {
     let [x, y, z] = acceleration.map(|axis| (axis * 1000.0) as i16);
     match sensor {
         Sensor::AccelerationX => Some(x),

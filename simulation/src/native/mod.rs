@@ -5,7 +5,7 @@
 //! takes time: frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There
 //! is no CPU that two things want at once, and no interrupt.
 
-mod behaviours;
+pub(crate) mod behaviours;
 mod docking;
 mod lying;
 mod module;
@@ -28,7 +28,7 @@ use crate::scenario::Event;
 use crate::totals::{BridgeTotals, LinkTotals};
 use crate::wiring::{Face, Wiring, WiringError};
 use docking::{Due, SOONEST};
-use hormone::gait::GaitName;
+use hormone::gait::{Gait, GaitName};
 use hormone::status::Status;
 use lying::FEELING;
 use module::{Module, Output, is_reset, mcu_of};
@@ -77,12 +77,17 @@ struct Channel {
 impl Native {
     /// A robot at power-up. Chance follows from `seed`; modules get their power within so many cycles.
     pub fn new(wiring: Wiring, seed: u64, power_up_within: u64) -> Self {
+        Self::with_gait(wiring, seed, power_up_within, GaitName::Centipede.gait())
+    }
+
+    /// Likewise, and modules begin with this gait, whatever is in the table of its name.
+    pub fn with_gait(wiring: Wiring, seed: u64, power_up_within: u64, gait: Gait) -> Self {
         let count = wiring.modules();
         let module = |index: usize| {
             let mut random = Random::of_part(seed, index as u64);
             let own = Random::new(random.next_u64());
             let power_up = random.next_u64().checked_rem(power_up_within).unwrap_or(0);
-            Module::new(power_up, GaitName::Centipede, own)
+            Module::new(power_up, gait, own)
         };
         let channel = |module: usize, dock: Dock| {
             let part = u64::MAX - (module as u64 * 6 + u64::from(dock.index()));
@@ -290,6 +295,10 @@ impl Robot for Native {
 
     fn status(&self, module: usize) -> Option<Status> {
         self.modules.get(module)?.status(self.now)
+    }
+
+    fn acceleration(&self, module: usize) -> [f64; 3] {
+        self.modules[module].acceleration
     }
 
     fn links(&self) -> LinkTotals {

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use hormone::action::{Docking, Posture};
 use hormone::event::Event;
-use hormone::gait::GaitName;
+use hormone::gait::Gait;
 use hormone::status::Status;
 use tasks::bridge::protocol::BridgeCounters;
 use tasks::bridge::task::ROOM;
@@ -44,13 +44,13 @@ pub struct Module {
     pub powered_up_at: u64,
     pub is_on: bool,
     /// The gait that it begins with.
-    gait: GaitName,
+    gait: Gait,
     random: Random,
     /// From when on the master's and the slave's programs run.
     live_since: [u64; 2],
     behaviours: Behaviours,
     /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity.
-    acceleration: [f64; 3],
+    pub acceleration: [f64; 3],
     ports: [Port; 6],
     /// When the sending task of each dock has something to do, but for those that were touched since.
     send_at: [u64; 6],
@@ -89,7 +89,7 @@ pub struct Output {
 
 impl Module {
     /// A module whose power comes at `powered_up_at`.
-    pub fn new(powered_up_at: u64, gait: GaitName, mut random: Random) -> Self {
+    pub fn new(powered_up_at: u64, gait: Gait, mut random: Random) -> Self {
         let live = powered_up_at + START;
         Module {
             powered_up_at,

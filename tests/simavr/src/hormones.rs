@@ -40,7 +40,8 @@ impl Hormones {
                     hormones.under_way[deed.module].push_back((deed.cycle, data));
                 }
                 Behaviour::HormoneReceived(Dock::Front, data) => hormones.receive(deed.module, data),
-                Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) => {
+                Behaviour::HormoneDropped(Dock::Front) => hormones.drop(deed.module),
+                Behaviour::HormoneSent(..) | Behaviour::HormoneReceived(..) | Behaviour::HormoneDropped(_) => {
                     panic!("{deed:?}: off the chain")
                 }
                 Behaviour::HormoneGenerated(_)
@@ -66,6 +67,14 @@ impl Hormones {
                 self.lost += skipped;
                 self.delivered += 1;
             }
+            None => self.unsent += 1,
+        }
+    }
+
+    /// One came that was no news, whatever its data.
+    fn drop(&mut self, module: usize) {
+        match self.under_way[module - 1].pop_front() {
+            Some(_) => self.delivered += 1,
             None => self.unsent += 1,
         }
     }

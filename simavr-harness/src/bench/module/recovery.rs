@@ -56,7 +56,7 @@ impl Hormones {
                 let left = self.under_way.insert((deed.module, dock.index()), deed.cycle);
                 self.last_lost = self.last_lost.max(left.unwrap_or(0));
             }
-            Event::HormoneReceived(dock, _) => {
+            Event::HormoneReceived(dock, _) | Event::HormoneDropped(dock) => {
                 let from = engine.robot().neighbour(Face { module: deed.module, dock });
                 if from.and_then(|from| self.under_way.remove(&key(from))).is_some() {
                     self.arrived += 1;

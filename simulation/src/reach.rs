@@ -1,0 +1,80 @@
+//! Whom hormones reach by the rules of the gaits, and whom a change concerns.
+
+use std::collections::VecDeque;
+
+use hormone::gait::Leader;
+use hormone::module_type::ModuleType;
+use tasks::dock::{Dock, DockSet};
+
+use crate::orders::Orders;
+use crate::wiring::{Face, Wiring};
+
+/// How many hops hormones take to each module from the nearest one that leads; `None` where none can come.
+/// Who leads a ring is chance: each of its modules counts as the last one of it.
+pub fn hops(wiring: &Wiring, orders: &Orders) -> Vec<Option<u64>> {
+    let mut hops = vec![None; wiring.modules()];
+    let mut next: VecDeque<(usize, u64)> = VecDeque::new();
+    for module in 0..wiring.modules() {
+        let size = orders.gait(module).and_then(|gait| leads(wiring, module, gait.leader));
+        next.extend(size.map(|size| (module, size - 1)));
+    }
+    while let Some((module, distance)) = next.pop_front() {
+        if hops[module].is_none() {
+            hops[module] = Some(distance);
+            next.extend(behind(wiring, orders, module).map(|peer| (peer, distance + 1)));
+        }
+    }
+    hops
+}
+
+/// Who is one of these, or gets hormones by way of one of them.
+pub fn concerned(wiring: &Wiring, orders: &Orders, touched: &[usize]) -> Vec<bool> {
+    let mut concerned = vec![false; wiring.modules()];
+    let mut next = touched.to_vec();
+    while let Some(module) = next.pop() {
+        if !std::mem::replace(&mut concerned[module], true) {
+            next.extend(behind(wiring, orders, module));
+        }
+    }
+    concerned
+}
+
+/// To whom a module sends hormones on: by the docks that its rules name, and where there is no type, by all.
+fn behind<'a>(wiring: &'a Wiring, orders: &Orders, module: usize) -> impl Iterator<Item = usize> + 'a {
+    let ways = match (acting(wiring, module), orders.gait(module)) {
+        (_, None) => DockSet::EMPTY,
+        (ModuleType::Other, _) => DockSet::of(&Dock::ALL),
+        (module_type, Some(gait)) => gait.ways(module_type),
+    };
+    let faces = Dock::ALL.into_iter().filter(move |&dock| ways.contains(dock));
+    faces.filter_map(move |dock| Some(wiring.peer(Face { module, dock })?.module))
+}
+
+/// Of how many modules this one may be the leader by the wiring: in a ring it is one of so many, else the
+/// only one.
+pub fn leads(wiring: &Wiring, module: usize, leader: Leader) -> Option<u64> {
+    match leader {
+        Leader::Head => (acting(wiring, module) == ModuleType::Head).then_some(1),
+        Leader::Elected => ring(wiring, module),
+    }
+}
+
+/// The number of modules of a ring of spines, for one of them.
+fn ring(wiring: &Wiring, module: usize) -> Option<u64> {
+    let mut next = module;
+    for size in 1..=wiring.modules() {
+        if acting(wiring, next) != ModuleType::Spine {
+            return None;
+        }
+        next = wiring.peer(Face { module: next, dock: Dock::Back })?.module;
+        if next == module {
+            return Some(size as u64);
+        }
+    }
+    None
+}
+
+/// The type whose rules a module follows, by the wiring.
+pub fn acting(wiring: &Wiring, module: usize) -> ModuleType {
+    ModuleType::acting(&wiring.neighbours(module))
+}

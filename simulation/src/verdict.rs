@@ -1,0 +1,108 @@
+//! Whether a robot that has run did as it should.
+
+use crate::change::Change;
+use crate::hardware::CLOCK_HZ;
+use crate::robot::Robot;
+use crate::run::Run;
+use crate::walker::Violation;
+
+/// Of the modules that do not know what they are, so many are named.
+const MISTAKEN_NAMED: usize = 5;
+
+/// The least speed of a robot that walks, in m/s: a module's half in 5 s.
+const WALKS: f64 = 0.084 / 5.0;
+
+/// The time in which its modules learn their types, and legs roll upright, in s.
+const RISES: f64 = 3.0;
+
+/// A robot that has run for less is not asked how far it has come, in s.
+const JUDGED_AFTER: f64 = 8.0;
+
+/// What a robot has been through, which decides whether it is asked how far it has come.
+#[derive(Clone, Copy)]
+pub struct Course {
+    /// It was told to walk by another gait.
+    is_ordered: bool,
+    /// Nothing has happened to it that would stop a robot.
+    is_undisturbed: bool,
+}
+
+impl Course {
+    /// Nothing has happened to it yet.
+    pub const NEW: Course = Course { is_ordered: false, is_undisturbed: true };
+
+    /// This has happened to it.
+    pub fn take(&mut self, change: &Change) {
+        let ordered = change.orders().map(|(_, gait)| gait);
+        self.is_ordered |= ordered.is_some();
+        self.is_undisturbed &= match (change, ordered) {
+            (_, Some(gait)) => gait.is_some_and(|gait| gait.once.is_none()),
+            (Change::Obstacle { .. } | Change::Console(_), _) => true,
+            (Change::Loss { probability, .. } | Change::Noise { probability, .. }, _) => *probability == 0.0,
+            _ => false,
+        };
+    }
+}
+
+/// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked how
+/// far it has come.
+pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
+    let Run { robot, observer, .. } = run;
+    let modules = robot.wiring().modules();
+    let mut faults = robot.crashes();
+    faults.extend(robot.trouble().map(ToString::to_string));
+    let mistaken: Vec<usize> = (0..modules).filter(|&module| !robot.is_right(module)).collect();
+    for &module in mistaken.iter().take(MISTAKEN_NAMED) {
+        let wiring = robot.wiring().neighbours(module);
+        let seen = robot.status(module).map(|status| (status.module_type, status.neighbours()));
+        faults.push(format!("module {module} is wired {wiring:?}, but sees {seen:?}"));
+    }
+    if let more @ 1.. = mistaken.len().saturating_sub(MISTAKEN_NAMED) {
+        faults.push(format!("{more} more modules are not what they are wired to be"));
+    }
+    if !(0..modules).any(|module| robot.is_on(module)) {
+        faults.push("no module has power".into());
+    } else if !observer.gait.is_led() {
+        faults.push(
+            "nobody leads: look at the types, for without a head, or by its gait a ring, nobody beats the time"
+                .into(),
+        );
+    } else if observer.hops.delivered == 0 {
+        faults.push("no hormone was delivered: run longer, or have the head send to somebody".into());
+    }
+    let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
+    if let Some(Violation { at, module, wrong }) = observer.gait.first_violation() {
+        faults.push(format!(
+            "the gait was wrong {} times; first, after {:.2} s, module {module} {wrong}",
+            observer.gait.violations(),
+            seconds(at)
+        ));
+    }
+    if let Some((unjudged, until)) = observer.gait.unjudged(robot.now()) {
+        faults.push(format!(
+            "{unjudged} modules lie so far from who leads that they were not judged: run for more than {:.1} s",
+            seconds(until)
+        ));
+    }
+    let ran = seconds(robot.now());
+    let least = WALKS * (ran - RISES);
+    let Course { is_ordered, is_undisturbed } = observer.course;
+    if let Some(motion) = robot.motion()
+        && is_level
+        && is_undisturbed
+        && (observer.gait.has_pairs_of_legs() || is_ordered)
+        && ran >= JUDGED_AFTER
+        && motion.distance < least
+    {
+        faults.push(format!(
+            "the robot does not walk: {:.3} m ahead, where {least:.3} m are the least",
+            motion.distance
+        ));
+    }
+    // Where frames are lost or modules come and go hormones may be given up; what the modules made of it is
+    // counted above.
+    if let lost @ 1.. = observer.hops.lost_without_cause() {
+        faults.push(format!("{lost} hormones were lost"));
+    }
+    faults
+}

@@ -1,0 +1,371 @@
+//! One module, judged by the rules of its type: the letters that it takes up, in turn, and what it does and
+//! sends at each.
+
+use std::mem::replace;
+
+use hormone::action::Action;
+use hormone::case::{Case, Source};
+use hormone::data::Data;
+use hormone::gait::{Gait, Leader};
+use hormone::module_type::ModuleType;
+use hormone::rule::Rule;
+use hormone::sense::Sense;
+use hormone::topology::{Neighbours, connected};
+use tasks::dock::{Dock, DockSet};
+use thiserror::Error;
+
+use crate::hardware::MILLISECOND;
+
+/// How long modules may take to notice a change: that a neighbour is gone is the slowest.
+pub const DISCOVERY: u64 = 300 * MILLISECOND;
+
+/// How long a hormone may take from a module to the next.
+pub const HOP: u64 = 5 * MILLISECOND;
+
+/// How long a ring may take to elect a leader.
+const ELECTION: u64 = 5_000 * MILLISECOND;
+
+/// Changes that come before a module is right again give it more time: so many times its own in all.
+const MOST_PATIENCE: u64 = 3;
+
+/// What is read by less than this beyond the bounds of a sense may be noise.
+const MARGIN: i32 = 150;
+
+/// A letter that was taken up, and what was done then.
+#[derive(Clone, Copy)]
+pub struct Step {
+    source: Source,
+    pub data: Data,
+    /// When the letter was taken up.
+    pub at: u64,
+    /// By which docks hormones left then.
+    sent: DockSet,
+    /// When the module began to act, and how.
+    pub acted: Option<(u64, Action)>,
+}
+
+/// What a module has to sense, by what its sensor reads.
+#[derive(Clone, Copy)]
+struct Sensed {
+    sense: Sense,
+    /// `None` between the bounds.
+    holds: Option<bool>,
+    since: u64,
+}
+
+/// What was wrong, of which module, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Violation {
+    /// In cycles since power-up.
+    pub at: u64,
+    pub module: usize,
+    pub wrong: Wrong,
+}
+
+/// What can be wrong with a module.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum Wrong {
+    #[error("took up no letter in a whole Period")]
+    Missing,
+    #[error("took up another letter than the next one")]
+    OutOfTurn,
+    #[error("did not act on a letter")]
+    Idle,
+    #[error("did what no rule for its letter says")]
+    Action,
+    #[error("sent what no rule for its letter says")]
+    Sent,
+    #[error("did not send what the rule for its letter says")]
+    Unsent,
+    #[error("did not act as it lies")]
+    Attitude,
+    #[error("went on, though it was to stop")]
+    GoesOn,
+    #[error("was not in step with the other leg of its branch")]
+    Apart,
+}
+
+/// What was found of all modules.
+#[derive(Default)]
+pub struct Tally {
+    /// Lines lose or change what goes over them.
+    pub is_noisy: bool,
+    /// What was wrong though it should have been right.
+    pub violations: u64,
+    pub first: Option<Violation>,
+    /// The longest time from a change until nothing was wrong, in cycles.
+    pub recovered_after: Option<u64>,
+}
+
+/// A module that hormones reach.
+pub struct Walker {
+    pub module: usize,
+    module_type: ModuleType,
+    gait: Gait,
+    /// The docks that have a neighbour.
+    connected: DockSet,
+    /// Where its letters came from last.
+    source: Option<Dock>,
+    /// Whether its type has any rule.
+    pub acts: bool,
+    /// From who leads.
+    hops: u64,
+    /// The other leg of its branch, by its place among the walkers.
+    pub other: Option<usize>,
+    /// The last change that concerned it, and the first one since it was last right.
+    disturbed_at: u64,
+    unsettled_since: Option<u64>,
+    /// From when on nothing may be wrong with it.
+    pub settled_at: u64,
+    pub step: Option<Step>,
+    last_action: Option<Action>,
+    /// When a letter is next found missing.
+    overdue_at: u64,
+    /// The step since which the legs of the branch were out of step, once that was found.
+    pub apart_since: Option<u64>,
+    /// What rules for its type depend on.
+    senses: Vec<Sensed>,
+}
+
+impl Walker {
+    /// A module of this type that nothing was seen of yet. A call of [`disturbed`](Self::disturbed) follows.
+    pub fn new(module: usize, neighbours: &Neighbours, gait: Gait, hops: u64) -> Self {
+        let module_type = ModuleType::acting(neighbours);
+        let rules = || gait.rules.iter().filter(|rule| rule.case().module_type() == module_type);
+        let is_minded = |sense: &Sense| rules().any(|rule| rule.case() == rule.case().given(Some(*sense)));
+        let sensed = |sense: Sense| Sensed { sense, holds: None, since: 0 };
+        Walker {
+            module,
+            module_type,
+            gait,
+            connected: connected(neighbours),
+            source: None,
+            acts: rules().next().is_some(),
+            hops,
+            other: None,
+            disturbed_at: 0,
+            unsettled_since: None,
+            settled_at: 0,
+            step: None,
+            last_action: None,
+            overdue_at: 0,
+            apart_since: None,
+            senses: Sense::ALL.into_iter().filter(is_minded).map(sensed).collect(),
+        }
+    }
+
+    /// This module under other circumstances.
+    pub fn changed(self, neighbours: &Neighbours, gait: Gait, hops: u64) -> Self {
+        let changed = Walker::new(self.module, neighbours, gait, hops);
+        let is_same = changed.senses.iter().map(|sensed| sensed.sense).eq(self.senses());
+        let Walker { module_type, connected, acts, senses, .. } = changed;
+        let senses = if is_same { self.senses } else { senses };
+        Walker { module_type, connected, gait, acts, hops, senses, ..self }
+    }
+
+    pub fn is_leg(&self) -> bool {
+        self.acts && matches!(self.module_type, ModuleType::LeftLeg | ModuleType::RightLeg)
+    }
+
+    /// Half a beat, in cycles: a quarter of the centipede's Period.
+    pub fn half_beat(&self) -> u64 {
+        self.beat() / 2
+    }
+
+    fn beat(&self) -> u64 {
+        u64::from(self.gait.beat.get()) * MILLISECOND
+    }
+
+    fn period(&self) -> u64 {
+        u64::from(self.gait.period()) * MILLISECOND
+    }
+
+    /// How long it may take to be right after a change, where a frame and its ACK take so many tries.
+    fn patience(&self, tries: f64) -> u64 {
+        let election = if self.gait.leader == Leader::Elected { ELECTION } else { 0 };
+        self.period() + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
+    }
+
+    /// A change that concerns it has happened.
+    pub fn disturbed(&mut self, now: u64, tries: f64) {
+        let since = *self.unsettled_since.get_or_insert(now);
+        let patience = self.patience(tries);
+        self.disturbed_at = now;
+        self.settled_at = (now + patience).min(since + MOST_PATIENCE * patience);
+        self.overdue_at = self.settled_at;
+    }
+
+    /// From `now` on frames take so many tries. Who walks has to walk on.
+    pub fn loses(&mut self, now: u64, tries: f64) {
+        if self.settled_at > now {
+            self.settled_at = self.disturbed_at + self.patience(tries);
+            if self.step.is_none() {
+                self.overdue_at = self.settled_at;
+            }
+        }
+    }
+
+    /// Since power-up it has had no time yet to be right.
+    pub fn is_unjudged(&self, now: u64) -> bool {
+        self.disturbed_at == 0 && self.settled_at > now
+    }
+
+    /// The module takes up a letter, by way of a dock or from its timer.
+    pub fn take(&mut self, at: u64, source: Source, from: Option<Dock>, data: Data, tally: &mut Tally) {
+        self.pass(at, tally);
+        let before = self.step.replace(Step { source, data, at, sent: DockSet::EMPTY, acted: None });
+        let came_from = if from.is_some() { replace(&mut self.source, from) } else { self.source };
+        self.overdue_at = at + self.period();
+        if let Some(before) = before {
+            self.judge_attitude(before, at, tally);
+            if before.acted.is_none() && self.rules(before).next().is_some() {
+                return self.wrong(Wrong::Idle, at, tally);
+            }
+            if self.has_left_out(before, came_from, tally) {
+                return self.wrong(Wrong::Unsent, at, tally);
+            }
+            if data != before.data.later(1, self.gait.beats) {
+                return self.wrong(Wrong::OutOfTurn, at, tally);
+            }
+        }
+        if !self.acts {
+            self.unsettled_since = None;
+        }
+    }
+
+    /// The module begins an action.
+    pub fn act(&mut self, at: u64, action: Action, tally: &mut Tally) {
+        let step = self.step.filter(|step| step.acted.is_none());
+        let is_right = step.is_some_and(|step| self.rules(step).any(|rule| rule.action() == action));
+        if let Some(step) = &mut self.step {
+            step.acted = Some((at, action));
+        }
+        let before = self.last_action.replace(action);
+        if !is_right {
+            self.wrong(Wrong::Action, at, tally);
+            return;
+        }
+        if before.is_none_or(|before| before == Action::Rest) {
+            self.recovered(at, tally);
+        }
+        self.unsettled_since = None;
+    }
+
+    /// The module hands a hormone to a dock's link.
+    pub fn send(&mut self, at: u64, dock: Dock, data: Data, tally: &mut Tally) {
+        let is_right = self.step.is_some_and(|step| match self.module_type {
+            ModuleType::Other => data == step.data,
+            _ => self.rules(step).any(|rule| {
+                let send = rule.sends(step.data, self.gait.beats);
+                send.is_some_and(|send| send.data == data && send.docks.contains(dock))
+            }),
+        });
+        if let Some(step) = &mut self.step {
+            step.sent.insert(dock);
+        }
+        if !is_right {
+            self.wrong(Wrong::Sent, at, tally);
+        }
+    }
+
+    /// Whether a module with a rule has not sent at a step that is over what it says, to whoever is there and
+    /// is not who the letter came from. Lines that lose frames may leave no room for it.
+    fn has_left_out(&self, step: Step, source: Option<Dock>, tally: &Tally) -> bool {
+        let is_left_out = |dock: &Dock| !step.sent.contains(*dock) && Some(*dock) != source;
+        let leaves_out = |rule: Rule| {
+            let docks = rule.sends(step.data, self.gait.beats).map_or(DockSet::EMPTY, |send| send.docks);
+            docks.intersection(self.connected).iter().any(|dock| is_left_out(&dock))
+        };
+        !tally.is_noisy && self.acts && self.rules(step).all(leaves_out)
+    }
+
+    /// Time has passed up to `now`: a whole Period without a letter, and one is missing, whatever hormones
+    /// took on their way.
+    pub fn pass(&mut self, now: u64, tally: &mut Tally) {
+        while self.overdue_at < now {
+            let overdue_at = self.overdue_at;
+            self.overdue_at += self.beat();
+            self.wrong(Wrong::Missing, overdue_at, tally);
+        }
+    }
+
+    /// The senses that rules for its type depend on.
+    pub fn senses(&self) -> impl Iterator<Item = Sense> + '_ {
+        self.senses.iter().map(|sensed| sensed.sense)
+    }
+
+    /// The sensors of these senses, in the order of [`senses`](Self::senses), read this now, and were looked
+    /// at last before. The robot was turned last at `turned_at`.
+    pub fn feel(&mut self, values: &[i16], (before, now): (u64, u64), turned_at: u64) {
+        for (sensed, &value) in self.senses.iter_mut().zip(values) {
+            let holds = holds(sensed.sense, value);
+            if sensed.holds != holds {
+                let since = if turned_at >= before { turned_at } else { now };
+                *sensed = Sensed { holds, since, ..*sensed };
+            }
+        }
+    }
+
+    /// A step that is over was done as the module lay, or has lain for long: else its foot was wrong all the
+    /// time.
+    fn judge_attitude(&mut self, step: Step, end: u64, tally: &mut Tally) {
+        let Some((acted_at, action)) = step.acted else { return };
+        let against = |&Sensed { sense, holds, since }: &Sensed| {
+            let plain = self.gait.rule(self.case(step), step.data)?.action();
+            let given = self.gait.rule(self.case(step).given(Some(sense)), step.data)?.action();
+            let wrong = if holds? { plain } else { given };
+            (plain != given && action == wrong).then_some(since)
+        };
+        let Some(since) = self.senses.iter().filter_map(against).max() else { return };
+        tally.recover(end.saturating_sub(since.max(self.disturbed_at)));
+        // What has just begun to walk has to take its posture before it can tell.
+        if acted_at >= self.settled_at.max(since) + self.period() {
+            tally.count(Violation { at: end, module: self.module, wrong: Wrong::Attitude });
+        }
+    }
+
+    /// The rules for a step, whatever the module senses.
+    fn rules(&self, step: Step) -> impl Iterator<Item = Rule> + '_ {
+        let senses = self.senses().map(Some).chain([None]);
+        senses.filter_map(move |sense| self.gait.rule(self.case(step).given(sense), step.data))
+    }
+
+    fn case(&self, step: Step) -> Case {
+        Case::new(self.module_type, step.source)
+    }
+
+    /// From `at` on all may be right.
+    fn recovered(&self, at: u64, tally: &mut Tally) {
+        tally.recover(at.saturating_sub(self.disturbed_at));
+    }
+
+    pub fn wrong(&self, wrong: Wrong, at: u64, tally: &mut Tally) {
+        self.recovered(at, tally);
+        if at >= self.settled_at {
+            tally.count(Violation { at, module: self.module, wrong });
+        }
+    }
+}
+
+impl Tally {
+    pub fn count(&mut self, violation: Violation) {
+        self.violations += 1;
+        self.first.get_or_insert(violation);
+    }
+
+    fn recover(&mut self, cycles: u64) {
+        self.recovered_after = self.recovered_after.max(Some(cycles));
+    }
+}
+
+/// Whether a sense holds at this reading; `None` between its bounds, or little beyond them.
+fn holds(sense: Sense, value: i16) -> Option<bool> {
+    let [begins, ends] = sense.bounds();
+    let sign = if begins < ends { -1 } else { 1 };
+    let beyond = |bound: i16| sign * (i32::from(value) - i32::from(bound));
+    match () {
+        () if beyond(begins) > MARGIN => Some(true),
+        () if beyond(ends) < -MARGIN => Some(false),
+        () => None,
+    }
+}

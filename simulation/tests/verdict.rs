@@ -1,0 +1,270 @@
+//! The verdict: what a robot does wrong is found, and nothing else, by the native engine's runs.
+
+use hormone::action::Action::{Holding, HoldingOver, Straight, Swing, SwingOver};
+use hormone::data::Data::{A, B};
+use hormone::gait::{Gait, GaitName};
+use hormone::module_type::ModuleType::{self, Branch, Head, LeftLeg, RightLeg, Spine};
+use hormone::rule::{BACK, LEFT_RIGHT_BACK, Rule, received, timer};
+use hormone::sense::Sense::UpsideDown;
+use kernel::flash::Flash;
+use simulation::{MILLISECOND, Native, Random, Run, Scenario, Wiring, faults};
+use tasks::dock::Dock;
+
+const SECOND: u64 = 1000 * MILLISECOND;
+
+/// What is wrong with the robot in a file after so many seconds.
+fn verdict(file: &str, seconds: u64) -> Vec<String> {
+    verdict_by(GaitName::Centipede.gait(), file, seconds)
+}
+
+/// Likewise, with modules whose first gait is this.
+fn verdict_by(gait: Gait, file: &str, seconds: u64) -> Vec<String> {
+    let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).expect("the file is right");
+    let robot = Native::with_gait(wiring, 1, 40 * MILLISECOND, gait);
+    let mut run = Run::new(robot, timeline, SECOND);
+    while run.step(seconds * SECOND).expect("the events can happen") {}
+    faults(&run, true)
+}
+
+#[track_caller]
+fn assert_found(faults: &[String], what: &str) {
+    assert!(faults.iter().any(|fault| fault.contains(what)), "{faults:?}");
+}
+
+fn repeated(from: f64, every: f64, number: u32, what: &str) -> String {
+    let event = |number| format!("[[event]]\nat = {}\n{what}\n", from + every * f64::from(number));
+    (0..number).map(event).collect()
+}
+
+#[test]
+fn a_robot_whose_modules_have_lost_their_power_does_nothing() {
+    let kills: String = (0..5).map(|module| format!("[[event]]\nat = 4\nkill = {module}\n")).collect();
+    let faults = verdict(&format!("shape = \"chain\"\nmodules = 5\n{kills}"), 8);
+    assert_eq!(faults, ["no module has power"]);
+    let headless = "shape = \"chain\"\nmodules = 2\n[[event]]\nat = 4\nkill = 0";
+    assert_found(&verdict(headless, 8), "nobody leads");
+}
+
+#[test]
+fn an_order_that_nobody_follows_is_a_fault() {
+    // Nobody has power yet.
+    let order = "[[event]]\nat = 0\ncommand = [0xd2, 1, 255]\nto = \"13.Back\"";
+    assert_found(&verdict(&format!("shape = \"centipede\"\nmodules = 14\n{order}"), 8), "the gait was wrong");
+}
+
+#[test]
+fn an_order_that_all_follow_is_none() {
+    for (gait, shape, modules) in [(2, "chain", 5), (3, "chain", 5), (6, "four-legs", 8), (7, "six-legs", 11)]
+    {
+        let file = format!(
+            "shape = \"{shape}\"\nmodules = {modules}\n[[event]]\nat = 2\ncommand = [{}, 1, 255]\nto = \"0.Front\"",
+            0xd0 + gait
+        );
+        assert_eq!(verdict(&file, 10), [""; 0], "gait {gait}");
+    }
+}
+
+#[test]
+fn resets_that_leave_no_time_for_a_beat_are_found() {
+    let resets = repeated(2.0, 0.2, 40, "reset = 0");
+    assert_found(&verdict(&format!("shape = \"centipede\"\nmodules = 14\n{resets}"), 10), "no letter");
+}
+
+/// A robot with wrong rules, and events that have nothing to do with who walks wrong.
+#[test]
+fn an_inert_event_hides_no_fault() {
+    let file = format!("modules = 16\ndocks = [{}]\n", centipede_docks(14));
+    let expected = verdict_by(swapped(), &file, 8);
+    assert_found(&expected, "the gait was wrong");
+    for inert in [
+        "reset = 14",
+        "kill = 15",
+        "obstacle = \"14.Up\"",
+        "attach = [\"14.Back\", \"15.Front\"]",
+        "command = [0xd1, 1, 255]\nto = \"14.Up\"",
+        "command = [0xd1, 1, 255]\nto = \"0.Up\"",
+        "roll = 0",
+        "noise = 0",
+        "loss = 0",
+    ] {
+        let events = repeated(4.3, 0.5, 1, inert);
+        assert_eq!(verdict_by(swapped(), &format!("{file}{events}"), 8), expected, "{inert}");
+    }
+}
+
+/// The attachments of a centipede, as a robot file has them.
+fn centipede_docks(modules: usize) -> String {
+    let wiring = simulation::Shape::Centipede.wiring(modules).expect("it is long enough");
+    wiring.attachments().map(|(one, other)| format!("[\"{one}\", \"{other}\"],")).collect()
+}
+
+#[test]
+fn an_event_after_the_end_changes_nothing() {
+    for (file, is_right) in
+        [("shape = \"cross\"\nmodules = 8\n", true), ("shape = \"ring\"\nmodules = 6\n", false)]
+    {
+        let before = verdict(file, 8);
+        assert_eq!(before.is_empty(), is_right, "{before:?}");
+        assert_eq!(verdict(&format!("{file}[[event]]\nat = 1000\nroll = 0"), 8), before);
+    }
+}
+
+/// A leg at a body that lies on its back by the way it is attached.
+#[test]
+fn a_leg_that_hangs_upside_down_is_judged_by_how_it_lies() {
+    let file = "modules = 4\ndocks = [[\"0.Back\", \"1.Front\"], [\"1.Down\", \"2.Down\"], [\"2.Left\", \"3.Back\"]]";
+    assert_eq!(verdict(file, 10), [""; 0]);
+    assert_eq!(verdict(&format!("{file}\n[[event]]\nat = 4.2\nroll = 180"), 10), [""; 0]);
+}
+
+/// An order to stop, and to walk on in another Period.
+#[test]
+fn a_robot_stops_and_walks_on_as_it_is_ordered() {
+    let file = "shape = \"centipede\"\nmodules = 14\n[[event]]\nat = 3\ncommand = [0xd0, 1, 255]\nto = \"13.Back\"\n";
+    assert_eq!(verdict(file, 8), [""; 0]);
+    let on = format!("{file}[[event]]\nat = 6\ncommand = [0xd1, 2, 14]\nto = \"13.Back\"\n");
+    assert_eq!(verdict(&on, 12), [""; 0]);
+}
+
+/// Modules joined at random, with two heads: whoever hears both follows one of them.
+#[test]
+fn robots_with_two_heads_have_no_fault() {
+    let mut judged = 0;
+    for seed in 0..60 {
+        let mut random = Random::new(seed);
+        let Some(wiring) = tree_with_two_heads(&mut random, 12) else { continue };
+        let robot = Native::new(wiring.clone(), seed, 40 * MILLISECOND);
+        let mut run = Run::new(robot, Vec::new(), SECOND);
+        while run.step(8 * SECOND).expect("nothing happens") {}
+        assert_eq!(
+            faults(&run, true),
+            [""; 0],
+            "seed {seed}: {:?}",
+            wiring.attachments().collect::<Vec<_>>()
+        );
+        judged += 1;
+    }
+    assert!(judged > 5, "{judged}");
+}
+
+/// A tree of so many modules, if it has two heads.
+fn tree_with_two_heads(random: &mut Random, modules: usize) -> Option<Wiring> {
+    let mut wiring = Wiring::new(modules);
+    let mut pick = |count: usize| (random.next_u64() % count as u64) as usize;
+    for module in 1..modules {
+        loop {
+            let face = simulation::Face { module: pick(module), dock: Dock::ALL[pick(6)] };
+            let own = simulation::Face { module, dock: [Dock::Front, Dock::Back][pick(2)] };
+            if wiring.attach(face, own).is_ok() {
+                break;
+            }
+        }
+    }
+    let heads = (0..modules).filter(|&module| ModuleType::acting(&wiring.neighbours(module)) == Head);
+    (heads.count() == 2).then_some(wiring)
+}
+
+#[test]
+fn a_robot_that_is_too_long_for_the_run_is_not_passed() {
+    assert_found(&verdict("shape = \"centipede\"\nmodules = 1000", 3), "were not judged");
+    assert_eq!(verdict("shape = \"centipede\"\nmodules = 1000", 5), [""; 0]);
+}
+
+/// The table of the centipede's gait, as the paper has it, and for legs that lie on their backs.
+fn table() -> [Rule; 14] {
+    let rules = GaitName::Centipede.gait().rules;
+    let table: Vec<Rule> = rules.iter().collect();
+    table.try_into().expect("the test knows each rule")
+}
+
+fn gait_of(rules: [Rule; 14]) -> Gait {
+    // SAFETY: not on the AVR.
+    let rules: &'static Flash<[Rule]> = Box::leak(Box::new(unsafe { Flash::new(rules) }));
+    Gait { rules, ..GaitName::Centipede.gait() }
+}
+
+/// A centipede with legs at its head too; turned over in the middle of the run.
+fn walks() -> String {
+    let docks = centipede_docks(14);
+    format!(
+        "modules = 16\ndocks = [{docks}[\"0.Left\", \"14.Back\"], [\"0.Right\", \"15.Back\"]]\n\
+         [[event]]\nat = 5.1\nroll = 180"
+    )
+}
+
+#[test]
+fn the_table_itself_is_right() {
+    assert_eq!(verdict_by(gait_of(table()), &walks(), 9), [""; 0]);
+}
+
+/// Each rule does something else, sends something else, elsewhere, or nothing, or is not there.
+#[test]
+fn every_mutant_of_every_rule_is_found() {
+    let mut count = 0;
+    for place in 0..table().len() {
+        let rule = table()[place];
+        let mut mutants: Vec<Rule> = [Straight, Swing, Holding, SwingOver, HoldingOver]
+            .into_iter()
+            .filter(|&action| action != rule.action())
+            .map(|action| rule.perform(action))
+            .collect();
+        for data in [A, B] {
+            if let Some(send) = rule.sends(data, 2).filter(|_| rule.covers(data, 2)) {
+                let other = if send.data == A { B } else { A };
+                let docks = if send.docks == BACK { LEFT_RIGHT_BACK } else { BACK };
+                mutants.push(rule.send(other, send.docks));
+                // What a spine sends to its sides, too, nobody hears.
+                mutants.extend((send.docks != BACK).then(|| rule.send(send.data, docks)));
+            }
+        }
+        // In its place stands another rule once more.
+        mutants.push(table()[(place + 1) % 14]);
+        for mutant in mutants {
+            let mut rules = table();
+            rules[place] = mutant;
+            let faults = verdict_by(gait_of(rules), &walks(), 9);
+            assert!(
+                faults.iter().any(|it| it.contains("the gait was wrong")),
+                "{mutant:?} for {rule:?}: {faults:?}"
+            );
+            count += 1;
+        }
+    }
+    assert_eq!(count, 80);
+}
+
+/// The table with some rules replaced.
+fn with(replace: impl Fn(Rule) -> Option<Rule>) -> Gait {
+    gait_of(table().map(|rule| replace(rule).unwrap_or(rule)))
+}
+
+/// Legs that swing when they shall hold.
+fn swapped() -> Gait {
+    with(|rule| match rule.action() {
+        Swing => Some(rule.perform(Holding)),
+        Holding => Some(rule.perform(Swing)),
+        SwingOver => Some(rule.perform(HoldingOver)),
+        HoldingOver => Some(rule.perform(SwingOver)),
+        _ => None,
+    })
+}
+
+#[test]
+fn tables_that_are_wrong_in_themselves_are_found() {
+    let of = |rule: &Rule| rule.case().module_type();
+    let no_branch_alternates = with(|rule| {
+        let data = if rule.covers(A, 2) { A } else { B };
+        (of(&rule) == Branch).then(|| rule.send(data, LEFT_RIGHT_BACK))
+    });
+    let spines_alternate = with(|rule| {
+        let data = if rule.covers(A, 2) { B } else { A };
+        (of(&rule) == Spine).then(|| rule.send(data, BACK))
+    });
+    for gait in [swapped(), no_branch_alternates, spines_alternate] {
+        assert_found(&verdict_by(gait, "shape = \"six-legs\"\nmodules = 13", 5), "the gait was wrong");
+    }
+    // What the test takes for the table is it.
+    assert_eq!(table()[0], timer(Head, A).send(A, LEFT_RIGHT_BACK));
+    assert_eq!(table()[7], received(LeftLeg, A).given(UpsideDown).perform(SwingOver));
+    assert_eq!(table()[8], received(RightLeg, A).perform(Holding));
+}
