@@ -3,18 +3,24 @@
 use std::num::NonZeroU8;
 
 use hormone::action::Action;
-use hormone::gait::GaitName::{Caterpillar, Centipede, FourLegs};
+use hormone::gait::GaitName::{self, Caterpillar, Centipede, FourLegs};
 use hormone::module_type::ModuleType::{LeftLeg, RightLeg};
 use hormone::order::{Course, HOLDS, Order, What};
+use hormone::period::Period;
 use proptest::prelude::*;
 use tasks::dock::Dock;
 
 use crate::robot::{Robot, Segment, hundred_modules};
 use Segment::{Branch, Spine};
 
-/// An order that reaches every module.
-pub fn order(what: What, serial: u8) -> Order {
-    Order { what, serial, lifetime: NonZeroU8::MAX }
+/// A course for all modules.
+fn steer(course: Course, serial: u8) -> Order {
+    Order { what: What::Steer(course, NonZeroU8::MAX), serial }
+}
+
+/// A gait, in its own Period.
+pub fn walk(gait: GaitName, serial: u8) -> Order {
+    Order { what: What::Walk(gait as u8, Period::OWN), serial }
 }
 
 /// How far the hips of the left and of the right legs swing ahead in the next Period, in degrees.
@@ -48,7 +54,7 @@ fn legs_on_the_inner_side_of_a_turn_step_back_half_the_stride_until_the_remote_c
     for (serial, (course, inner)) in (0..).zip([(Course::Left, 0), (Course::Right, 1)]) {
         // Given by a leg somewhere in the middle.
         let leg = robot.of_type(RightLeg).nth(12).unwrap();
-        robot.order(leg, order(What::Steer(course), serial));
+        robot.order(leg, steer(course, serial));
         robot.run(200);
         let turning = strides(&mut robot);
         assert!(turning[inner].iter().all(|&stride| stride == -18), "{turning:?}");
@@ -64,7 +70,7 @@ fn a_robot_changes_its_gait_by_an_order_to_its_tail() {
     let mut robot = Robot::with_body(Centipede.gait(), &[Branch, Spine, Branch], 4);
     robot.discover(150).unwrap();
     robot.run(3_000);
-    robot.order(robot.len() - 1, order(What::Walk(FourLegs as u8), 0));
+    robot.order(robot.len() - 1, walk(FourLegs, 0));
     robot.run(3_000);
     let from = robot.now;
     robot.run(6_000);
@@ -84,7 +90,7 @@ fn a_module_attached_to_a_robot_of_another_gait_walks_as_the_robot_does() {
         robot.attach((module, Dock::Back), (module + 1, Dock::Front));
     }
     robot.discover(150).unwrap();
-    robot.order(0, order(What::Walk(Caterpillar as u8), 0));
+    robot.order(0, walk(Caterpillar, 0));
     robot.run(3_000);
     robot.attach((3, Dock::Back), (4, Dock::Front));
     robot.run(3_000);
@@ -109,13 +115,16 @@ proptest! {
             }
         }
         prop_assert!(robot.discover(150).is_some());
-        let before = robot.orders_under_way();
-        prop_assert_eq!(before, 0);
-        robot.order(from, order(What::Steer(Course::Left), 7));
+        // At first all tell each other what stands.
+        robot.run(50);
+        prop_assert_eq!(robot.orders_under_way(), 0);
+        robot.order(from, steer(Course::Left, 7));
+        robot.order(from, walk(FourLegs, 8));
         robot.run(30);
         prop_assert_eq!(robot.orders_under_way(), 0);
         for module in robot.attached_to(from) {
             prop_assert_eq!(robot.course(module), Course::Left);
+            prop_assert_eq!(robot.gait(module), Some(FourLegs));
         }
     }
 }
