@@ -40,7 +40,8 @@ mod tests {
 
     /// The axes of parts that are turned so, as seen from above.
     fn axes(parts: &[DMat3], turn: DMat3) -> Vec<[f64; 2]> {
-        let axes = parts.iter().flat_map(|part| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * *part * axis));
+        let axes =
+            parts.iter().flat_map(|part| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * *part * axis));
         axes.map(|axis| [axis.x, axis.y]).collect()
     }
 

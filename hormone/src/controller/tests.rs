@@ -371,7 +371,7 @@ fn the_status_shows_and_counts() {
 }
 
 #[test]
-fn an_order_goes_to_all_others_once_and_legs_of_that_side_shorten_their_stride() {
+fn an_order_goes_to_all_others_once_and_legs_of_that_side_step_back() {
     let steer = |lifetime| What::Steer(Course::Left, NonZeroU8::new(lifetime).unwrap());
     let left = Order { what: steer(40), serial: 9 };
     let mut branch = module(&BRANCH);

@@ -28,7 +28,9 @@ impl Joints {
     /// A joint that is off has forgotten what it was told: its MCU was reset, or somebody else relaxed it.
     pub fn hear(&mut self, axis: Axis, state: State) {
         let index = usize::from(axis.index());
-        let (Some(told), Some(stalled)) = (self.told.get_mut(index), self.stalled.get_mut(index)) else { return };
+        let (Some(told), Some(stalled)) = (self.told.get_mut(index), self.stalled.get_mut(index)) else {
+            return;
+        };
         match state {
             State::Off => *told = None,
             State::Failed(Fault::Stall) => *stalled = true,
