@@ -124,6 +124,8 @@ actions! {
     SwingOver = 10 in swing_over,
     /// Hold on the back: press the foot down to the other side.
     HoldingOver = 11 in holding_over,
+    /// Crawl as a module alone.
+    Inch = 12 in inch,
 }
 
 #[cfg(test)]

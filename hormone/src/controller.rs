@@ -103,7 +103,7 @@ impl Controller {
     pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
             pacemaker: Pacemaker::new(gait, now),
-            acting: ModuleType::Other,
+            acting: ModuleType::Alone,
             connected: DockSet::EMPTY,
             source: None,
             lifetime: None,
@@ -329,7 +329,7 @@ impl Controller {
     ///
     /// A right leg is a left one in a mirror: it rolls to the other side. A leg on the side that the robot
     /// turns to takes half the stride, and backward: half the stride ahead does not turn a robot that is
-    /// longer than it is wide.
+    /// longer than it is wide. A module alone rolls to and fro to turn, to the right as in a mirror.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let (index, _) = self.progress(now)?;
         let posture = self.status.action.motion().get(index)?;
@@ -339,8 +339,11 @@ impl Controller {
             }
             _ => posture.motor2,
         };
-        let is_right = self.acting == ModuleType::RightLeg;
-        let roll = if is_right { posture.roll.wrapping_neg() } else { posture.roll };
+        let roll = match (self.acting, self.helm.course()) {
+            (ModuleType::RightLeg, _) | (ModuleType::Alone, Course::Right) => posture.roll.wrapping_neg(),
+            (ModuleType::Alone, Course::Ahead) => 0,
+            _ => posture.roll,
+        };
         Some(Posture { motor2, roll, ..posture })
     }
 
@@ -381,6 +384,7 @@ impl Controller {
     pub fn is_leader(&self) -> bool {
         let leads = match self.gait().leader {
             Leader::Head => self.acting == ModuleType::Head,
+            Leader::Alone => self.acting == ModuleType::Alone,
             Leader::Elected => self.is_in_ring() && self.election.ring().is_some(),
         };
         leads && !self.is_halted()

@@ -109,7 +109,7 @@ mod tests {
             .inspect(|&(byte, event)| assert_eq!(event.to_byte(), byte))
             .count();
         let actions = (0..=u8::MAX).filter_map(Action::from_byte).count();
-        assert_eq!(readable, 7 + 6 + actions + 6 + 2 * 6 * 6 + 6);
+        assert_eq!(readable, 8 + 6 + actions + 6 + 2 * 6 * 6 + 6);
     }
 
     #[test]

@@ -19,6 +19,8 @@ use crate::rule::Rule;
 pub enum Leader {
     /// The module of type Head, as it is attached.
     Head,
+    /// The module that has no neighbour.
+    Alone,
     /// The module that a ring elects, for there all are attached alike.
     Elected,
 }
@@ -268,4 +270,6 @@ gaits! {
     CloseRing = 8 in close_ring,
     /// A ring becomes a chain, and walks by the caterpillar.
     OpenRing = 9 in open_ring,
+    /// A module alone, by a wave from its back to its front.
+    Single = 10 in single,
 }

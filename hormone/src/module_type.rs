@@ -24,6 +24,8 @@ pub enum ModuleType {
     /// Every topology the paper does not name, a module alone among them. It keeps still and passes
     /// hormones on.
     Other = 6,
+    /// No connection: it acts so, and its type is [`Other`](ModuleType::Other), as the paper has it.
+    Alone = 7,
 }
 
 impl ModuleType {
@@ -44,10 +46,11 @@ impl ModuleType {
     /// The type whose rules a module with these neighbours follows. Table 1 has the head send to its left and
     /// right too, where by its definition nobody can be. So one that has nobody in front and its back at a
     /// front goes by the head's rules whatever hangs on it beside: a body that is cut before a branch walks
-    /// on.
+    /// on. One that has nobody at all acts by the rules of a module alone.
     pub fn acting(neighbours: &Neighbours) -> ModuleType {
         match (ModuleType::of(neighbours), neighbours) {
             (ModuleType::Other, [None, Some(Front), ..]) => ModuleType::Head,
+            (ModuleType::Other, [None, None, None, None, None, None]) => ModuleType::Alone,
             (module_type, _) => module_type,
         }
     }
@@ -61,6 +64,7 @@ impl ModuleType {
             ModuleType::RightLeg => matches!(dock, Right),
             ModuleType::Spine | ModuleType::Branch => matches!(dock, Front | Back),
             ModuleType::Other => true,
+            ModuleType::Alone => false,
         }
     }
 
@@ -75,6 +79,7 @@ impl ModuleType {
             4 => Some(ModuleType::Spine),
             5 => Some(ModuleType::Branch),
             6 => Some(ModuleType::Other),
+            7 => Some(ModuleType::Alone),
             _ => None,
         }
     }
@@ -133,12 +138,17 @@ mod tests {
     }
 
     #[test]
-    fn only_what_has_nobody_in_front_and_its_back_at_a_front_acts_as_another_type() {
+    fn only_a_head_beside_whom_something_hangs_and_a_module_alone_act_as_another_type() {
         for number in 0..7_u32.pow(6) {
             let neighbours: Neighbours =
                 std::array::from_fn(|dock| Dock::from_index((number / 7_u32.pow(dock as u32) % 7) as u8));
             let leads = neighbours[0].is_none() && neighbours[1] == Some(Front);
-            let expected = if leads { ModuleType::Head } else { ModuleType::of(&neighbours) };
+            let is_alone = neighbours.iter().all(Option::is_none);
+            let expected = match (leads, is_alone) {
+                (true, _) => ModuleType::Head,
+                (_, true) => ModuleType::Alone,
+                _ => ModuleType::of(&neighbours),
+            };
             assert_eq!(ModuleType::acting(&neighbours), expected);
         }
     }
@@ -148,7 +158,7 @@ mod tests {
         for byte in 0..=u8::MAX {
             assert_eq!(
                 ModuleType::from_byte(byte).map(|module_type| module_type as u8),
-                (byte < 7).then_some(byte)
+                (byte < 8).then_some(byte)
             );
         }
     }

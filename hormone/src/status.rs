@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_status_are_refused() {
-        for (offset, value) in [(14, 6), (19, 0x80), (20, 7), (21, 6), (22, 99)] {
+        for (offset, value) in [(14, 6), (19, 0x80), (20, 8), (21, 6), (22, 99)] {
             let mut bytes = BYTES;
             bytes[offset] = value;
             assert_eq!(Status::from_bytes(&bytes), None, "{value} at {offset}");

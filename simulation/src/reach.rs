@@ -55,6 +55,7 @@ fn behind<'a>(wiring: &'a Wiring, orders: &Orders, module: usize) -> impl Iterat
 pub fn leads(wiring: &Wiring, module: usize, leader: Leader) -> Option<u64> {
     match leader {
         Leader::Head => (acting(wiring, module) == ModuleType::Head).then_some(1),
+        Leader::Alone => (acting(wiring, module) == ModuleType::Alone).then_some(1),
         Leader::Elected => ring(wiring, module),
     }
 }

@@ -12,6 +12,9 @@ const MISTAKEN_NAMED: usize = 5;
 /// The least speed of a robot that walks, in m/s: a module's half in 5 s.
 const WALKS: f64 = 0.084 / 5.0;
 
+/// Of a robot so short that this is less: half its length in so many seconds.
+const HALF_ITS_LENGTH: f64 = 20.0;
+
 /// The time in which its modules learn their types, and legs roll upright, in s.
 const RISES: f64 = 3.0;
 
@@ -67,7 +70,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
             "nobody leads: look at the types, for without a head, or by its gait a ring, nobody beats the time"
                 .into(),
         );
-    } else if observer.hops.delivered == 0 {
+    } else if observer.hops.delivered == 0 && modules > 1 {
         faults.push("no hormone was delivered: run longer, or have the head send to somebody".into());
     }
     let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
@@ -85,13 +88,13 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         ));
     }
     let ran = seconds(robot.now());
-    let least = WALKS * (ran - RISES);
     let Course { is_ordered, is_undisturbed } = observer.course;
     if let Some(motion) = robot.motion()
         && is_level
         && is_undisturbed
         && (observer.gait.has_pairs_of_legs() || is_ordered)
         && ran >= JUDGED_AFTER
+        && let least = WALKS.min(motion.length / 2.0 / HALF_ITS_LENGTH) * (ran - RISES)
         && motion.distance < least
     {
         faults.push(format!(

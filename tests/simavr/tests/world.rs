@@ -135,26 +135,28 @@ fn a_centipede_walks_ahead() {
     assert!(coulombs > 8.0 * 1.2 * IDLE_AMPERES && coulombs < 8.0 * STALL_CURRENT, "{coulombs} C");
 }
 
-/// Orders to the left from the second second on, and to the right from the sixth on.
-fn left_then_right() -> String {
+/// A centipede, or a module alone that is told to crawl.
+const CENTIPEDE: &str = "modules = 10\nshape = 'centipede'\nevent = [";
+const ALONE: &str = "modules = 1\nevent = [{ at = 0.5, command = [0xda, 1, 255], to = '0.Front' }, ";
+
+/// Orders to this robot to the left from the second second on, and to the right from the sixth on.
+fn left_then_right(robot: &str) -> String {
     let course = |number: u32| if number < 4 { 0xe1 } else { 0xe2 };
     let order = |number: u32| {
-        let [at, serial] = [1.0 + 1.25 * f64::from(number), f64::from(number + 1)];
+        let [at, serial] = [1.0 + 1.25 * f64::from(number), f64::from(number + 2)];
         format!("{{ at = {at}, command = [{}, {serial}, 255], to = '0.Front' }}", course(number))
     };
     let orders: Vec<String> = (0..8).map(order).collect();
-    format!("modules = 10\nshape = 'centipede'\nevent = [{}]\n", orders.join(", "))
+    format!("{robot}{}]\n", orders.join(", "))
 }
 
 #[test]
-fn it_turns_to_the_side_that_it_is_ordered_to() {
-    let [straight, left, right] = motions(&left_then_right(), &[1, 6, 11].map(|at| at * SECOND))[..] else {
-        panic!("three looks")
-    };
-    let to_the_left = left.heading - straight.heading;
-    let to_the_right = left.heading - right.heading;
-    assert!(to_the_left > 15.0, "{to_the_left} degrees to the left");
-    assert!(to_the_right > 15.0, "{to_the_right} degrees to the right");
+fn who_is_ordered_to_a_side_turns_to_it() {
+    for (robot, least) in [(CENTIPEDE, 15.0), (ALONE, 8.0)] {
+        let looks = motions(&left_then_right(robot), &[1, 6, 11].map(|at| at * SECOND));
+        let turns = [looks[1].heading - looks[0].heading, looks[1].heading - looks[2].heading];
+        assert!(turns.iter().all(|&turn| turn > least), "{turns:?} degrees to the left and to the right");
+    }
 }
 
 #[test]
@@ -169,10 +171,11 @@ fn on_its_back_it_walks_on_at_half_its_speed_at_least() {
 }
 
 #[test]
-fn a_ring_rolls_and_a_chain_crawls_half_a_body_length_at_least() {
+fn a_ring_rolls_and_a_chain_and_a_module_alone_crawl_half_a_body_length_at_least() {
     for file in [
         include_str!("../../../robots/gaits/rolling-track.toml"),
         include_str!("../../../robots/gaits/caterpillar.toml"),
+        include_str!("../../../robots/gaits/single.toml"),
     ] {
         let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
         assert!(distance > length / 2.0, "{distance} m of {length}");
