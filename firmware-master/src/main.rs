@@ -90,7 +90,7 @@ mod stack {
     pub static MOTORS: Stack<211> = Stack::new();
     pub static DEVICES: Stack<248> = Stack::new();
     pub static BRIDGE: Stack<157> = Stack::new();
-    pub static BEHAVIOURS: Stack<415> = Stack::new();
+    pub static BEHAVIOURS: Stack<419> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 

@@ -62,9 +62,6 @@ struct Part {
     of: u8,
 }
 
-/// How far a leg is rolled that stands upright, in degrees.
-const UPRIGHT: i8 = 90;
-
 /// How long a robot has to have a head until the ring counts as open, in milliseconds: longer than a
 /// neighbour is away that is reset, or that a dock is blind for a moment.
 const OPEN_AFTER: u16 = 1_000;
@@ -318,6 +315,11 @@ impl Controller {
         self.gait().rules.iter().any(|rule| rule.case.is_like(case))
     }
 
+    /// Whether there was a beat since the last call of [`asks`](Self::asks).
+    pub fn is_beat(&self) -> bool {
+        self.is_beat
+    }
+
     /// The sensor of `sense` reads `value`.
     pub fn read(&mut self, sense: Sense, value: i16) {
         self.senses.read(sense, value);
@@ -325,20 +327,20 @@ impl Controller {
 
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
-    /// A right leg is a left one in a mirror: its hip turns the other way, and from upright it rolls to the
-    /// other side. A leg on the side that the robot turns to takes half the stride.
+    /// A right leg is a left one in a mirror: it rolls to the other side. A leg on the side that the robot
+    /// turns to takes half the stride, and backward: half the stride ahead does not turn a robot that is
+    /// longer than it is wide.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let (index, _) = self.progress(now)?;
         let posture = self.status.action.motion().get(index)?;
         let motor2 = match (self.acting, self.helm.course()) {
-            (ModuleType::LeftLeg, Course::Left) => posture.motor2 / 2,
-            (ModuleType::RightLeg, Course::Right) => -(posture.motor2 / 2),
-            (ModuleType::RightLeg, _) => posture.motor2.wrapping_neg(),
+            (ModuleType::LeftLeg, Course::Left) | (ModuleType::RightLeg, Course::Right) => {
+                (posture.motor2 / 2).wrapping_neg()
+            }
             _ => posture.motor2,
         };
-        // A leg that does not stand has no mirror image within reach.
-        let mirrored = UPRIGHT.checked_sub(posture.roll).and_then(|left| UPRIGHT.checked_add(left));
-        let roll = mirrored.filter(|_| self.acting == ModuleType::RightLeg).unwrap_or(posture.roll);
+        let is_right = self.acting == ModuleType::RightLeg;
+        let roll = if is_right { posture.roll.wrapping_neg() } else { posture.roll };
         Some(Posture { motor2, roll, ..posture })
     }
 

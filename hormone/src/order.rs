@@ -20,9 +20,9 @@ pub const HOLDS: u16 = 2_000;
 pub enum Course {
     /// Straight ahead.
     Ahead = 0,
-    /// Turn left: legs on the left shorten their stride.
+    /// Turn left: legs on the left step backward, half as far as those on the right ahead.
     Left = 1,
-    /// Turn right: legs on the right shorten their stride.
+    /// Turn right: legs on the right step backward, half as far as those on the left ahead.
     Right = 2,
 }
 

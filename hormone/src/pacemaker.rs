@@ -40,12 +40,22 @@ pub struct Pacemaker {
     missed: u8,
     /// The last beat is not the leader's: here, or on the way here, a timer took the place of its hormone.
     is_made_good: bool,
+    /// The last beat was another one, until the module that it came from knew better.
+    is_corrected: bool,
 }
 
 impl Pacemaker {
     /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm.
     pub const fn new(gait: Gait, now: u16) -> Self {
-        Pacemaker { gait, last: Data::A, last_at: now, rhythm: 0, missed: MOST_MISSED, is_made_good: true }
+        Pacemaker {
+            gait,
+            last: Data::A,
+            last_at: now,
+            rhythm: 0,
+            missed: MOST_MISSED,
+            is_made_good: true,
+            is_corrected: false,
+        }
     }
 
     /// The gait whose beats it counts.
@@ -108,6 +118,7 @@ impl Pacemaker {
         self.skip(now.wrapping_sub(PATIENCE));
         self.missed += 1;
         self.is_made_good = true;
+        self.is_corrected = false;
         Some(self.last)
     }
 
@@ -135,6 +146,11 @@ impl Pacemaker {
                 self.missed = 0;
                 self.is_made_good &= pace.is_made_good;
                 return false;
+            }
+            if pace.data != self.last && elapsed < beat / 4 && self.is_made_good && !self.is_corrected {
+                self.take(pace, self.last_at);
+                self.is_corrected = true;
+                return true;
             }
             let is_next = pace.data == self.last.later(1, self.gait.beats);
             if is_next && elapsed >= beat / 4 && elapsed < beat - beat / 8 {
@@ -193,6 +209,7 @@ impl Pacemaker {
         self.rhythm = pace.rhythm;
         self.missed = 0;
         self.is_made_good = pace.is_made_good;
+        self.is_corrected = false;
     }
 }
 

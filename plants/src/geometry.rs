@@ -85,16 +85,16 @@ impl Half {
 }
 
 /// From a dock's frame to that of one attached to it. A Back is attached to a Left or a Right by a quarter
-/// turn, as a leg is: its hip turns about z of the body, and rolled by 90 degrees its half with the Front
-/// dock has its Up where the body has it.
+/// turn, as a leg is: its hip turns about z of the body, and its half with the Front dock has its Up where the
+/// body has it when a left leg is rolled by 90 degrees, a right one by -90: each is the other in a mirror.
 pub fn attached(one: Dock, other: Dock) -> DAffine3 {
     let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
-    let is_leg = matches!(
-        (one, other),
-        (Dock::Back, Dock::Left | Dock::Right) | (Dock::Left | Dock::Right, Dock::Back)
-    );
-    let turn = if is_leg { DMat3::from_rotation_x(FRAC_PI_2) } else { DMat3::IDENTITY };
-    DAffine3::from_mat3(turn * opposite)
+    let turn = match (one, other) {
+        (Dock::Back, Dock::Left) | (Dock::Left, Dock::Back) => FRAC_PI_2,
+        (Dock::Back, Dock::Right) | (Dock::Right, Dock::Back) => -FRAC_PI_2,
+        _ => 0.0,
+    };
+    DAffine3::from_mat3(DMat3::from_rotation_x(turn) * opposite)
 }
 
 /// How a dock lies before another: from the middle of one to the middle of the other in mm, and by how many

@@ -7,9 +7,67 @@ pub struct Motion {
     pub distance: f64,
     /// How far it has come to the left, in m.
     pub sideways: f64,
+    /// How far it has turned to the left, in degrees: see [`turned`].
+    pub heading: f64,
     /// How long the robot was at the beginning, to where module 0 looked, in m.
     pub length: f64,
     /// The mean speed at which what bears the robot slides on the ground, weighted by what it bears, over the
     /// robot's mean speed. Infinite for a robot that has not come anywhere.
     pub slip: f64,
+}
+
+/// How far the axes of a robot's parts have turned to the left since they were `start`, in degrees; each pair
+/// is an axis as seen from above. `last` is how far that was a short while ago.
+///
+/// It is the mean of axes without a sign, weighted by their lengths from above (Mardia and Jupp, 2000, section
+/// 1.1: angles are doubled). So neither a robot on its back nor a ring that rolls has turned. Which of the two
+/// directions of the mean is meant follows from `last`: past 180 degrees it goes on.
+pub fn turned(start: &[[f64; 2]], now: &[[f64; 2]], last: f64) -> f64 {
+    let doubled = start.iter().zip(now).map(|([x, y], [to_x, to_y])| {
+        let [along, across] = [x * to_x + y * to_y, x * to_y - y * to_x];
+        let length = along.hypot(across).max(f64::MIN_POSITIVE);
+        [(along * along - across * across) / length, 2.0 * along * across / length]
+    });
+    let [along, across] = doubled.fold([0.0; 2], |[a, b], [along, across]| [a + along, b + across]);
+    let direction = across.atan2(along).to_degrees() / 2.0;
+    last + (direction - last + 90.0).rem_euclid(180.0) - 90.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DVec3};
+
+    /// The axes of parts that are turned so, as seen from above.
+    fn axes(parts: &[DMat3], turn: DMat3) -> Vec<[f64; 2]> {
+        let axes =
+            parts.iter().flat_map(|part| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * *part * axis));
+        axes.map(|axis| [axis.x, axis.y]).collect()
+    }
+
+    #[test]
+    fn a_body_turns_on_past_a_whole_turn_on_its_feet_and_on_its_back() {
+        let parts = [0.0, 20.0, -20.0].map(|degrees: f64| DMat3::from_rotation_z(degrees.to_radians()));
+        let start = axes(&parts, DMat3::IDENTITY);
+        for over in [0.0, 180.0_f64] {
+            let over = DMat3::from_rotation_x(over.to_radians());
+            let mut heading = 0.0;
+            for degrees in 0..=500 {
+                let turn = DMat3::from_rotation_z(f64::from(degrees).to_radians());
+                heading = turned(&start, &axes(&parts, turn * over), heading);
+                assert!((heading - f64::from(degrees)).abs() < 1e-9, "{heading} at {degrees}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ring_that_rolls_does_not_turn() {
+        let parts = [0.0, 60.0, 120.0, 180.0, 240.0, 300.0]
+            .map(|degrees: f64| DMat3::from_rotation_y(degrees.to_radians()));
+        let start = axes(&parts, DMat3::IDENTITY);
+        for degrees in 0..720 {
+            let rolled = axes(&parts, DMat3::from_rotation_y(f64::from(degrees).to_radians()));
+            assert!(turned(&start, &rolled, 0.0).abs() < 1e-9, "{degrees}");
+        }
+    }
 }

@@ -310,6 +310,13 @@ impl Cpu {
         unsafe { (*self.as_ptr()).flashend as usize + 1 }
     }
 
+    /// The address of RAMPZ, if the part has it.
+    pub fn rampz(self) -> Option<u16> {
+        // SAFETY: the instance is alive by the type's invariant.
+        let address = unsafe { (*self.as_ptr()).rampz };
+        (address != 0).then_some(address)
+    }
+
     /// Calls `visit` on the whole data space.
     pub fn with_data<R>(self, visit: impl FnOnce(&[u8]) -> R) -> R {
         // SAFETY: simavr allocates `ramend + 1` bytes; no simavr code runs inside `visit`, which

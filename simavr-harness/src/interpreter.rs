@@ -418,13 +418,13 @@ impl Core<'_> {
                 self.set_status(now, now.status.byte() | INTERRUPT);
             }
             Special::Lpm { to } => {
-                let value = self.cpu.read_flash(self.pair(Z))?;
+                let value = self.cpu.read_flash(self.pair(Z));
                 self.set(to, value);
                 cycles = 3;
             }
             Special::LpmIncrement { to } => {
                 let address = self.pair(Z);
-                let value = self.cpu.read_flash(address)?;
+                let value = self.cpu.read_flash(address);
                 self.set(to, value);
                 self.set_pair(Z, address.wrapping_add(1));
                 cycles = 3;

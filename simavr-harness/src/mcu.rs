@@ -18,7 +18,7 @@ use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Character, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{external, interrupt};
+use crate::repair::{external, interrupt, rampz};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::wires::{self, Wires};
 
@@ -135,7 +135,8 @@ impl Mcu {
     pub fn new(part: &'static Part, image: Arc<Image>, seed: u64) -> Result<Self, McuError> {
         let missing = || McuError::NotInSimavr(part.name);
         let cpu = Cpu::create(part.name, CLOCK_HZ).ok_or_else(missing)?;
-        let wrapped = interrupt::install(cpu);
+        let mut wrapped = interrupt::install(cpu);
+        rampz::install(cpu, &mut wrapped);
         watchdog::install(cpu);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
@@ -527,7 +528,7 @@ impl Mcu {
 
     /// Has every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits
     /// for the supply and the crystal to settle (chapter "System Clock and Clock Options"). Unless this is
-    /// called, resets take no time.
+    /// called, resets take no time; the MCUs of a robot take theirs.
     pub fn set_start_up(&mut self, cycles: u64) {
         self.start_up = cycles;
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, Terminal, Terrain, Transcript, Wiring,
+    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, START_UP, Terminal, Terrain, Transcript, Wiring,
     WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
@@ -192,6 +192,9 @@ impl RobotBuilder {
             let mut random = Random::of_part(seed, index as u64);
             let mut module = Module::new(others.get(&index).unwrap_or(&images), random.next_u64())?;
             module.power_up_at(random.next_u64().checked_rem(power_up_within).unwrap_or(0));
+            for controller in Controller::ALL {
+                module.mcu_mut(controller).set_start_up(START_UP);
+            }
             let (ports, faults, terminals) = Default::default();
             Ok(Member { module, ports, faults, echoes: DockSet::EMPTY, terminals, events: Vec::new() })
         };

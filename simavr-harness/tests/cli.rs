@@ -1,7 +1,8 @@
 //! The program `superbot-sim`, as `./x sim` and people's CI run it.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
@@ -188,14 +189,14 @@ fn a_console_is_asked_and_what_it_tells_is_reported() {
 
 #[test]
 fn the_summary_is_for_people_and_json_can_go_to_a_file() {
-    let output = run(&["sim", "chain", "--seconds", "1"]);
+    let output = run(&["sim", "chain", "--seconds", "2"]);
     assert_eq!(output.status.code(), Some(0));
     let summary = String::from_utf8(output.stdout).expect("the summary is text");
-    assert!(summary.starts_with("5 modules, 10 MCUs: 1 s simulated"), "{summary}");
+    assert!(summary.starts_with("5 modules, 10 MCUs: 2 s simulated"), "{summary}");
     assert!(summary.contains("1 Head, 3 Spine, 1 Tail (as wired)"), "{summary}");
 
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report.json");
-    let output = run(&["sim", "chain", "--seconds", "1", "--json", file.to_str().expect("the path is text")]);
+    let output = run(&["sim", "chain", "--seconds", "2", "--json", file.to_str().expect("the path is text")]);
     assert_eq!(output.status.code(), Some(0));
     assert!(output.stdout.is_empty());
     let report = std::fs::read(file).expect("the file is there");
@@ -222,6 +223,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
         (["sim", "--modules", "1001"], "--engine host"),
         (["sim", "--seconds", "0"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--seconds", "nan"], "give a time from 0.001 to 86400 seconds"),
+        (["sim", "--seconds", "-3"], "give a time from 0.001 to 86400 seconds"),
         (["sim", "--threads", "0"], "give a number of threads from 1 to 256"),
         (["sim", "--seed", "x"], "--seed"),
         (["sim", "--loss", "2"], "give a probability from 0 to 1"),
@@ -238,6 +240,66 @@ fn what_can_not_be_run_is_refused_with_advice() {
     // That is said before anything is run.
     assert_refused(&run(&["sim", "chain", "--images", "no/such/folder", "--json", nowhere]), "can't write");
     assert_refused(&run(&["bench", "--images", "no/such/folder", "--json", nowhere]), "can't write");
+}
+
+const QUICK: [&str; 6] = ["sim", "chain", "--engine", "host", "--seconds", "2"];
+
+/// The program with what it prints, and says, going elsewhere.
+fn run_into(arguments: &[&str], output: Stdio, said: Stdio) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    program.args(arguments).stdout(output).stderr(said).output().expect("the program can be run")
+}
+
+#[test]
+fn where_nobody_hears_it_the_program_does_not_panic() {
+    let full = || Stdio::from(File::create("/dev/full").expect("Linux has it"));
+    let json = [QUICK.as_slice(), &["--json", "-"]].concat();
+    for arguments in [QUICK.as_slice(), &json] {
+        let (reader, writer) = std::io::pipe().expect("there are pipes");
+        drop(reader);
+        for output in [full(), writer.into()] {
+            assert_refused(
+                &run_into(arguments, output, Stdio::piped()),
+                "can't write to the standard output",
+            );
+        }
+        assert_eq!(run_into(arguments, Stdio::piped(), full()).status.code(), Some(0));
+    }
+}
+
+#[test]
+fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reports");
+    let _ = std::fs::remove_dir_all(&directory);
+    std::fs::create_dir(&directory).expect("it can be made");
+    let path = |name: &str| directory.join(name).to_str().expect("the path is text").to_owned();
+    let [report, robot, pipe] = ["report.json", "robot.toml", "pipe"].map(path);
+    std::fs::write(&robot, "modules = 0").expect("it can be written");
+
+    // What can't be run leaves no file.
+    assert_refused(&run(&["sim", &robot, "--engine", "host", "--json", &report]), "give a number of modules");
+    assert_refused(&run(&["sim", &robot, "--engine", "host", "--json", &robot]), "is the robot file");
+    let made = Command::new("mkfifo").arg(&pipe).status().expect("coreutils has it");
+    assert!(made.success());
+    assert_refused(&run(&[QUICK.as_slice(), &["--json", &pipe]].concat()), "nobody reads it");
+    let names = || std::fs::read_dir(&directory).expect("it is there").count();
+    assert_eq!(names(), 2, "the robot file and the pipe");
+
+    // A run that is ended by a signal leaves what was there.
+    std::fs::write(&report, "before").expect("it can be written");
+    let long = ["sim", "chain", "--engine", "host", "--seconds", "86400", "--json", &report];
+    let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    let mut running = program.args(long).spawn().expect("the program can be run");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    running.kill().expect("it runs");
+    assert!(!running.wait().expect("it ends").success());
+    assert_eq!(std::fs::read_to_string(&report).expect("it is there"), "before");
+    assert_eq!(names(), 3);
+
+    assert_eq!(run(&[QUICK.as_slice(), &["--json", &report]].concat()).status.code(), Some(0));
+    let written = std::fs::read(&report).expect("it is there");
+    assert_eq!(serde_json::from_slice::<Value>(&written).expect("it is JSON")["modules"], 5);
+    assert_eq!(names(), 3);
 }
 
 #[test]
@@ -288,6 +350,7 @@ fn without_a_world_nothing_is_said_of_motion() {
     let report = json(&output);
     assert_eq!(report["world"], "none");
     assert!(report["distance_m"].is_null() && report["slip_percent"].is_null(), "{report:#}");
+    assert!(report["heading_degrees"].is_null(), "{report:#}");
 }
 
 #[test]

@@ -27,7 +27,7 @@ struct File {
     modules: Spanned<usize>,
     shape: Option<Spanned<Shape>>,
     #[serde(default)]
-    docks: Vec<Spanned<[Face; 2]>>,
+    docks: Vec<Spanned<Pair<Face>>>,
     world: Option<Spanned<Terrain>>,
     #[serde(default)]
     event: Vec<Spanned<EventTable>>,
@@ -37,9 +37,9 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct EventTable {
     at: f64,
-    attach: Option<[Face; 2]>,
+    attach: Option<Pair<Face>>,
     detach: Option<Face>,
-    swap: Option<[usize; 2]>,
+    swap: Option<Pair<usize>>,
     reset: Option<usize>,
     mcu: Option<Mcus>,
     kill: Option<usize>,
@@ -103,7 +103,7 @@ impl File {
             }
         };
         for docks in &self.docks {
-            let &[one, other] = docks.get_ref();
+            let &Pair([one, other]) = docks.get_ref();
             wiring.attach(one, other).map_err(|error| (docks.span(), error.to_string()))?;
         }
         Ok(wiring)
@@ -146,9 +146,9 @@ impl EventTable {
         }
         let links = self.from.map_or(Links::All, Links::From);
         let changes = [
-            self.attach.map(|[one, other]| Ok(Change::Attach(one, other))),
+            self.attach.map(|Pair([one, other])| Ok(Change::Attach(one, other))),
             self.detach.map(|face| Ok(Change::Detach(face))),
-            self.swap.map(|[one, other]| Ok(Change::Swap(one, other))),
+            self.swap.map(|Pair([one, other])| Ok(Change::Swap(one, other))),
             self.reset.map(|module| Ok(Change::Reset { module, mcus: self.mcu.unwrap_or(Mcus::Both) })),
             self.kill.map(|module| Ok(Change::Kill(module))),
             self.loss.map(|chance| Ok(Change::Loss { links, probability: probability(chance)? })),
@@ -203,6 +203,18 @@ fn point_at(text: &str, span: Range<usize>, message: &dyn std::fmt::Display) -> 
         "line {number}: {message}\n{margin} |\n{number} | {line}\n{margin} | {indent}{}",
         "^".repeat(width)
     )
+}
+
+/// Two, and no more: serde takes the first elements of a longer array, and leaves the others.
+struct Pair<T>([T; 2]);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Pair<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let all = Vec::deserialize(deserializer)?;
+        let number = all.len();
+        let pair = all.try_into().map_err(|_| format!("there are {number} here: give two"));
+        pair.map(Pair).map_err(serde::de::Error::custom)
+    }
 }
 
 impl<'de> Deserialize<'de> for Face {

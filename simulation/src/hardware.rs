@@ -12,6 +12,11 @@ pub const CLOCK_HZ: u32 = 16_000_000;
 /// Cycles of a millisecond.
 pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
 
+/// For how long an MCU does nothing after a reset: by its fuses it waits for the supply and the crystal to
+/// settle, 65 ms and 16,384 clocks (ATmega128 datasheet, "System Clock and Clock Options", "Crystal
+/// Oscillator"). At power-up, from which a robot's time counts, that is over.
+pub const START_UP: u64 = 65 * MILLISECOND + 16_384;
+
 /// The rate of the links between docks, in bit/s.
 const BAUD: u64 = 38_400;
 

@@ -45,7 +45,7 @@ pub use deed::Deed;
 pub use discovery::Discovery;
 pub use file::FileError;
 pub use gait::Gait;
-pub use hardware::{CLOCK_HZ, MILLISECOND, is_on_slave};
+pub use hardware::{CLOCK_HZ, MILLISECOND, START_UP, is_on_slave};
 pub use hash::fnv_1a;
 pub use hops::Hops;
 pub use native::Native;

@@ -204,7 +204,7 @@ mod tests {
         let Posture { motor0, roll, motor2 } = posture;
         move |module| match module {
             2 => [motor0, roll, motor2].map(f64::from),
-            3 => [motor0, 90 + (90 - roll), -motor2].map(f64::from),
+            3 => [motor0, -roll, motor2].map(f64::from),
             _ => [0.0; 3],
         }
     }

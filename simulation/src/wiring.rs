@@ -42,8 +42,8 @@ pub enum WiringError {
     SwapWithItself { module: usize },
     #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
     DockInUse { module: usize, dock: Dock },
-    #[error("the {dock:?} dock of module {module} can't be attached to itself; name another")]
-    DockToItself { module: usize, dock: Dock },
+    #[error("module {module} can't be attached to itself; name another")]
+    ModuleToItself { module: usize },
     #[error(
         "nothing is attached to the {dock:?} dock of module {module}; attach something first, or name another"
     )]
@@ -63,12 +63,12 @@ impl Wiring {
     /// Attaches two docks to each other.
     ///
     /// # Errors
-    /// A module is not there, or a dock not free.
+    /// A module is not there, a dock not free, or both are of one module.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
         self.expect_free(one)?;
         self.expect_free(other)?;
-        if one == other {
-            return Err(WiringError::DockToItself { module: one.module, dock: one.dock });
+        if one.module == other.module {
+            return Err(WiringError::ModuleToItself { module: one.module });
         }
         *self.peer_mut(one) = Some(other);
         *self.peer_mut(other) = Some(one);

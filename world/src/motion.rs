@@ -1,7 +1,7 @@
 //! How far a robot has come.
 
 use glam::DVec3;
-use plants::motion::Motion;
+use plants::motion::{Motion, turned};
 
 use crate::world::World;
 
@@ -13,6 +13,10 @@ const LOOK: u64 = 10;
 pub struct Odometer {
     start: DVec3,
     length: f64,
+    /// The axes of all bodies, from above.
+    axes: Vec<[f64; 2]>,
+    /// How far these have turned to the left, in degrees.
+    heading: f64,
     looks: u64,
     /// Force times time, and that times the speed of sliding.
     borne: f64,
@@ -21,13 +25,14 @@ pub struct Odometer {
 
 impl Odometer {
     pub fn new(world: &World) -> Self {
-        Odometer { start: world.middle(), length: world.length(), ..Odometer::default() }
+        Odometer { start: world.middle(), length: world.length(), axes: world.axes(), ..Odometer::default() }
     }
 
     /// Looks at the world after a step.
     pub fn look(mut self, world: &World) -> Self {
         self.looks += 1;
         if self.looks.is_multiple_of(LOOK) {
+            self.heading = turned(&self.axes, &world.axes(), self.heading);
             for (force, speed) in world.slides() {
                 self.borne += force;
                 self.slid += force * speed;
@@ -39,6 +44,12 @@ impl Odometer {
     pub fn motion(&self, world: &World) -> Motion {
         let way = world.middle() - self.start;
         let speed = way.truncate().length() / world.seconds();
-        Motion { distance: way.x, sideways: way.y, length: self.length, slip: self.slid / self.borne / speed }
+        Motion {
+            distance: way.x,
+            sideways: way.y,
+            heading: self.heading,
+            length: self.length,
+            slip: self.slid / self.borne / speed,
+        }
     }
 }

@@ -338,6 +338,16 @@ impl World {
         middles.sum::<DVec3>() / self.modules() as f64
     }
 
+    /// The axes of all bodies as seen from above.
+    pub(crate) fn axes(&self) -> Vec<[f64; 2]> {
+        let turns =
+            (0..model::BODIES * self.modules()).map(|body| self.simulation.pose(model::root(0) + body).1);
+        turns
+            .flat_map(|turn| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * axis))
+            .map(|axis| [axis.x, axis.y])
+            .collect()
+    }
+
     /// How the robot has moved so far.
     pub fn motion(&self) -> Motion {
         self.odometer.motion(self)

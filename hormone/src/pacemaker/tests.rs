@@ -128,7 +128,19 @@ fn a_hormone_out_of_beat_is_taken_up_once_nothing_in_beat_comes() {
     assert!(!hear(&mut timer, cp(B), 100), "too early to be the next");
     assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
     assert!(hear(&mut timer, cp(A), 600));
-    assert_eq!(timer.last(), (A, 600));
+    assert_eq!(timer.last(), (A, BEAT));
+}
+
+#[test]
+fn a_beat_made_good_is_corrected_once_by_who_knows_better() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert!(!hear(&mut timer, cp(B), 40), "the leader's own beat is right");
+    assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
+    assert!(hear(&mut timer, Pace { is_made_good: true, ..cp(A) }, 600));
+    assert_eq!(timer.last(), (A, BEAT), "it says which beat it was, not when");
+    assert!(!hear(&mut timer, Pace { is_made_good: true, ..cp(B) }, 605), "else two could race round a loop");
+    assert_eq!(timer.make_good(2 * BEAT + PATIENCE), Some(B));
 }
 
 #[test]

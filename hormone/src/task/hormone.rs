@@ -78,6 +78,9 @@ impl Behaviour {
     pub fn act(&mut self, task: &mut Task, status: &'static Mutex<Status>, api: Api) -> Ticks {
         if reached(self.due, now(task)) {
             self.beat(task, api);
+            if self.controller.is_beat() {
+                self.joints.retry();
+            }
             status.with(task, |status| *status = *self.controller.status());
             if let Some(posture) = self.posture(now(task)) {
                 self.joints.turn(task, api, posture);

@@ -4,7 +4,7 @@ use kernel::Task;
 use tasks::api::Api;
 use tasks::message::TaskCode;
 use tasks::motor::Axis;
-use tasks::motor::joint::State;
+use tasks::motor::joint::{Fault, State};
 use tasks::request::Request;
 
 use crate::action::Posture;
@@ -15,20 +15,37 @@ const SPEED: u8 = 60;
 /// Where the joints were told to go, in degrees, by their indices.
 pub struct Joints {
     told: [Option<i8>; 3],
+    /// Which of them have stalled since the last beat.
+    stalled: [bool; 3],
 }
 
 impl Joints {
     /// No joint was told anything.
     pub const fn new() -> Self {
-        Joints { told: [None; 3] }
+        Joints { told: [None; 3], stalled: [false; 3] }
     }
 
     /// A joint that is off has forgotten what it was told: its MCU was reset, or somebody else relaxed it.
     pub fn hear(&mut self, axis: Axis, state: State) {
-        if state == State::Off
-            && let Some(told) = self.told.get_mut(usize::from(axis.index()))
-        {
-            *told = None;
+        let index = usize::from(axis.index());
+        let (Some(told), Some(stalled)) = (self.told.get_mut(index), self.stalled.get_mut(index)) else {
+            return;
+        };
+        match state {
+            State::Off => *told = None,
+            State::Failed(Fault::Stall) => *stalled = true,
+            _ => {}
+        }
+    }
+
+    /// A beat has come: joints that have stalled are told again. One in the trunk, which always has the same
+    /// target, bears more than its motor does while other feet are in the air, and would stay off for good.
+    #[inline(never)] // else it would take stack from what HORMONE calls
+    pub fn retry(&mut self) {
+        for (told, stalled) in self.told.iter_mut().zip(&mut self.stalled) {
+            if core::mem::take(stalled) {
+                *told = None;
+            }
         }
     }
 

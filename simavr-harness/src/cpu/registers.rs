@@ -145,17 +145,16 @@ impl Cpu {
         }
     }
 
-    /// The byte at `address` of the flash as an instruction reads it; `None` beyond its end.
-    pub fn read_flash(self, address: u16) -> Option<u8> {
-        if usize::from(address) >= self.flash_size() {
-            return None;
-        }
+    /// The byte at `address` of the flash as an instruction reads it. Beyond the end it begins again: the
+    /// upper bits of the address lead nowhere.
+    pub fn read_flash(self, address: u16) -> u8 {
+        let address = usize::from(address) % self.flash_size();
         // SAFETY: simavr allocates more than `flash_size` bytes, changes `value` during the call only, and no
         // reference into the instance exists across it.
         unsafe {
-            let mut value = *(*self.as_ptr()).flash.add(address.into());
+            let mut value = *(*self.as_ptr()).flash.add(address);
             ffi::avr_ioctl(self.as_ptr(), READ_FLASH, (&raw mut value).cast());
-            Some(value)
+            value
         }
     }
 

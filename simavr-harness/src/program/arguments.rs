@@ -47,15 +47,15 @@ pub struct Sim {
 
     /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs
     /// 11, cross 5.
-    #[arg(long, value_parser = modules)]
+    #[arg(long, value_parser = modules, allow_hyphen_values = true)]
     pub modules: Option<usize>,
 
     /// How long to run, in simulated seconds.
-    #[arg(long, default_value = "20", value_parser = seconds)]
+    #[arg(long, default_value = "20", value_parser = seconds, allow_hyphen_values = true)]
     pub seconds: f64,
 
     /// Probability that a frame is lost on its way between two modules, each way.
-    #[arg(long, default_value = "0", value_name = "P", value_parser = probability)]
+    #[arg(long, default_value = "0", value_name = "P", value_parser = probability, allow_hyphen_values = true)]
     pub loss: f64,
 
     /// Vary what is assumed of modules, each for itself, by up to so much: mass, friction, torque, current,
@@ -64,11 +64,11 @@ pub struct Sim {
     pub vary: Vec<Variation>,
 
     /// What chance there is (SRAM at power-up, noise) follows from this number alone.
-    #[arg(long, default_value = "1")]
+    #[arg(long, default_value = "1", allow_hyphen_values = true)]
     pub seed: u64,
 
     /// Threads to run on. They do not change what happens. As many as the machine has cores, unless given.
-    #[arg(long, default_value_t = cores(), value_parser = threads)]
+    #[arg(long, default_value_t = cores(), value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 
     /// Print one JSON object in place of the summary, to a file or to the standard output (-).
@@ -109,9 +109,6 @@ pub struct Terrain {
 
 #[derive(Args)]
 pub struct Period {
-    /// A directory with images by Period: each in a directory whose name is the Period, in ms.
-    pub builds: PathBuf,
-
     /// How many modules the centipede has.
     #[arg(long, default_value = "18", value_parser = modules)]
     pub modules: usize,
@@ -135,6 +132,10 @@ pub struct Period {
     /// Print one JSON object in place of the table, to a file or to the standard output (-).
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
+    pub images: PathBuf,
 }
 
 #[derive(Args)]
@@ -144,7 +145,7 @@ pub struct Bench {
     pub subject: Subject,
 
     /// For how long a module is saturated, in simulated seconds.
-    #[arg(long, default_value = "60", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value = "60", value_parser = clap::value_parser!(u64).range(1..), allow_hyphen_values = true)]
     pub seconds: u64,
 
     /// Print one JSON object in place of the table, to a file or to the standard output (-).

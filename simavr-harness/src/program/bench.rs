@@ -8,23 +8,25 @@ use serde::{Serialize, Serializer};
 use simavr_harness::bench::{self, Counted, FIGURES, Figure, Measured, PEERS};
 
 use super::arguments::Subject;
-use super::{arguments, json, listing, module};
+use super::json::Destination;
+use super::output::print;
+use super::{arguments, listing, module};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
-    json::expect_writable(options.json.as_deref())?;
+    let destination = Destination::of(options.json.as_deref(), None)?;
     if options.subject == Subject::Module {
-        return module::run(options);
+        return module::run(options, destination);
     }
     let images = options.images.join("tests");
     if options.windows {
         return listing::print_windows(&images);
     }
     let report = Report::new(&images)?;
-    match (&options.listing, &options.json) {
+    match (&options.listing, destination) {
         (Some(name), _) => listing::print(&images, report.named(name)?)?,
-        (None, Some(path)) => json::write(&report, path)?,
-        (None, None) => print!("{report}"),
+        (None, Some(destination)) => destination.write(&report)?,
+        (None, None) => print(&report)?,
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
 //! The robot as it runs: a progress line, and a line for each module.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use simulation::{CLOCK_HZ, Robot, Run};
+
+use super::output::say;
 
 /// The most modules that get a line each; of a longer robot the first are shown.
 const LINES: usize = 20;
@@ -24,9 +26,9 @@ impl Display {
         Display { is_on, is_terminal: io::stderr().is_terminal(), lines: 0, next_progress: PROGRESS }
     }
 
-    pub fn show(&mut self, run: &Run<impl Robot>, end: u64, wall: Duration) -> io::Result<()> {
+    pub fn show(&mut self, run: &Run<impl Robot>, end: u64, wall: Duration) {
         if !self.is_on {
-            return Ok(());
+            return;
         }
         let Run { robot, observer, .. } = run;
         let now = robot.now();
@@ -39,12 +41,10 @@ impl Display {
             observer.hops.delivered
         );
         if self.is_terminal {
-            self.draw(robot, &progress)
+            self.draw(robot, &progress);
         } else if seconds(now) >= self.next_progress || now == end {
             self.next_progress = seconds(now) + PROGRESS;
-            writeln!(io::stderr(), "{progress}")
-        } else {
-            Ok(())
+            say(format_args!("{progress}\n"));
         }
     }
 
@@ -53,7 +53,7 @@ impl Display {
         self.lines = 0;
     }
 
-    fn draw(&mut self, robot: &impl Robot, progress: &str) -> io::Result<()> {
+    fn draw(&mut self, robot: &impl Robot, progress: &str) {
         let mut picture = String::new();
         if self.lines > 0 {
             picture += &format!("\x1b[{}A", self.lines); // back to the first line
@@ -70,9 +70,7 @@ impl Display {
             picture += &format!("    ... {} more\x1b[K\n", modules - shown);
             self.lines += 1;
         }
-        let mut stderr = io::stderr().lock();
-        stderr.write_all(picture.as_bytes())?;
-        stderr.flush()
+        say(picture);
     }
 }
 

@@ -1,27 +1,102 @@
 //! Reports for other programs.
 
 use std::error::Error;
-use std::fs::OpenOptions;
-use std::path::Path;
+use std::fs::{File, OpenOptions, Permissions};
+use std::io::{self, Write};
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use tempfile::{Builder, NamedTempFile};
 
-/// Makes sure, before anything has taken its time, that a report can be written to `path`.
-pub fn expect_writable(path: Option<&Path>) -> Result<(), Box<dyn Error>> {
-    let Some(path) = path.filter(|path| *path != Path::new("-")) else { return Ok(()) };
-    let opened = OpenOptions::new().append(true).create(true).open(path);
-    opened.map_err(|error| format!("can't write {}: {error}", path.display()))?;
+use super::output::print;
+
+/// Where a report goes.
+pub enum Destination {
+    StandardOutput,
+    /// A device or a named pipe.
+    Stream(PathBuf, File),
+    /// A file, which is there or not. It is written beside it first, so it is whole or as it was.
+    File(PathBuf),
+}
+
+impl Destination {
+    /// Makes sure, before anything has taken its time, that a report can be written to `path`, which is not
+    /// that of the `robot` file. `-` is the standard output.
+    ///
+    /// # Errors
+    /// It can't.
+    pub fn of(path: Option<&Path>, robot: Option<&Path>) -> Result<Option<Self>, Box<dyn Error>> {
+        let Some(path) = path else { return Ok(None) };
+        if path == Path::new("-") {
+            return Ok(Some(Destination::StandardOutput));
+        }
+        if robot.is_some_and(|robot| is_same(robot, path)) {
+            return Err(format!("{} is the robot file: give --json another", path.display()).into());
+        }
+        Self::at(path).map(Some).map_err(|error| format!("can't write {}: {error}", path.display()).into())
+    }
+
+    fn at(path: &Path) -> io::Result<Self> {
+        // A link stays one.
+        let path = path.canonicalize().unwrap_or_else(|_| path.into());
+        match path.metadata() {
+            Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            Ok(found) if !found.is_file() => {
+                // A pipe from which nobody reads would be waited for without end.
+                let opened = OpenOptions::new().write(true).custom_flags(libc::O_NONBLOCK).open(&path);
+                let _held = opened.map_err(|error| match error.raw_os_error() {
+                    Some(libc::ENXIO) => io::Error::other("nobody reads it"),
+                    _ => error,
+                })?;
+                let stream = OpenOptions::new().write(true).open(&path)?;
+                Ok(Destination::Stream(path, stream))
+            }
+            found => {
+                if found.is_ok() {
+                    OpenOptions::new().append(true).open(&path)?;
+                }
+                beside(&path)?;
+                Ok(Destination::File(path))
+            }
+        }
+    }
+
+    /// Writes `report` as JSON.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn write(self, report: &impl Serialize) -> Result<(), Box<dyn Error>> {
+        let json = serde_json::to_string_pretty(report)? + "\n";
+        let (path, written) = match self {
+            Destination::StandardOutput => return print(json),
+            Destination::Stream(path, mut stream) => (path, stream.write_all(json.as_bytes())),
+            Destination::File(path) => {
+                let written = write_beside(&path, json.as_bytes());
+                (path, written)
+            }
+        };
+        written.map_err(|error| format!("can't write {}: {error}", path.display()).into())
+    }
+}
+
+fn write_beside(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = beside(path)?;
+    file.write_all(content)?;
+    file.persist(path)?;
     Ok(())
 }
 
-/// Writes `report` as JSON to the file at `path`, or to the standard output for `-`.
-pub fn write(report: &impl Serialize, path: &Path) -> Result<(), Box<dyn Error>> {
-    let json = serde_json::to_string_pretty(report)?;
-    if path == Path::new("-") {
-        println!("{json}");
-    } else {
-        std::fs::write(path, json + "\n")
-            .map_err(|error| format!("can't write {}: {error}", path.display()))?;
+/// A file in the same directory, which is gone again unless it takes the other's place.
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
+    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let permissions = path.metadata().map_or(Permissions::from_mode(0o666), |found| found.permissions());
+    Builder::new().permissions(permissions).tempfile_in(directory.unwrap_or(Path::new(".")))
+}
+
+fn is_same(one: &Path, other: &Path) -> bool {
+    match (one.canonicalize(), other.canonicalize()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => false,
     }
-    Ok(())
 }

@@ -6,6 +6,7 @@ mod display;
 mod json;
 mod listing;
 mod module;
+mod output;
 mod period;
 mod report;
 mod sim;
@@ -31,7 +32,7 @@ pub fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
-            eprintln!("superbot-sim: {error}");
+            output::say(format_args!("superbot-sim: {error}\n"));
             ExitCode::from(2)
         }
     }

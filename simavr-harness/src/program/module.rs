@@ -6,16 +6,17 @@ use std::fmt;
 use serde::Serialize;
 use simavr_harness::bench::module::{self, ModuleFigures};
 
-use super::{arguments, json};
+use super::arguments;
+use super::json::Destination;
+use super::output::print;
 
 /// Measures and prints.
-pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
+pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
     let report = Report(module::measure(&options.images, options.seconds)?);
-    match &options.json {
-        Some(path) => json::write(&report, path)?,
-        None => print!("{report}"),
+    match destination {
+        Some(destination) => destination.write(&report),
+        None => print(&report),
     }
-    Ok(())
 }
 
 #[derive(Serialize)]

@@ -68,6 +68,8 @@ pub struct Report {
     pub body_lengths: Option<f64>,
     /// How far it has come to a side, of that.
     pub sideways_percent: Option<f64>,
+    /// How far it has turned to the left, in degrees.
+    pub heading_degrees: Option<f64>,
     /// How fast what bears it slides on the ground, of its own speed.
     pub slip_percent: Option<f64>,
     /// The most that a module with two legs leaned from how the robot was laid down.
@@ -234,6 +236,7 @@ impl Report {
             distance_m: motion.map(|motion| motion.distance),
             body_lengths: motion.map(|motion| motion.distance / motion.length),
             sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
+            heading_degrees: motion.map(|motion| motion.heading),
             slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
             tilt_degrees_max: robot.tilt(),
             charge_percent_max: robot.charge_used().map(|used| 100.0 * used),

@@ -12,7 +12,8 @@ use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
-use super::json;
+use super::json::Destination;
+use super::output::{print, say};
 use super::report::{Console, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
@@ -28,7 +29,11 @@ const NO_WORLD: &str = "the robot file has a table [world], and the run has no w
 
 /// Returns whether the robot did as it should.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
-    json::expect_writable(options.json.as_deref())?;
+    let robot_file = match &options.robot {
+        Source::File(path) => Some(path.as_path()),
+        Source::Shape(_) => None,
+    };
+    let destination = Destination::of(options.json.as_deref(), robot_file)?;
     let scenario = scenario(options)?;
     if scenario.terrain.is_some() && !has_world(options) {
         return Err(NO_WORLD.into());
@@ -46,7 +51,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     match options.engine {
         EngineName::Simavr => {
             let robot = build_robot(&scenario, options)?;
-            run_robot(Engine::new(robot, options.threads), scenario, options, |engine| {
+            run_robot(Engine::new(robot, options.threads), scenario, (options, destination), |engine| {
                 Some(CpuLoad::of(engine.robot()))
             })
         }
@@ -60,7 +65,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
                 return Err("a console tells of programs that run: ask for --engine simavr".into());
             }
             let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
-            run_robot(robot, scenario, options, |_| None)
+            run_robot(robot, scenario, (options, destination), |_| None)
         }
     }
 }
@@ -68,7 +73,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
 fn run_robot<R: Robot>(
     robot: R,
     scenario: Scenario,
-    options: &Sim,
+    (options, destination): (&Sim, Option<Destination>),
     cpu_load: impl Fn(&R) -> Option<CpuLoad>,
 ) -> Result<bool, Box<dyn Error>> {
     let Scenario { terrain, mut timeline, .. } = scenario;
@@ -81,32 +86,34 @@ fn run_robot<R: Robot>(
     let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
     if let Some((modules, until)) = run.observer.gait.unjudged(end) {
         let seconds = until as f64 / f64::from(CLOCK_HZ);
-        eprintln!(
+        say(format_args!(
             "superbot-sim: hormones may take until {seconds:.1} s to the last of {modules} modules, which this \
-             run does not judge; see --seconds"
-        );
+             run does not judge; see --seconds\n"
+        ));
     }
     let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
     let started = Instant::now();
     while run.step(end)? {
-        display.show(&run, end, started.elapsed())?;
+        display.show(&run, end, started.elapsed());
     }
-    display.show(&run, end, started.elapsed())?;
+    display.show(&run, end, started.elapsed());
     display.finish();
     let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), is_level);
     for Console { at, dock, complete, text } in &report.consoles {
         let rest = if *complete { "" } else { "...\n" };
-        eprint!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n");
+        say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
-    match &options.json {
-        Some(path) => json::write(&report, path)?,
-        None => print!("{report}"),
+    match destination {
+        Some(destination) => destination.write(&report)?,
+        None => print(&report)?,
     }
     if let to_come @ 1.. = run.events_to_come() {
-        eprintln!("superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds");
+        say(format_args!(
+            "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"
+        ));
     }
     for fault in report.faults() {
-        eprintln!("superbot-sim: {fault}");
+        say(format_args!("superbot-sim: {fault}\n"));
     }
     Ok(report.faults().is_empty())
 }

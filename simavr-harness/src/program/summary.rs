@@ -60,9 +60,11 @@ impl fmt::Display for Report {
             let percent = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1} %"));
             writeln!(
                 f,
-                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, {} slip, leaning by {:.0} degrees at most",
+                "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, heading {:+.1} degrees, {} slip, \
+                 leaning by {:.0} degrees at most",
                 self.body_lengths.unwrap_or_default(),
                 percent(self.sideways_percent),
+                self.heading_degrees.unwrap_or_default(),
                 percent(self.slip_percent),
                 self.tilt_degrees_max.unwrap_or_default()
             )?;

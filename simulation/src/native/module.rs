@@ -19,7 +19,7 @@ use super::behaviours::{Behaviours, Doing};
 use super::port::{Flight, Port, Taken, count};
 use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, START, WAKE, transfer};
 use crate::change::Mcus;
-use crate::hardware::{RESIDENCE, is_deaf_while_it_sends, is_on_slave};
+use crate::hardware::{RESIDENCE, START_UP, is_deaf_while_it_sends, is_on_slave};
 use crate::random::Random;
 
 const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
@@ -279,7 +279,7 @@ impl Module {
     /// Programs start over.
     pub fn reset(&mut self, now: u64, mcus: Mcus) {
         let is_reset = |mcu: Mcu| is_reset(mcu, mcus);
-        let live = now.max(self.powered_up_at) + START;
+        let live = (now + START_UP).max(self.powered_up_at) + START;
         for mcu in [Mcu::Master, Mcu::Slave].into_iter().filter(|mcu| is_reset(*mcu)) {
             self.live_since[mcu as usize] = live;
         }

@@ -4,6 +4,7 @@ use std::mem::offset_of;
 
 use simavr_harness::bench::module::bridge_efficiency;
 use simavr_harness::{Controller, Engine, Images, Reset, RobotBuilder};
+use simulation::START_UP;
 use superbot_tests_simavr::{MILLISECOND, image, test_images};
 use tasks::bridge::protocol::BridgeCounters;
 
@@ -34,7 +35,7 @@ fn count(engine: &Engine, side: Controller, offset: usize) -> u16 {
 }
 
 /// The bus must carry messages again this long after a fault has ended.
-const RECOVERY: u64 = 20 * MILLISECOND;
+const RECOVERY: u64 = START_UP + 20 * MILLISECOND;
 
 /// Asserts that messages come within `RECOVERY`, one at least, and that none is out of turn that was not lost
 /// before.

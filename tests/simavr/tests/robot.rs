@@ -4,6 +4,7 @@ use hormone::event::Event as Behaviour;
 use hormone::hormone::Data;
 use hormone::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine, Tail};
 use simavr_harness::{Controller, Face, Faults, RobotBuilder};
+use simulation::START_UP;
 use superbot_tests_simavr::chain::{Chain, Count, Deed};
 use superbot_tests_simavr::hormones::{HOP_AT_MOST, Hormones};
 use superbot_tests_simavr::{MILLISECOND, firmware};
@@ -12,7 +13,7 @@ use tasks::dock::Dock;
 const MODULES: usize = 5;
 const SECOND: u64 = 1000 * MILLISECOND;
 
-/// A module finds its neighbours and type within this time from power-up or a reset.
+/// A module finds its neighbours and type within this time from power-up, and from the start after a reset.
 const DISCOVERY: u64 = 150 * MILLISECOND;
 
 #[test]
@@ -226,7 +227,7 @@ fn recovers_from_resets(module: usize, mcus: &[Controller]) {
         for &mcu in mcus {
             chain.reset(module, mcu);
         }
-        chain.run(DISCOVERY);
+        chain.run(START_UP + DISCOVERY);
         chain.assert_right(&format!("reset {number} of {mcus:?} in module {module}"));
     }
     let deeds = from_a_quiet_moment(&mut chain, 2);
@@ -267,7 +268,7 @@ fn an_mcu_held_in_reset_is_missed_and_found_again() {
         let second = if mcus == SLAVE { Spine } else { Tail };
         let expected = [Head, second, Head, Tail];
         assert_eq!(types, expected.map(Some), "{mcus:?}");
-        chain.run(DISCOVERY);
+        chain.run(START_UP + DISCOVERY);
         chain.assert_right(&format!("{mcus:?} are back"));
         let deeds = from_a_quiet_moment(&mut chain, 2);
         Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(4);

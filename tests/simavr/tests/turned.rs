@@ -60,7 +60,7 @@ fn deeds(mut robot: impl Robot) -> Vec<Vec<(u64, Action)>> {
 
 fn assert_walks_on(run: &Run<impl Robot>) {
     let gait = &run.observer.gait;
-    assert_eq!((gait.legs(), gait.violations), (LEGS.len(), 0));
+    assert_eq!((gait.legs(), gait.violations()), (LEGS.len(), 0));
     assert!(gait.recovery_periods().is_some_and(|periods| periods <= 1.0), "{:?}", gait.recovery_periods());
 }
 

@@ -7,17 +7,13 @@ use simulation::{Face, is_on_slave};
 use tasks::dock::Dock;
 
 use super::recovery::recovery;
-use super::{MEASURED, MILLISECOND, SECOND, images, milliseconds};
+use super::{MEASURED, SECOND, images, milliseconds};
 use crate::bench::{BenchError, unmeasurable};
 use crate::counters;
 use crate::engine::Engine;
 use crate::image::{Image, Place, Symbol};
 use crate::module::Controller;
 use crate::robot::RobotBuilder;
-
-/// For how long an MCU does nothing after a reset, by its fuses: 16,384 clocks and 65 ms (datasheet, "System
-/// Clock and Clock Options", "Crystal Oscillator").
-const START_UP: u64 = 16_384 + 65 * MILLISECOND;
 
 /// How often the harness looks whether a task runs, in cycles.
 const LOOK: u64 = 160;
@@ -81,7 +77,6 @@ fn hang(engine: &mut Engine, controller: Controller, stack: Range<u16>) -> bool 
         if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
             let mcu = module.mcu_mut(controller);
             if stack.contains(&mcu.stack_pointer()) && mcu.hang() {
-                mcu.set_start_up(START_UP);
                 return true;
             }
         }

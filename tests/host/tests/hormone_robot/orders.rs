@@ -3,36 +3,47 @@
 use std::num::NonZeroU8;
 
 use hormone::action::Action;
-use hormone::gait::GaitName::{Caterpillar, Centipede, FourLegs};
+use hormone::gait::GaitName::{self, Caterpillar, Centipede, FourLegs};
 use hormone::module_type::ModuleType::{LeftLeg, RightLeg};
 use hormone::order::{Course, HOLDS, Order, What};
+use hormone::period::Period;
 use proptest::prelude::*;
 use tasks::dock::Dock;
 
 use crate::robot::{Robot, Segment, hundred_modules};
 use Segment::{Branch, Spine};
 
-/// An order that reaches every module.
-pub fn order(what: What, serial: u8) -> Order {
-    Order { what, serial, lifetime: NonZeroU8::MAX }
+/// A course for all modules.
+fn steer(course: Course, serial: u8) -> Order {
+    Order { what: What::Steer(course, NonZeroU8::MAX), serial }
 }
 
-/// How far the hips of the left and of the right legs swing in the next Period, in degrees from end to end.
+/// A gait, in its own Period.
+pub fn walk(gait: GaitName, serial: u8) -> Order {
+    Order { what: What::Walk(gait as u8, Period::OWN), serial }
+}
+
+/// How far the hips of the left and of the right legs swing ahead in the next Period, in degrees.
 fn strides(robot: &mut Robot) -> [Vec<i32>; 2] {
     let legs = [LeftLeg, RightLeg].map(|side| robot.of_type(side).collect::<Vec<_>>());
-    let mut ends = vec![(i32::MAX, i32::MIN); robot.len()];
-    for _ in 0..Centipede.gait().period() / 10 {
+    let mut hips = vec![Vec::new(); robot.len()];
+    for _ in 0..=Centipede.gait().period() / 10 {
         robot.run(10);
         for leg in legs.concat() {
-            let hip = i32::from(robot.posture(leg).expect("a leg moves").motor2);
-            ends[leg] = (ends[leg].0.min(hip), ends[leg].1.max(hip));
+            hips[leg].push(i32::from(robot.posture(leg).expect("a leg moves").motor2));
         }
     }
-    legs.map(|side| side.into_iter().map(|leg| ends[leg].1 - ends[leg].0).collect())
+    legs.map(|side| side.into_iter().map(|leg| stride(&hips[leg])).collect())
+}
+
+/// How far a hip is turned at once: while the leg holds it turns bit by bit.
+fn stride(hips: &[i32]) -> i32 {
+    let turns = hips.windows(2).map(|pair| pair[1] - pair[0]);
+    turns.max_by_key(|turn| turn.abs()).expect("it swings")
 }
 
 #[test]
-fn legs_on_the_inner_side_of_a_turn_take_half_the_stride_until_the_remote_control_is_silent() {
+fn legs_on_the_inner_side_of_a_turn_step_back_half_the_stride_until_the_remote_control_is_silent() {
     let mut robot = Robot::with_body(Centipede.gait(), &hundred_modules(3), 3);
     robot.discover(150).unwrap();
     robot.run(2_000);
@@ -40,14 +51,14 @@ fn legs_on_the_inner_side_of_a_turn_take_half_the_stride_until_the_remote_contro
     assert!(whole.concat().iter().all(|&stride| stride == 36));
     assert_eq!(whole.concat().len(), 48);
 
-    for (serial, (course, halved)) in (0..).zip([(Course::Left, 0), (Course::Right, 1)]) {
+    for (serial, (course, inner)) in (0..).zip([(Course::Left, 0), (Course::Right, 1)]) {
         // Given by a leg somewhere in the middle.
         let leg = robot.of_type(RightLeg).nth(12).unwrap();
-        robot.order(leg, order(What::Steer(course), serial));
+        robot.order(leg, steer(course, serial));
         robot.run(200);
         let turning = strides(&mut robot);
-        assert!(turning[halved].iter().all(|&stride| stride == 18), "{turning:?}");
-        assert!(turning[1 - halved].iter().all(|&stride| stride == 36), "{turning:?}");
+        assert!(turning[inner].iter().all(|&stride| stride == -18), "{turning:?}");
+        assert!(turning[1 - inner].iter().all(|&stride| stride == 36), "{turning:?}");
         assert_eq!(robot.gait_violations(robot.now - 2_000, robot.now), 0);
     }
     robot.run(u32::from(HOLDS));
@@ -59,7 +70,7 @@ fn a_robot_changes_its_gait_by_an_order_to_its_tail() {
     let mut robot = Robot::with_body(Centipede.gait(), &[Branch, Spine, Branch], 4);
     robot.discover(150).unwrap();
     robot.run(3_000);
-    robot.order(robot.len() - 1, order(What::Walk(FourLegs as u8), 0));
+    robot.order(robot.len() - 1, walk(FourLegs, 0));
     robot.run(3_000);
     let from = robot.now;
     robot.run(6_000);
@@ -79,7 +90,7 @@ fn a_module_attached_to_a_robot_of_another_gait_walks_as_the_robot_does() {
         robot.attach((module, Dock::Back), (module + 1, Dock::Front));
     }
     robot.discover(150).unwrap();
-    robot.order(0, order(What::Walk(Caterpillar as u8), 0));
+    robot.order(0, walk(Caterpillar, 0));
     robot.run(3_000);
     robot.attach((3, Dock::Back), (4, Dock::Front));
     robot.run(3_000);
@@ -104,13 +115,16 @@ proptest! {
             }
         }
         prop_assert!(robot.discover(150).is_some());
-        let before = robot.orders_under_way();
-        prop_assert_eq!(before, 0);
-        robot.order(from, order(What::Steer(Course::Left), 7));
+        // At first all tell each other what stands.
+        robot.run(50);
+        prop_assert_eq!(robot.orders_under_way(), 0);
+        robot.order(from, steer(Course::Left, 7));
+        robot.order(from, walk(FourLegs, 8));
         robot.run(30);
         prop_assert_eq!(robot.orders_under_way(), 0);
         for module in robot.attached_to(from) {
             prop_assert_eq!(robot.course(module), Course::Left);
+            prop_assert_eq!(robot.gait(module), Some(FourLegs));
         }
     }
 }

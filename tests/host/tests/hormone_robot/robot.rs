@@ -10,6 +10,7 @@ use hormone::gait::{Gait, GaitName};
 use hormone::hormone::Hormone;
 use hormone::module_type::ModuleType;
 use hormone::order::{Course, Order};
+use hormone::pace::Pace;
 use hormone::probe::Probe;
 use hormone::schedule::Schedule;
 use hormone::sense::Sense;
@@ -314,7 +315,9 @@ impl Robot {
 
     pub fn orders_under_way(&self) -> usize {
         let is_order = |content: &Content| match content {
-            Content::Hormone(payload) => matches!(Hormone::from_payload(payload), Some(Hormone::Order(_))),
+            Content::Hormone(payload) => {
+                matches!(Hormone::from_payload(payload), Some(Hormone::Order(_) | Hormone::Standing(..)))
+            }
             Content::Probe(_) => false,
         };
         self.air.values().filter(|(_, _, content)| is_order(content)).count()
@@ -440,6 +443,9 @@ impl Robot {
             }
             Content::Hormone(payload) => match Hormone::from_payload(&payload) {
                 Some(hormone) => {
+                    if let Hormone::Pace(Pace { data, .. }) = hormone {
+                        module.received.push(Beat { at: self.now, data });
+                    }
                     let response = module.controller.received(dock, hormone, now);
                     self.follow(index, response);
                 }
@@ -458,10 +464,8 @@ impl Robot {
     fn follow(&mut self, index: usize, response: Response) {
         let at = self.now;
         let module = &mut self.modules[index];
-        match response.event {
-            Some(Event::HormoneGenerated(data)) => module.generated.push(Beat { at, data }),
-            Some(Event::HormoneReceived(_, data)) => module.received.push(Beat { at, data }),
-            _ => {}
+        if let Some(Event::HormoneGenerated(data)) = response.event {
+            module.generated.push(Beat { at, data });
         }
         module.acts.extend(response.action.map(|action| Act { at, action }));
         let Some(outgoing) = response.send else {

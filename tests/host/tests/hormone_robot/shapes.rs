@@ -3,10 +3,9 @@
 use hormone::action::{Action, Docking};
 use hormone::gait::GaitName::{self, Caterpillar, CloseRing, OpenRing, RollingTrack};
 use hormone::module_type::ModuleType::{Head, Spine, Tail};
-use hormone::order::What;
 use tasks::dock::Dock::{Back, Front};
 
-use crate::orders::order;
+use crate::orders::walk;
 use crate::robot::Robot;
 
 const MODULES: usize = 6;
@@ -64,13 +63,13 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
         let mut robot = chain();
         all_walk(&robot, Caterpillar, Action::Wave);
 
-        robot.order(ordered, order(What::Walk(CloseRing as u8), 0));
+        robot.order(ordered, walk(CloseRing, 0));
         run(&mut robot, 12_000);
         assert_eq!(robot.of_type(Spine).count(), MODULES);
         assert!(robot.knows_itself());
         all_walk(&robot, RollingTrack, Action::Roll);
 
-        robot.order(ordered, order(What::Walk(OpenRing as u8), 10));
+        robot.order(ordered, walk(OpenRing, 10));
         run(&mut robot, 12_000);
         assert_eq!([robot.of_type(Head).count(), robot.of_type(Tail).count()], [1, 1]);
         assert!(robot.knows_itself());
@@ -81,7 +80,7 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
 #[test]
 fn a_chain_that_breaks_while_it_closes_does_not_roll() {
     let mut robot = chain();
-    robot.order(0, order(What::Walk(CloseRing as u8), 0));
+    robot.order(0, walk(CloseRing, 0));
     robot.run(700);
     robot.detach((2, Back));
     robot.run(6_000);

@@ -1,0 +1,20 @@
+//! What the program tells: results by the standard output, all else by the standard error.
+
+use std::error::Error;
+use std::fmt::Display;
+use std::io::{self, Write};
+
+/// Prints a result.
+///
+/// # Errors
+/// The standard output can't be written to.
+pub fn print(result: impl Display) -> Result<(), Box<dyn Error>> {
+    let mut output = io::stdout().lock();
+    let printed = write!(output, "{result}").and_then(|()| output.flush());
+    printed.map_err(|error| format!("can't write to the standard output: {error}").into())
+}
+
+/// Says something on the side. Where nobody hears it, it goes unheard.
+pub fn say(text: impl Display) {
+    let _ = write!(io::stderr(), "{text}");
+}

@@ -1,0 +1,63 @@
+//! No image breaks the simulator: the robot's own, with bits flipped by chance, run or are refused.
+
+use std::sync::Arc;
+
+use simavr_harness::{Engine, Face, Image, Images, RobotBuilder};
+use simulation::Random;
+use superbot_tests_simavr::{MILLISECOND, images};
+use tasks::dock::Dock;
+
+/// How many images are tried, unless `SUPERBOT_FLIPPED` says otherwise, and for how long each runs.
+const IMAGES: u64 = 400;
+const RUNS: u64 = 60 * MILLISECOND;
+
+/// The bytes at the start of an ELF file that say what there is; flips there are tried more often.
+const HEADERS: usize = 0x100;
+
+/// The image with one bit to eight flipped; `None` if it is refused.
+fn flipped(file: &[u8], random: &mut Random) -> Option<Arc<Image>> {
+    let mut file = file.to_vec();
+    let end = if random.chance(0.1) { HEADERS } else { file.len() };
+    for _ in 0..1 << (random.next_u64() % 4) {
+        let at = random.next_u64() as usize % end;
+        file[at] ^= 1 << (random.next_u64() % 8);
+    }
+    Image::parse(&file).ok().map(Arc::new)
+}
+
+/// Two modules, so that docks have somebody to hear.
+fn run(images: Images, seed: u64) {
+    let [one, other] = [(0, Dock::Back), (1, Dock::Front)].map(|(module, dock)| Face { module, dock });
+    let robot = RobotBuilder::new(images, 2).attach(one, other).seed(seed).build();
+    if let Ok(robot) = robot {
+        Engine::new(robot, 1).run_until(RUNS);
+    }
+}
+
+#[test]
+fn no_flipped_bit_breaks_the_simulator() {
+    let number = std::env::var("SUPERBOT_FLIPPED").ok().map(|text| text.parse().expect("it is a number"));
+    let read = |name: &str| std::fs::read(images().join(name)).expect("./x build leaves it");
+    let [master, slave] = ["firmware-master.elf", "firmware-slave.elf"].map(read);
+    let [whole_master, whole_slave] =
+        [&master, &slave].map(|file| Arc::new(Image::parse(file).expect("it is an image")));
+    let mut refused = 0;
+    for seed in 0..number.unwrap_or(IMAGES) {
+        let mut random = Random::new(seed);
+        let is_master = seed % 2 == 0;
+        let Some(image) = flipped(if is_master { &master } else { &slave }, &mut random) else {
+            refused += 1;
+            continue;
+        };
+        let images = if is_master {
+            Images { master: image, slave: whole_slave.clone() }
+        } else {
+            Images { master: whole_master.clone(), slave: image }
+        };
+        if std::env::var_os("SUPERBOT_FLIPPED").is_some() {
+            eprintln!("seed {seed}");
+        }
+        run(images, seed);
+    }
+    assert!(refused < number.unwrap_or(IMAGES) / 4, "{refused} images were refused");
+}
