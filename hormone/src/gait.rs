@@ -145,7 +145,7 @@ pub struct Gait {
 #[macro_export]
 macro_rules! gait {
     (
-        beats: $beats:literal, beat: $beat:expr, leader: $leader:expr, $(once: $becomes:expr => $next:expr,)?
+        beats: $beats:literal, beat: $beat:literal, leader: $leader:expr, $(once: $becomes:expr => $next:expr,)?
         rules: [$($rule:expr),* $(,)?] $(,)?
     ) => {
         /// The gait of this file, without a name until the registry gives it one.

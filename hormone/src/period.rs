@@ -31,6 +31,13 @@ impl Period {
         }
     }
 
+    /// So many milliseconds; `None` if that is no multiple of 50, or less than 250 or more than 4000.
+    pub const fn of_milliseconds(period: u16) -> Option<Period> {
+        let units = period / UNIT;
+        let is_one = period % UNIT == 0 && units >= SHORTEST as u16 && units <= LONGEST as u16;
+        if is_one { Some(Period(units as u8)) } else { None }
+    }
+
     /// Its code.
     pub const fn to_byte(self) -> u8 {
         self.0
@@ -56,6 +63,8 @@ mod tests {
     fn every_period_survives_its_byte_and_nothing_else_is_one() {
         let periods: Vec<u8> = (0..=255).filter_map(Period::from_byte).map(Period::to_byte).collect();
         assert_eq!(periods, (5..=80).chain([127]).collect::<Vec<u8>>());
+        let periods: Vec<u16> = (0..u16::MAX).filter(|&ms| Period::of_milliseconds(ms).is_some()).collect();
+        assert_eq!(periods, (250..=4000).step_by(50).collect::<Vec<u16>>());
     }
 
     #[test]

@@ -17,18 +17,9 @@ use crate::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine};
 use crate::rule::{BACK, LEFT_RIGHT_BACK, received, timer};
 use crate::sense::Sense::UpsideDown;
 
-/// The Period, in ms: the paper's, or another one that a build is given, to compare them (`./x period`).
-const PERIOD: u16 = match option_env!("SUPERBOT_PERIOD_MS") {
-    None => 1000,
-    Some(text) => match u16::from_str_radix(text, 10) {
-        Ok(period @ 200..=8000) => period,
-        _ => panic!("give SUPERBOT_PERIOD_MS in milliseconds, from 200 to 8000"),
-    },
-};
-
 crate::gait! {
     beats: 2,
-    beat: PERIOD / 2,
+    beat: 500,
     leader: Leader::Head,
     rules: [
         timer(Head, A).perform(Straight).send(A, LEFT_RIGHT_BACK),

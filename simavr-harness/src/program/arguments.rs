@@ -109,9 +109,6 @@ pub struct Terrain {
 
 #[derive(Args)]
 pub struct Period {
-    /// A directory with images by Period: each in a directory whose name is the Period, in ms.
-    pub builds: PathBuf,
-
     /// How many modules the centipede has.
     #[arg(long, default_value = "18", value_parser = modules)]
     pub modules: usize,
@@ -135,6 +132,10 @@ pub struct Period {
     /// Print one JSON object in place of the table, to a file or to the standard output (-).
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
+    pub images: PathBuf,
 }
 
 #[derive(Args)]

@@ -2,24 +2,35 @@
 
 use std::error::Error;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use hormone::gait::GaitName;
+use hormone::hormone::Hormone;
+use hormone::order::{Order, What};
 use plotters::prelude::*;
 use serde::Serialize;
-use simavr_harness::{Engine, RobotBuilder, Terrain};
-use simulation::{MILLISECOND, Robot, Shape};
+use simavr_harness::{Engine, Images, RobotBuilder, Terrain};
+use simulation::{Change, Face, MILLISECOND, Robot, Shape};
+use tasks::dock::Dock;
 
 use super::arguments::Period;
-use super::json;
+use super::json::Destination;
+use super::output::{print, say};
 use super::sim::{POWER_UP_WITHIN, load_images};
 
-/// By then legs have risen, in s.
-const RISEN: u64 = 3;
+/// In ms.
+const PERIODS: [u16; 7] = [500, 700, 1000, 1400, 2000, 2800, 4000];
+
+/// When the Period is ordered, in s.
+const ORDERED: u64 = 1;
+
+/// By then legs have risen, and walk by the Period, in s.
+const RISEN: u64 = 4;
 
 /// A Period, and how the robot walks by it.
 #[derive(Serialize)]
 struct Row {
-    period_ms: u32,
+    period_ms: u16,
     /// Ahead.
     mm_per_second: f64,
     /// What the hungriest module takes.
@@ -36,50 +47,39 @@ struct Table {
 }
 
 pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
-    json::expect_writable(options.json.as_deref())?;
+    let destination = Destination::of(options.json.as_deref(), None)?;
+    let images = load_images(&options.images)?;
     let mut rows = Vec::new();
-    for (period_ms, images) in builds(&options.builds)? {
-        eprintln!("superbot-sim: a Period of {period_ms} ms");
-        rows.push(row(options, period_ms, &images)?);
+    for period_ms in PERIODS {
+        say(format_args!("superbot-sim: a Period of {period_ms} ms"));
+        rows.push(row(options, &images, period_ms)?);
     }
     if let Some(path) = &options.svg {
         plot(&rows, path).map_err(|error| format!("can't write {}: {error}", path.display()))?;
     }
     let Period { modules, seconds, seed, .. } = *options;
     let table = Table { modules, seconds, seed, rows };
-    match &options.json {
-        Some(path) => json::write(&table, path),
-        None => {
-            print!("{table}");
-            Ok(())
-        }
+    match destination {
+        Some(destination) => destination.write(&table),
+        None => print(table),
     }
 }
 
-/// The folders of images by Period, in ms, which is each one's name.
-fn builds(directory: &Path) -> Result<Vec<(u32, PathBuf)>, Box<dyn Error>> {
-    let unreadable = |error| format!("can't read {}: {error}", directory.display());
-    let entries = std::fs::read_dir(directory).map_err(unreadable)?;
-    let entries = entries.collect::<Result<Vec<_>, _>>().map_err(unreadable)?;
-    let build = |path: PathBuf| Some((path.file_name()?.to_str()?.parse().ok()?, path));
-    let mut builds: Vec<_> = entries.into_iter().filter_map(|entry| build(entry.path())).collect();
-    builds.sort();
-    if builds.is_empty() {
-        return Err(
-            format!("{} has no builds by Period: make them with ./x period", directory.display()).into()
-        );
-    }
-    Ok(builds)
-}
-
-fn row(options: &Period, period_ms: u32, images: &Path) -> Result<Row, Box<dyn Error>> {
+fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn Error>> {
     let wiring = Shape::Centipede.wiring(options.modules)?;
-    let robot = RobotBuilder::wired(load_images(images)?, &wiring)
+    let robot = RobotBuilder::wired(images.clone(), &wiring)
         .seed(options.seed)
         .power_up_within(POWER_UP_WITHIN)
         .on_terrain(&Terrain::default())
         .build()?;
     let mut engine = Engine::new(robot, options.threads);
+    engine.run_until(1000 * MILLISECOND * ORDERED);
+    let period =
+        hormone::period::Period::of_milliseconds(period_ms).ok_or("no such Period can be ordered")?;
+    let order = Order { what: What::Walk(GaitName::Centipede as u8, period), serial: 1 };
+    let payload = Hormone::Order(order).to_payload().bytes().to_vec();
+    let at = Face { module: 0, dock: Dock::Front };
+    engine.robot_mut().change(&Change::Command { at, payload })?;
     let mut look = |seconds: u64| {
         engine.run_until(1000 * MILLISECOND * seconds);
         if let Some(trouble) = Robot::trouble(&engine) {
@@ -179,11 +179,5 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
         assert_eq!(svg.matches("<circle").count(), 6);
         assert!(svg.contains("Period, s") && svg.contains("metres per charge"));
-    }
-
-    #[test]
-    fn a_directory_without_builds_is_told() {
-        let error = builds(&std::env::temp_dir().join("superbot-no-such-directory")).unwrap_err();
-        assert!(error.to_string().contains("can't read"), "{error}");
     }
 }

@@ -10,7 +10,8 @@ use simulation::{MILLISECOND, Robot, Run, Scenario};
 use tasks::dock::Dock;
 
 use super::arguments::Terrain;
-use super::json;
+use super::json::Destination;
+use super::output::{print, say};
 use super::sim::{POWER_UP_WITHIN, load_images};
 
 /// By then legs have risen, and the robot walks evenly, in s.
@@ -64,14 +65,14 @@ struct Table {
 }
 
 pub fn run(options: &Terrain) -> Result<(), Box<dyn Error>> {
-    json::expect_writable(options.json.as_deref())?;
+    let destination = Destination::of(options.json.as_deref(), None)?;
     let images = load_images(&options.images)?;
     let rows = rows(options.modules)?;
     let mut tracks: Vec<(&str, Track)> = Vec::new();
     let mut outcomes = Vec::new();
     for row in &rows {
         if !tracks.iter().any(|(file, _)| *file == row.file) {
-            eprintln!("superbot-sim: {}", row.name);
+            say(format_args!("superbot-sim: {}", row.name));
             tracks.push((&row.file, track(options, &images, row)?));
         }
         let level = &tracks[0].1;
@@ -80,12 +81,9 @@ pub fn run(options: &Terrain) -> Result<(), Box<dyn Error>> {
     }
     let Terrain { modules, seconds, seed, .. } = *options;
     let table = Table { modules, seconds, seed, rows: outcomes };
-    match &options.json {
-        Some(path) => json::write(&table, path),
-        None => {
-            print!("{table}");
-            Ok(())
-        }
+    match destination {
+        Some(destination) => destination.write(&table),
+        None => print(table),
     }
 }
 
