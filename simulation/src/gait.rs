@@ -122,8 +122,8 @@ impl Gait {
         self.unsettled(&disturbed, now)
     }
 
-    /// The body of a module was ordered to walk by this gait, or to stop. Returns whom that concerns, and until
-    /// when.
+    /// The body of a module was ordered to walk by this gait, or to stop. Returns whom that concerns, and
+    /// until when.
     pub fn ordered(&mut self, module: usize, gait: Option<TableOfRules>, now: u64) -> Vec<(usize, u64)> {
         let touched = self.orders.give(&self.wiring, module, gait);
         self.touched(&touched, now)

@@ -56,8 +56,8 @@ impl Orders {
         changed
     }
 
-    /// The wiring was one and is another now: bodies that joined go on by the newer order. Returns who walks by
-    /// another gait than before.
+    /// The wiring was one and is another now: bodies that joined go on by the newer order. Returns who walks
+    /// by another gait than before.
     pub fn rewired(&mut self, before: &Wiring, wiring: &Wiring, now: u64) -> Vec<usize> {
         let waiting = std::mem::take(&mut self.reshaped);
         for body in wiring.bodies() {
@@ -81,8 +81,8 @@ impl Orders {
         self.reshaped.iter().map(|reshaped| reshaped.at).min()
     }
 
-    /// Has the bodies that have taken another shape by `now` walk by the gait that follows. Returns whom that is
-    /// new to.
+    /// Has the bodies that have taken another shape by `now` walk by the gait that follows. Returns whom that
+    /// is new to.
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         let give = |Reshaped { module, then, .. }| self.give(wiring, module, Some(GaitName::gait(then)));

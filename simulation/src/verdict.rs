@@ -47,8 +47,8 @@ impl Course {
     }
 }
 
-/// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked how
-/// far it has come.
+/// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked
+/// how far it has come.
 pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     let Run { robot, observer, .. } = run;
     let modules = robot.wiring().modules();
