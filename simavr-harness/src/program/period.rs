@@ -51,7 +51,7 @@ pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
     let images = load_images(&options.images)?;
     let mut rows = Vec::new();
     for period_ms in PERIODS {
-        say(format_args!("superbot-sim: a Period of {period_ms} ms"));
+        say(format_args!("superbot-sim: a Period of {period_ms} ms\n"));
         rows.push(row(options, &images, period_ms)?);
     }
     if let Some(path) = &options.svg {

@@ -72,7 +72,7 @@ pub fn run(options: &Terrain) -> Result<(), Box<dyn Error>> {
     let mut outcomes = Vec::new();
     for row in &rows {
         if !tracks.iter().any(|(file, _)| *file == row.file) {
-            say(format_args!("superbot-sim: {}", row.name));
+            say(format_args!("superbot-sim: {}\n", row.name));
             tracks.push((&row.file, track(options, &images, row)?));
         }
         let level = &tracks[0].1;
