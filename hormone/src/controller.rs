@@ -182,9 +182,16 @@ impl Controller {
             self.pacemaker.until_overdue(now).unwrap_or(NEVER)
         };
         let round = if self.is_in_ring() { self.election.next_due(now) } else { NEVER };
-        let reshaped = self.reshaped_at.map(|at| until(at, now));
-        let others = [self.helm.next_due(now), self.ledger.next_due(now), reshaped];
-        let next = others.into_iter().flatten().fold(beat.min(round), u16::min);
+        let mut next = beat.min(round);
+        if let Some(at) = self.reshaped_at {
+            next = next.min(until(at, now));
+        }
+        if let Some(wait) = self.ledger.next_due(now) {
+            next = next.min(wait);
+        }
+        if let Some(wait) = self.helm.next_due(now) {
+            next = next.min(wait);
+        }
         (next != NEVER).then_some(next)
     }
 

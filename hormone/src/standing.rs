@@ -116,7 +116,11 @@ impl Ledger {
     }
 
     /// The neighbours to tell at `now`, of `connected`, and whether these are known to know it.
+    #[inline] // mostly there is nothing to tell
     pub fn due(&mut self, connected: DockSet, now: u16) -> Option<(DockSet, bool)> {
+        if self.untold.is_empty() && self.unanswered.is_empty() {
+            return None;
+        }
         self.untold = self.untold.intersection(connected);
         if !self.untold.is_empty() && reached(self.tell_at, now) {
             self.tell_at = now.wrapping_add(PATIENCE);
