@@ -2,12 +2,12 @@
 //!
 //! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would
 //! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
-//! from a gap of two probes or more counts as lossy for a while, and both ends probe it every 10 ms. Where
-//! more than three of ten are lost it is given 18 times the mean silence between its probes and the time for
-//! which probes wait behind two messages, 900 ms at most. Then some sixty probes go out: all are lost with a
-//! chance of 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should be often
-//! enough to lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of a good
-//! link.
+//! from a gap of two probes or more counts as lossy for a while, and as long as it loses more than one probe
+//! of six; both ends probe it every 10 ms. It is given 18 times the mean silence between its probes and the
+//! time for which probes wait behind two messages, 900 ms at most. Then some sixty probes go out: all are
+//! lost with a chance of 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should
+//! be often enough to lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of
+//! a good link.
 
 use tasks::dock::{Dock, DockSet};
 
@@ -26,9 +26,10 @@ const MEAN_OVER: u16 = 64;
 /// How long probes wait behind two messages that are repeated in vain, in milliseconds: nine times each.
 const IN_VAIN: u16 = 260;
 
-/// The silences of a link that loses three probes of ten, and at first those of one that has just become
-/// lossy.
-const FEW_SILENCES: u16 = 15 * MEAN_OVER;
+/// The silences of a link that loses one probe of six, and at first those of one that has just become lossy.
+/// It counts as lossy while there are more: where four of ten are lost, the mean does not come so low by
+/// chance.
+const FEW_SILENCES: u16 = 12 * MEAN_OVER;
 
 /// A silence longer than this is a gap, in milliseconds: two probes or more are missing.
 const GAP: u16 = 100;
