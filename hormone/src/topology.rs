@@ -178,8 +178,7 @@ impl Topology {
 
     /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy link for up to [`LOSSY_TIMEOUT`];
     /// whether a neighbour was lost by it. Call at least every 20 ms: then a loss over a link that loses no
-    /// more than three probes of ten is noticed within 300 ms at both ends, even if only one of them went
-    /// deaf.
+    /// more than one probe of six is noticed within 300 ms at both ends, even if only one of them went deaf.
     pub fn expire(&mut self, now: u16) -> bool {
         let mut changed = false;
         for link in &mut self.links {
