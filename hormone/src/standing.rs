@@ -81,7 +81,7 @@ impl Ledger {
         self.standing
     }
 
-    /// An order that came from outside of the robot stands from now on; all of `docks` are to know it.
+    /// This order stands from now on; all of `docks` are to know it.
     pub fn set(&mut self, standing: Standing, docks: DockSet, now: u16) {
         self.standing = standing;
         self.untold = DockSet::EMPTY;

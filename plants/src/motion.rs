@@ -19,9 +19,9 @@ pub struct Motion {
 /// How far the axes of a robot's parts have turned to the left since they were `start`, in degrees; each pair
 /// is an axis as seen from above. `last` is how far that was a short while ago.
 ///
-/// It is the mean of axes without a sign, weighted by their lengths from above (Mardia and Jupp, 2000, section
-/// 1.1: angles are doubled). So neither a robot on its back nor a ring that rolls has turned. Which of the two
-/// directions of the mean is meant follows from `last`: past 180 degrees it goes on.
+/// It is the mean of axes without a sign, weighted by their lengths from above (Mardia and Jupp, 2000,
+/// section 1.1: angles are doubled). So neither a robot on its back nor a ring that rolls has turned. Which
+/// of the two directions of the mean is meant follows from `last`: past 180 degrees it goes on.
 pub fn turned(start: &[[f64; 2]], now: &[[f64; 2]], last: f64) -> f64 {
     let doubled = start.iter().zip(now).map(|([x, y], [to_x, to_y])| {
         let [along, across] = [x * to_x + y * to_y, x * to_y - y * to_x];

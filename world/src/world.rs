@@ -75,8 +75,8 @@ impl World {
     /// ground.
     ///
     /// # Errors
-    /// There is no module; one lies where something stands on the ground; or MuJoCo does not take what was made
-    /// of them.
+    /// There is no module; one lies where something stands on the ground; or MuJoCo does not take what was
+    /// made of them.
     pub fn new(modules: &[Placed], ground: &Ground) -> Result<Self, WorldError> {
         if modules.is_empty() {
             return Err(WorldError::Empty);

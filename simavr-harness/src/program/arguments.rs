@@ -23,7 +23,7 @@ pub enum Command {
     Sim(Sim),
     /// Run a centipede on slopes, steps and other ground, and through mishaps, and print how far it comes.
     Terrain(Terrain),
-    /// Run a centipede by images of several Periods, and print how fast it is, and how far a charge takes it.
+    /// Run a centipede by several Periods, and print how fast it is, and how far a charge takes it.
     Period(Period),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
@@ -80,15 +80,12 @@ pub struct Sim {
     pub images: PathBuf,
 }
 
+/// What a table of runs of a centipede takes.
 #[derive(Args)]
-pub struct Terrain {
+pub struct Centipede {
     /// How many modules the centipede has.
     #[arg(long, default_value = "18", value_parser = modules)]
     pub modules: usize,
-
-    /// How long each run takes, in simulated seconds.
-    #[arg(long, default_value = "20", value_parser = clap::value_parser!(u16).range(12..))]
-    pub seconds: u16,
 
     /// As for sim.
     #[arg(long, default_value = "1")]
@@ -108,34 +105,27 @@ pub struct Terrain {
 }
 
 #[derive(Args)]
+pub struct Terrain {
+    #[command(flatten)]
+    pub centipede: Centipede,
+
+    /// How long each run takes, in simulated seconds.
+    #[arg(long, default_value = "20", value_parser = clap::value_parser!(u16).range(12..))]
+    pub seconds: u16,
+}
+
+#[derive(Args)]
 pub struct Period {
-    /// How many modules the centipede has.
-    #[arg(long, default_value = "18", value_parser = modules)]
-    pub modules: usize,
+    #[command(flatten)]
+    pub centipede: Centipede,
 
     /// How long each run takes, in simulated seconds.
     #[arg(long, default_value = "19", value_parser = clap::value_parser!(u16).range(7..))]
     pub seconds: u16,
 
-    /// As for sim.
-    #[arg(long, default_value = "1")]
-    pub seed: u64,
-
-    /// As for sim.
-    #[arg(long, default_value_t = cores(), value_parser = threads)]
-    pub threads: usize,
-
     /// Plot the figures, too, to this file.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-
-    /// Print one JSON object in place of the table, to a file or to the standard output (-).
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-
-    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
-    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
-    pub images: PathBuf,
 }
 
 #[derive(Args)]

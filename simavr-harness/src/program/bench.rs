@@ -8,8 +8,7 @@ use serde::{Serialize, Serializer};
 use simavr_harness::bench::{self, Counted, FIGURES, Figure, Measured, PEERS};
 
 use super::arguments::Subject;
-use super::json::Destination;
-use super::output::print;
+use super::json::{Destination, tell};
 use super::{arguments, listing, module};
 
 /// Measures and prints.
@@ -23,12 +22,10 @@ pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
         return listing::print_windows(&images);
     }
     let report = Report::new(&images)?;
-    match (&options.listing, destination) {
-        (Some(name), _) => listing::print(&images, report.named(name)?)?,
-        (None, Some(destination)) => destination.write(&report)?,
-        (None, None) => print(&report)?,
+    match &options.listing {
+        Some(name) => listing::print(&images, report.named(name)?),
+        None => tell(destination, &report),
     }
-    Ok(())
 }
 
 struct Report {

@@ -1,6 +1,7 @@
 //! Reports for other programs.
 
 use std::error::Error;
+use std::fmt::Display;
 use std::fs::{File, OpenOptions, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
@@ -77,6 +78,20 @@ impl Destination {
             }
         };
         written.map_err(|error| format!("can't write {}: {error}", path.display()).into())
+    }
+}
+
+/// Tells a report: as JSON where that is asked for, else by the standard output.
+///
+/// # Errors
+/// It can't be written.
+pub fn tell(
+    destination: Option<Destination>,
+    report: &(impl Serialize + Display),
+) -> Result<(), Box<dyn Error>> {
+    match destination {
+        Some(destination) => destination.write(report),
+        None => print(report),
     }
 }
 

@@ -7,16 +7,12 @@ use serde::Serialize;
 use simavr_harness::bench::module::{self, ModuleFigures};
 
 use super::arguments;
-use super::json::Destination;
-use super::output::print;
+use super::json::{Destination, tell};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
     let report = Report(module::measure(&options.images, options.seconds)?);
-    match destination {
-        Some(destination) => destination.write(&report),
-        None => print(&report),
-    }
+    tell(destination, &report)
 }
 
 #[derive(Serialize)]

@@ -9,14 +9,15 @@ use hormone::hormone::Hormone;
 use hormone::order::{Order, What};
 use plotters::prelude::*;
 use serde::Serialize;
-use simavr_harness::{Engine, Images, RobotBuilder, Terrain};
+use simavr_harness::{Images, Terrain};
 use simulation::{Change, Face, MILLISECOND, Robot, Shape};
 use tasks::dock::Dock;
 
-use super::arguments::Period;
-use super::json::Destination;
-use super::output::{print, say};
-use super::sim::{POWER_UP_WITHIN, load_images};
+use super::arguments::{Centipede, Period};
+use super::json::{Destination, tell};
+use super::output::say;
+use super::sim::load_images;
+use super::terrain::on_terrain;
 
 /// In ms.
 const PERIODS: [u16; 7] = [500, 700, 1000, 1400, 2000, 2800, 4000];
@@ -47,8 +48,8 @@ struct Table {
 }
 
 pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
-    let destination = Destination::of(options.json.as_deref(), None)?;
-    let images = load_images(&options.images)?;
+    let destination = Destination::of(options.centipede.json.as_deref(), None)?;
+    let images = load_images(&options.centipede.images)?;
     let mut rows = Vec::new();
     for period_ms in PERIODS {
         say(format_args!("superbot-sim: a Period of {period_ms} ms\n"));
@@ -57,22 +58,14 @@ pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
     if let Some(path) = &options.svg {
         plot(&rows, path).map_err(|error| format!("can't write {}: {error}", path.display()))?;
     }
-    let Period { modules, seconds, seed, .. } = *options;
-    let table = Table { modules, seconds, seed, rows };
-    match destination {
-        Some(destination) => destination.write(&table),
-        None => print(table),
-    }
+    let Centipede { modules, seed, .. } = options.centipede;
+    let table = Table { modules, seconds: options.seconds, seed, rows };
+    tell(destination, &table)
 }
 
 fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn Error>> {
-    let wiring = Shape::Centipede.wiring(options.modules)?;
-    let robot = RobotBuilder::wired(images.clone(), &wiring)
-        .seed(options.seed)
-        .power_up_within(POWER_UP_WITHIN)
-        .on_terrain(&Terrain::default())
-        .build()?;
-    let mut engine = Engine::new(robot, options.threads);
+    let wiring = Shape::Centipede.wiring(options.centipede.modules)?;
+    let mut engine = on_terrain(&options.centipede, images, &wiring, &Terrain::default())?;
     engine.run_until(1000 * MILLISECOND * ORDERED);
     let period =
         hormone::period::Period::of_milliseconds(period_ms).ok_or("no such Period can be ordered")?;

@@ -12,8 +12,8 @@ use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
-use super::json::Destination;
-use super::output::{print, say};
+use super::json::{Destination, tell};
+use super::output::say;
 use super::report::{Console, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
@@ -103,10 +103,7 @@ fn run_robot<R: Robot>(
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
-    match destination {
-        Some(destination) => destination.write(&report)?,
-        None => print(&report)?,
-    }
+    tell(destination, &report)?;
     if let to_come @ 1.. = run.events_to_come() {
         say(format_args!(
             "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"

@@ -9,9 +9,9 @@ use simavr_harness::{Engine, Face, Images, RobotBuilder, Wiring};
 use simulation::{MILLISECOND, Robot, Run, Scenario};
 use tasks::dock::Dock;
 
-use super::arguments::Terrain;
-use super::json::Destination;
-use super::output::{print, say};
+use super::arguments::{Centipede, Terrain};
+use super::json::{Destination, tell};
+use super::output::say;
 use super::sim::{POWER_UP_WITHIN, load_images};
 
 /// By then legs have risen, and the robot walks evenly, in s.
@@ -65,9 +65,9 @@ struct Table {
 }
 
 pub fn run(options: &Terrain) -> Result<(), Box<dyn Error>> {
-    let destination = Destination::of(options.json.as_deref(), None)?;
-    let images = load_images(&options.images)?;
-    let rows = rows(options.modules)?;
+    let destination = Destination::of(options.centipede.json.as_deref(), None)?;
+    let images = load_images(&options.centipede.images)?;
+    let rows = rows(options.centipede.modules)?;
     let mut tracks: Vec<(&str, Track)> = Vec::new();
     let mut outcomes = Vec::new();
     for row in &rows {
@@ -79,12 +79,9 @@ pub fn run(options: &Terrain) -> Result<(), Box<dyn Error>> {
         let Some((_, track)) = tracks.iter().find(|(file, _)| *file == row.file) else { continue };
         outcomes.push(outcome(row, track, level));
     }
-    let Terrain { modules, seconds, seed, .. } = *options;
-    let table = Table { modules, seconds, seed, rows: outcomes };
-    match destination {
-        Some(destination) => destination.write(&table),
-        None => print(table),
-    }
+    let Centipede { modules, seed, .. } = options.centipede;
+    let table = Table { modules, seconds: options.seconds, seed, rows: outcomes };
+    tell(destination, &table)
 }
 
 /// The rows of the table, level ground first.
@@ -130,15 +127,25 @@ fn middle(wiring: &Wiring) -> Option<Face> {
     cuts.get(cuts.len() / 2).copied()
 }
 
-fn track(options: &Terrain, images: &Images, row: &Row) -> Result<Track, Box<dyn Error>> {
-    let file = format!("modules = {}\nshape = \"centipede\"\n{}", options.modules, row.file);
-    let Scenario { wiring, terrain, timeline } = Scenario::from_toml(&file)?;
-    let robot = RobotBuilder::wired(images.clone(), &wiring)
+/// The robot of a run, without power yet.
+pub fn on_terrain(
+    options: &Centipede,
+    images: &Images,
+    wiring: &Wiring,
+    terrain: &simulation::Terrain,
+) -> Result<Engine, Box<dyn Error>> {
+    let robot = RobotBuilder::wired(images.clone(), wiring)
         .seed(options.seed)
         .power_up_within(POWER_UP_WITHIN)
-        .on_terrain(&terrain.unwrap_or_default())
+        .on_terrain(terrain)
         .build()?;
-    let engine = Engine::new(robot, options.threads);
+    Ok(Engine::new(robot, options.threads))
+}
+
+fn track(options: &Terrain, images: &Images, row: &Row) -> Result<Track, Box<dyn Error>> {
+    let file = format!("modules = {}\nshape = \"centipede\"\n{}", options.centipede.modules, row.file);
+    let Scenario { wiring, terrain, timeline } = Scenario::from_toml(&file)?;
+    let engine = on_terrain(&options.centipede, images, &wiring, &terrain.unwrap_or_default())?;
     let mut run = Run::new(engine, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
     let mut places = Vec::new();
     for second in 0..=u64::from(options.seconds) {

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The test that plays scripts of kernel calls: so many sequences, from the seed behind that, or 0. Each other
-/// is the sweep of the image of its name.
+/// The test that plays scripts of kernel calls: so many sequences, from the seed behind that, or 0. Each
+/// other is the sweep of the image of its name.
 pub const MODEL: &str = "model 6000";
 
 /// After so many seconds a test is ended that does not end by itself.
