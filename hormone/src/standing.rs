@@ -45,8 +45,11 @@ impl Standing {
         if self.number == other.number {
             return self.number != 0 && self.rank() > other.rank();
         }
-        // What stands at power-up is older than any order.
-        other.number == 0 || self.number != 0 && self.number.wrapping_sub(other.number) < 0x8000
+        // What stands at power-up is older than any order. Of two that are as far apart as can be, either
+        // could be the newer.
+        let ahead = self.number.wrapping_sub(other.number);
+        let is_newer = ahead < 0x8000 || ahead == 0x8000 && self.number > other.number;
+        other.number == 0 || self.number != 0 && is_newer
     }
 
     fn rank(self) -> (u8, u8) {

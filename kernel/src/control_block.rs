@@ -104,7 +104,9 @@ impl ControlBlock {
 
     /// The control block of the idle task, which every task preempts.
     pub(crate) const fn idle(context: usize) -> Self {
-        ControlBlock { stack_pointer: MaskedCell::new(context), ..ControlBlock::new() }
+        let mut idle = ControlBlock::new();
+        idle.stack_pointer = MaskedCell::new(context);
+        idle
     }
 
     /// Whether both are the same task.

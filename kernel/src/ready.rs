@@ -130,7 +130,7 @@ pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     let outranks = level < ready.level.get(masked);
     if outranks {
         // SAFETY: `ready.level` is at most `LEVELS`, and the level is below.
-        unsafe { hint::assert_unchecked(level < LEVELS) };
+        unsafe { assume_not_halted(level) };
         // Its queue is empty, or the head would come from there.
         ready.last(level).set(masked, Link::to(task));
         task.link.set(masked, Link::to(task));
@@ -194,12 +194,22 @@ fn remove_behind(masked: &Masked, cell: &Last, before: &'static ControlBlock, ta
     }
 }
 
+/// Tells the compiler that a level is one of the queues', so that it need not keep the low bits alone.
+///
+/// # Safety
+/// It is below [`LEVELS`].
+#[inline(always)]
+unsafe fn assume_not_halted(level: u8) {
+    // SAFETY: the caller's.
+    unsafe { hint::assert_unchecked(level < LEVELS) };
+}
+
 /// Takes the running task from its queue, and returns it; its link is to be set. [`dispatch`] must follow.
 #[inline(always)]
 pub(crate) fn leave(masked: &Masked) -> &'static ControlBlock {
     let task = running(masked);
     // SAFETY: a task that runs is not halted.
-    unsafe { hint::assert_unchecked(task.level.get(masked) < LEVELS) };
+    unsafe { assume_not_halted(task.level.get(masked)) };
     leave_first(masked, task);
     traversal::end(masked);
     task

@@ -130,9 +130,10 @@ static RUNS: MaskedCell<bool> = MaskedCell::new(false);
 /// To be called once, by `main`. A task or an ISR that calls it again gets no second kernel: it goes no
 /// further, with interrupts as they are, and `init` is not called.
 pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
-    let runs = arch::critical(|masked| RUNS.replace(masked, true));
-    while runs {
-        core::hint::spin_loop();
+    if arch::critical(|masked| RUNS.replace(masked, true)) {
+        loop {
+            core::hint::spin_loop();
+        }
     }
     arch::disable_interrupts();
     // SAFETY: interrupts are masked until `run_head` starts the first task, and no task runs as this is the

@@ -2,7 +2,7 @@
 
 mod log;
 
-use kernel::{Mutex, Priority, Refused, Semaphore, Stack, StartError, TaskState, host};
+use kernel::{Boot, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState, host};
 use log::Log;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -284,7 +284,7 @@ fn a_task_whose_body_returns_can_be_started_again() {
         |boot| {
             BOSS.start(boot, Priority::P5, |task| {
                 for name in ["once", "twice"] {
-                    let body = move |task: &mut kernel::Task| {
+                    let body = move |task: &mut Task| {
                         LOG.note(name);
                         task.yield_now();
                     };
@@ -336,18 +336,92 @@ fn who_has_a_mutex_is_left_alone() {
     TRIED.expect(&["tried", "tried"]);
 }
 
-fn forever(task: &mut kernel::Task) -> kernel::Never {
+fn forever(task: &mut Task) -> kernel::Never {
     loop {
         task.delay(kernel::LONGEST);
+    }
+}
+
+fn leak<T>(value: T) -> &'static T {
+    Box::leak(Box::new(value))
+}
+
+/// A task that, once `wake` is posted, does something, in a run in which nobody else does it.
+fn start_when_woken(
+    boot: &mut Boot,
+    wake: &'static Semaphore,
+    what: impl FnOnce(&mut Task) + Send + 'static,
+) {
+    let body = move |task: &mut Task| {
+        wake.wait(task);
+        what(task);
+        forever(task)
+    };
+    leak(Stack::<0>::new()).start(boot, Priority::P1, body).unwrap();
+}
+
+/// Makes a task's call, and at the end of its `section`-th critical section an ISR posts `wake`.
+fn disturbed<R>(section: usize, wake: &'static Semaphore, call: impl FnOnce() -> R) -> R {
+    host::interrupted(section, move |interrupt| wake.post(interrupt), call)
+}
+
+#[test]
+fn a_search_is_right_though_another_task_suspends_one_meanwhile() {
+    const READY: usize = 4;
+    let cases = (1..8).flat_map(|section| (0..READY).map(move |suspended| (section, suspended)));
+    for (section, suspended) in cases {
+        for sought in 0..READY {
+            let wake = leak(Semaphore::new(0));
+            let stacks = leak([const { Stack::<0>::new() }; READY]);
+            let start = |boot: &mut Boot| {
+                for stack in stacks {
+                    stack.start(boot, Priority::P5, |task| forever(task)).unwrap();
+                }
+                start_when_woken(boot, wake, move |task| stacks[suspended].task().suspend(task).unwrap());
+                let search = move |task: &mut Task| {
+                    let state = disturbed(section, wake, || stacks[sought].task().state(task));
+                    let is_right =
+                        state == TaskState::Ready || suspended == sought && state == TaskState::Suspended;
+                    assert!(is_right, "{state:?}: task {suspended} suspended at section {section}");
+                    forever(task)
+                };
+                leak(Stack::<0>::new()).start(boot, Priority::P3, search).unwrap();
+            };
+            host::run_for(1, start, |_, _| {});
+        }
+    }
+}
+
+#[test]
+fn a_task_that_is_being_started_is_none_yet_to_others() {
+    for section in 1..8 {
+        let wake = leak(Semaphore::new(0));
+        let [started, starter] = [(); 2].map(|()| leak(Stack::<0>::new()));
+        let runs = leak(AtomicBool::new(false));
+        let start = |boot: &mut Boot| {
+            start_when_woken(boot, wake, move |task| {
+                let is_suspended = started.task().suspend(task).is_ok();
+                task.delay(1);
+                let has_run = runs.load(Ordering::Relaxed);
+                assert_ne!(has_run, is_suspended, "suspended at section {section} of the start");
+            });
+            let body = move |task: &mut Task| {
+                let body = |task: &mut Task| {
+                    runs.store(true, Ordering::Relaxed);
+                    forever(task)
+                };
+                disturbed(section, wake, || started.start(task, Priority::P6, body)).unwrap();
+                forever(task)
+            };
+            starter.start(boot, Priority::P5, body).unwrap();
+        };
+        host::run_for(3, start, |_, _| {});
     }
 }
 
 #[test]
 fn who_kills_another_task_is_not_killed_before_that_is_done() {
     static REFUSED: AtomicBool = AtomicBool::new(false);
-    fn leak<T>(value: T) -> &'static T {
-        Box::leak(Box::new(value))
-    }
     for sections in 1..20 {
         let [victim, killer, boss] = [(); 3].map(|()| leak(Stack::<0>::new()));
         let [shared, wake] = [(); 2].map(|()| leak(Semaphore::new(0)));
@@ -365,7 +439,7 @@ fn who_kills_another_task_is_not_killed_before_that_is_done() {
                     .start(boot, Priority::P5, move |task| {
                         task.delay(1);
                         let kill = || victim.task().kill(task);
-                        let _ = host::interrupted(sections, move |interrupt| wake.post(interrupt), kill);
+                        let _ = disturbed(sections, wake, kill);
                         forever(task)
                     })
                     .unwrap();

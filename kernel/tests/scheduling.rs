@@ -35,6 +35,35 @@ fn the_higher_task_runs_first_and_a_post_wakes_it_at_once() {
 }
 
 #[test]
+fn a_post_in_a_loop_wakes_and_counts_as_any_does() {
+    static LOG: Log = Log::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static WAKE: Semaphore = Semaphore::new(0);
+    host::run_for(
+        1,
+        |boot| {
+            LOW.start(boot, Priority::P5, |task| {
+                WAKE.post_in_loop(task);
+                LOG.note("low runs on");
+                WAKE.post_in_loop(task);
+                assert!(WAKE.try_wait(task), "nobody waited, and the signal was lost");
+                forever(task)
+            })
+            .unwrap();
+            HIGH.start(boot, Priority::P2, |task| {
+                WAKE.wait(task);
+                LOG.note("high is woken");
+                forever(task)
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["high is woken", "low runs on"]);
+}
+
+#[test]
 fn a_post_to_a_lower_task_does_not_switch() {
     static LOG: Log = Log::new();
     static HIGH: Stack<0> = Stack::new();

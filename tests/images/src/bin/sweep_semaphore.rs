@@ -99,11 +99,20 @@ fn director(task: &mut Task) {
         mark(if GATE.wait_timeout(task, 1).is_ok() { 5 } else { 6 });
         NOTHING
     });
+    // As a task's loop posts: to a higher task, and to a lower one.
+    path(task, 11, |task| {
+        mark(1);
+        GO_MIDDLE.post_in_loop(task);
+        mark(3);
+        GO_LOW.post_in_loop(task);
+        mark(4);
+        NOTHING
+    });
 }
 
 fn middle(task: &mut Task, path: u8) {
     match path {
-        2 => mark(2),
+        2 | 11 => mark(2),
         3 => {
             mark(1);
             GO_LOW.post(task);
@@ -152,6 +161,7 @@ fn low(task: &mut Task, path: u8) {
             mark(3);
         }
         7 => mark(4),
+        11 => mark(5),
         10 => mark(if GATE.wait_timeout(task, 1000).is_ok() { 3 } else { 7 }),
         _ => {}
     }

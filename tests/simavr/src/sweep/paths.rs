@@ -27,6 +27,7 @@ pub const PROGRAMS: &[Program] = &[
             "event flags",
             "event flags that interrupts set too",
             "wait with a time limit",
+            "post in a loop",
         ],
         in_pairs: &[0, 2, 3, 6],
     },
