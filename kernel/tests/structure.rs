@@ -1,4 +1,4 @@
-//! How the sources hang together: what only `arch` may have, and layers without a circle.
+//! How the sources hang together: what only `arch` may have.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -51,42 +51,4 @@ fn assembly_is_where_bench_counts_it() {
     let files: BTreeSet<_> = outside(&sources, "-", "asm!").into_iter().map(|(name, _)| name).collect();
     let counted = ["flash", "interrupts", "start", "switch", "vectors"];
     assert_eq!(files, counted.map(|name| format!("arch/avr/{name}.rs")).iter().map(String::as_str).collect());
-}
-
-/// The module at the top of the tree in which a source lies.
-fn module(name: &str) -> &str {
-    name.split(['/', '.']).next().unwrap_or(name)
-}
-
-/// Which modules each uses. `arch` is left out: it is the contract below all, and the ports that keep it are
-/// above.
-fn uses(sources: &BTreeMap<String, String>) -> BTreeMap<&str, BTreeSet<&str>> {
-    let mut uses: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for (name, source) in sources.iter().filter(|(name, _)| !["arch", "lib"].contains(&module(name))) {
-        let used = uses.entry(module(name)).or_default();
-        for line in source.lines().filter(|line| !line.trim_start().starts_with("//")) {
-            let Some((_, path)) = line.split_once("crate::") else { continue };
-            let end = path.find(|char: char| !char.is_alphanumeric() && char != '_').unwrap_or(path.len());
-            used.insert(&path[..end]);
-        }
-        used.remove(module(name));
-    }
-    let modules: BTreeSet<_> = uses.keys().copied().collect();
-    uses.values_mut().for_each(|used| used.retain(|name| modules.contains(name)));
-    uses
-}
-
-#[test]
-fn layers_have_no_circle() {
-    let sources = sources();
-    let mut uses = uses(&sources);
-    assert!(uses["queue"].contains("semaphore"), "{uses:?}");
-    // From below: what uses nothing that is above.
-    while let Some(lowest) = uses.iter().find(|(_, used)| used.is_empty()).map(|(&name, _)| name) {
-        uses.remove(lowest);
-        for used in uses.values_mut() {
-            used.remove(lowest);
-        }
-    }
-    assert!(uses.is_empty(), "a circle is among these: {uses:?}");
 }

@@ -6,10 +6,11 @@ use simulation::{
     BridgeTotals, Change, Deed, Event, LinkTotals, Motion, Transcript, Trouble, Wiring, WiringError,
 };
 
+use crate::controller::Controller;
 use crate::counters;
 use crate::engine::Engine;
 use crate::mcu::Mcu;
-use crate::module::{Controller, Module};
+use crate::module::Module;
 
 impl simulation::Robot for Engine {
     fn wiring(&self) -> &Wiring {

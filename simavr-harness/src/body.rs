@@ -5,13 +5,14 @@ use plants::battery::{Battery, IDLE_AMPERES};
 use plants::dock::Latch;
 use plants::joint::Joint;
 use plants::motor::Motor;
-use simulation::Angles;
+use simulation::{Angles, CLOCK_HZ};
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
 use tasks::motor::Axis;
 
-use crate::mcu::{CLOCK_HZ, Mcu, Pin};
-use crate::module::Controller;
+use crate::controller::Controller;
+use crate::mcu::Mcu;
+use crate::part::Pin;
 use crate::repair::adc::Multiplexer;
 
 /// The body follows the pins in steps of so many cycles: 0.1 ms.

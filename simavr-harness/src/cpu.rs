@@ -13,16 +13,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use simavr_ffi as ffi;
 
-use crate::coverage::Coverage;
-use crate::device::LEVEL;
-use crate::interpreter::instruction::Instruction;
-use crate::interpreter::{self, Trace};
-use crate::mcu::Reset;
-
 mod registers;
 mod snapshot;
 
-pub(crate) use registers::{Access, CoreState};
+pub(crate) use registers::{Access, CoreState, IO_START};
 
 // Missing from simavr-ffi's bindings.
 unsafe extern "C" {
@@ -54,6 +48,15 @@ pub(crate) enum Core {
     Running,
     Sleeping,
     Stopped,
+}
+
+/// Why an MCU starts over (chapter "Reset Sources"). The watchdog resets by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reset {
+    /// Power was off: SRAM and registers hold chance values.
+    PowerOn,
+    External,
+    BrownOut,
 }
 
 /// Bits of one register.
@@ -204,13 +207,11 @@ impl Cpu {
 
     // --- Running --------------------------------------------------------------------------------
 
-    /// Executes instructions until `deadline`, the next cycle timer, an interrupt to be served, a
-    /// sleep or a device's call for attention, whichever comes first; at least one instruction. `program` is
-    /// what is in flash, as far as it is decoded; `coverage` takes note of each instruction.
-    pub fn run(self, deadline: u64, program: &[Instruction], coverage: Option<&Coverage>) {
+    /// Begins a run: it ends at `deadline` or at the next cycle timer, whichever comes first, and after one
+    /// instruction at least. Returns whether simavr has to look at the core before that executes anything.
+    pub fn begin_run(self, deadline: u64) -> bool {
         let avr = self.as_ptr();
-        // SAFETY: the instance is alive, and no reference into it exists across the call:
-        // callbacks use handles of their own.
+        // SAFETY: the instance is alive by the type's invariant; no simavr code runs meanwhile.
         unsafe {
             (*self.control()).deadline = deadline;
             let left = deadline.saturating_sub((*avr).cycle).max(1);
@@ -219,26 +220,21 @@ impl Cpu {
             (*avr).run_cycle_limit = left;
             (*avr).run_cycle_count = to_timer.clamp(1, left);
         }
-        let has_run = !self.must_pause()
-            && match coverage {
-                None => interpreter::run(self, program, &()),
-                Some(coverage) => interpreter::run(self, program, coverage),
-            };
-        if has_run {
-            return;
-        }
-        let at = self.pc();
-        // SAFETY: the instance is alive by the type's invariant; no reference into it exists across the call.
-        unsafe {
-            if coverage.is_some() {
-                // simavr's interpreter executes one instruction, of which note is taken.
-                (*avr).run_cycle_count = 1;
-            }
-            (*avr).pc = avr_run_one(avr);
-        }
-        if let Some(coverage) = coverage {
-            coverage.note(at / 2, self.pc() / 2);
-        }
+        self.must_pause()
+    }
+
+    /// Ends the run that has begun after its next instruction.
+    pub fn run_for_one_instruction(self) {
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe { (*self.as_ptr()).run_cycle_count = 1 }
+    }
+
+    /// Has simavr's own interpreter execute the run that has begun.
+    pub fn run_by_simavr(self) {
+        let avr = self.as_ptr();
+        // SAFETY: the instance is alive, and no reference into it exists across the call: callbacks use handles
+        // of their own.
+        unsafe { (*avr).pc = avr_run_one(avr) }
     }
 
     /// Holds a run to its deadline. simavr forgets how much of the run has passed whenever a timer
@@ -596,6 +592,9 @@ impl From<ffi::avr_regbit_t> for RegisterBits {
 fn ioctl(kind: &[u8; 3], port: char) -> u32 {
     u32::from_be_bytes([kind[0], kind[1], kind[2], port as u8])
 }
+
+/// The level in what simavr tells of a pin; the bits above say who drives it.
+pub(crate) const LEVEL: u32 = 0xff;
 
 /// Hands a pin's level on to the signal in `parameter`.
 unsafe extern "C" fn show_level(_pin: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {

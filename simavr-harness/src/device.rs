@@ -6,7 +6,7 @@ use std::ptr::NonNull;
 
 use simavr_ffi as ffi;
 
-use crate::cpu::Cpu;
+use crate::cpu::{Cpu, IO_START, LEVEL};
 
 /// A peripheral that the harness owns. It sees the registers given to it, and may ask to be called
 /// at a cycle.
@@ -173,9 +173,6 @@ unsafe extern "C" fn expire<D: Device>(
     slot.armed.unwrap_or(0)
 }
 
-/// The level in what simavr tells of a pin; the bits above say who drives it.
-pub(crate) const LEVEL: u32 = 0xff;
-
 unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
     let parameter = parameter.cast::<Slot<D>>();
     // SAFETY: as in `write`; the signal's pool leads to the instance. simavr changes a watched pin only while
@@ -251,9 +248,6 @@ pub(crate) fn io_end(cpu: Cpu) -> u16 {
     // SAFETY: the instance is alive by the invariant of `Cpu`, and the table is an array in it.
     IO_START + unsafe { (*cpu.as_ptr()).io.len() } as u16
 }
-
-/// First data address of the I/O registers.
-pub(crate) const IO_START: u16 = 0x20;
 
 /// Whether simavr has a write handler at `address`.
 pub(crate) fn has_write_handler(cpu: Cpu, address: u16) -> bool {

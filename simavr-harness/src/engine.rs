@@ -14,13 +14,9 @@ use std::thread;
 
 use simulation::MILLISECOND;
 
-use crate::module::Controller;
+use crate::controller::Controller;
 use crate::physics::Physics;
-use crate::robot::{Delivery, Member, Robot};
-
-/// The longest window, in cycles: a frame of ten bits at 38400 baud, at 16 MHz. It holds while no
-/// transmitter is on.
-pub const LONGEST_WINDOW: u64 = 4160;
+use crate::robot::{Delivery, Event, LONGEST_WINDOW, Member, Robot};
 
 /// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms,
 /// whole windows.
@@ -36,16 +32,6 @@ pub struct Engine {
     cycle: u64,
     events: Vec<Event>,
     changes: Vec<simulation::Event>,
-}
-
-/// A marker that a program wrote.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Event {
-    pub cycle: u64,
-    /// The module's index.
-    pub module: usize,
-    pub controller: Controller,
-    pub value: u8,
 }
 
 impl Engine {

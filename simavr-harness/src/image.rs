@@ -109,6 +109,11 @@ impl Image {
         Ok(Self { program: instruction::decode(&flash), flash, symbols, coverage: None })
     }
 
+    /// The same, left to simavr's own interpreter, which decodes an instruction each time that it executes it.
+    pub fn undecoded(self) -> Self {
+        Self { program: Vec::new(), ..self }
+    }
+
     /// A program without symbols; not `decoded`, it is left to simavr's interpreter.
     #[cfg(test)]
     pub(crate) fn of_flash(flash: Vec<u8>, decoded: bool) -> Self {

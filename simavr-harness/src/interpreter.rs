@@ -6,7 +6,7 @@
 
 use std::cell::Cell;
 
-use crate::cpu::{Access, CoreState, Cpu};
+use crate::cpu::{Access, CoreState, Cpu, IO_START};
 use instruction::{
     Arithmetic, Bits, Branch, Compare, Flow, Instruction, Jump, Load, Memory, Move, Special, Stack, Step,
     Store, Sum, Transfer, Z,
@@ -20,9 +20,6 @@ mod status;
 const SPL: u16 = 0x5d;
 const SPH: u16 = 0x5e;
 const SREG: u16 = 0x5f;
-
-/// Where the core's registers end and I/O registers begin.
-const IO_START: u16 = 0x20;
 
 /// Takes note of what is executed.
 pub(crate) trait Trace {

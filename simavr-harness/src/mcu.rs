@@ -2,30 +2,29 @@
 
 use std::sync::Arc;
 
-use simulation::{Random, fnv_1a};
+use simulation::{CLOCK_HZ, Random, fnv_1a};
 use thiserror::Error;
 
-use crate::cpu::{Core, Cpu};
+use crate::character::Character;
+use crate::cpu::{Core, Cpu, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
+use crate::execution;
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
-use crate::part::Part;
+use crate::part::{Part, Pin};
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::spm::{self, Spm};
 use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
-use crate::repair::usart::{self, Character, Usart, UsartCounts};
+use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
 use crate::repair::{external, interrupt, rampz};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::wires::{self, Wires};
 
 mod explore;
-
-/// The clock of every MCU of the robot, in Hz.
-pub const CLOCK_HZ: u32 = 16_000_000;
 
 /// Data address of the status register.
 const SREG: u16 = 0x5f;
@@ -83,15 +82,6 @@ pub enum State {
     Crashed(String),
 }
 
-/// Why an MCU starts over (chapter "Reset Sources"). The watchdog resets by itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reset {
-    /// Power was off: SRAM and registers hold chance values.
-    PowerOn,
-    External,
-    BrownOut,
-}
-
 /// An interrupt that the core has just accepted: the next instruction is the one at its vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Accepted {
@@ -99,13 +89,6 @@ pub struct Accepted {
     /// What that took: 4 cycles, or 8 if it ended a sleep; 5 or 10 on a part with a program counter of 3
     /// bytes.
     pub response_cycles: u64,
-}
-
-/// A pin: its port's letter and its bit, 0 to 7.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Pin {
-    pub port: char,
-    pub bit: u8,
 }
 
 /// Why there is no MCU.
@@ -393,9 +376,9 @@ impl Mcu {
         if self.cpu.core() == Core::Running {
             let (program, coverage) = (self.image.program(), self.image.coverage());
             match self.hangs_at {
-                None => self.cpu.run(limit, program, coverage),
+                None => execution::run(self.cpu, limit, program, coverage),
                 Some(address) if address == self.pc() => self.cpu.set_cycle(start + JUMP),
-                Some(_) => self.cpu.run(start + 1, program, coverage),
+                Some(_) => execution::run(self.cpu, start + 1, program, coverage),
             }
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;

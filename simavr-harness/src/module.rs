@@ -8,20 +8,14 @@ use thiserror::Error;
 
 use crate::body::{self, Body};
 use crate::bus::{Bus, BusCounts};
+use crate::character::Character;
+use crate::controller::Controller;
 use crate::counters;
 use crate::image::Image;
 use crate::lockstep;
-use crate::mcu::{Mcu, McuError, Pin};
-use crate::part::Part;
-use crate::repair::usart::Character;
+use crate::mcu::{Mcu, McuError};
+use crate::part::{Part, Pin};
 use crate::serial_pins::SerialPins;
-
-/// One of a module's two MCUs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Controller {
-    Master,
-    Slave,
-}
 
 /// The programs of a module's MCUs.
 #[derive(Clone, Debug)]
@@ -83,10 +77,6 @@ const PINS: usize = 2;
 /// The pins of the third dock of each MCU, as the board description has them.
 const SERIAL_PINS: SerialPins =
     SerialPins { receive: Pin { port: 'E', bit: 7 }, transmit: Pin { port: 'E', bit: 5 } };
-
-impl Controller {
-    pub const ALL: [Controller; 2] = [Self::Master, Self::Slave];
-}
 
 impl Module {
     /// A module at power-up; what its memories hold is drawn from `seed`.

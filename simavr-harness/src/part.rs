@@ -27,6 +27,13 @@ pub struct Part {
     pub(crate) timer3: Option<u8>,
 }
 
+/// A pin: its port's letter and its bit, 0 to 7.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Pin {
+    pub port: char,
+    pub bit: u8,
+}
+
 #[derive(Debug)]
 pub(crate) struct UsartRegisters {
     pub udr: u16,

@@ -2,7 +2,7 @@
 
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
-use crate::mcu::Pin;
+use crate::part::Pin;
 
 /// A change of a pin's level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

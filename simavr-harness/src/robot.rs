@@ -12,14 +12,19 @@ use tasks::docking::latch::End;
 use thiserror::Error;
 use world::{Ground, Make, Trouble, WorldError};
 
-use crate::engine::{Event, LONGEST_WINDOW};
+use crate::character::Character;
+use crate::controller::Controller;
+use crate::cpu::Reset;
 use crate::link::{Channel, Faults, LinkCounts};
-use crate::mcu::{McuError, Reset};
-use crate::module::{Controller, Images, Module};
+use crate::mcu::McuError;
+use crate::module::{Images, Module};
 use crate::physics::Physics;
-use crate::repair::usart::Character;
 use crate::terrain;
 use crate::variation::{Variation, vary};
+
+/// The longest window, in cycles: a frame of ten bits at 38400 baud, at 16 MHz. It holds while no
+/// transmitter is on.
+pub const LONGEST_WINDOW: u64 = 4160;
 
 /// Modules and the attachments between their docks.
 pub struct Robot {
@@ -49,6 +54,16 @@ pub(crate) struct Member {
     terminals: Vec<Placed>,
     /// Markers of this run, in no particular order.
     pub events: Vec<Event>,
+}
+
+/// A marker that a program wrote.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Event {
+    pub cycle: u64,
+    /// The module's index.
+    pub module: usize,
+    pub controller: Controller,
+    pub value: u8,
 }
 
 /// What a dock is attached to, and the way there.

@@ -6,10 +6,12 @@
 
 use std::collections::VecDeque;
 
+use simulation::CLOCK_HZ;
+
+use crate::character::Character;
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
-use crate::mcu::{CLOCK_HZ, Pin};
-use crate::repair::usart::Character;
+use crate::part::Pin;
 
 /// The pins of a serial port in software. An idle line is high.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
-use crate::mcu::Pin;
+use crate::part::Pin;
 
 /// SCL and SDA of the ATmega128.
 const CLOCK: Pin = Pin { port: 'D', bit: 0 };

@@ -81,13 +81,14 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
 
 #[test]
 fn the_state_hash_follows_from_the_seed() {
-    let hash = |seed, threads| {
-        let arguments =
-            ["sim", "six-legs", "--seconds", "0.5", "--json", "-", "--seed", seed, "--threads", threads];
-        json(&run(&arguments))["state_hash"].clone()
+    let hash = |options: &[&str]| {
+        let arguments = ["sim", "six-legs", "--seconds", "0.5", "--json", "-"];
+        json(&run(&[&arguments[..], options].concat()))["state_hash"].clone()
     };
-    assert_eq!(hash("1", "1"), hash("1", "2"));
-    assert_ne!(hash("1", "1"), hash("2", "1"));
+    let first = hash(&["--threads", "1"]);
+    assert_eq!(first, hash(&["--threads", "2"]));
+    assert_eq!(first, hash(&["--core", "simavr"]));
+    assert_ne!(first, hash(&["--seed", "2"]));
 }
 
 #[test]
@@ -354,6 +355,7 @@ fn without_a_world_nothing_is_said_of_motion() {
 }
 
 #[test]
-fn the_native_engine_has_no_world() {
+fn the_native_engine_has_neither_world_nor_images() {
     assert_refused(&run(&["sim", "--engine", "host", "--world", "ground"]), "leave --world out");
+    assert_refused(&run(&["sim", "--engine", "host", "--core", "simavr"]), "leave --core out");
 }

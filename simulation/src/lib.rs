@@ -14,6 +14,7 @@
 pub mod arq;
 mod change;
 mod command;
+mod course;
 mod deed;
 mod discovery;
 mod file;
@@ -21,6 +22,7 @@ mod gait;
 mod hardware;
 mod hash;
 mod hops;
+mod leader;
 mod native;
 mod observer;
 mod orders;

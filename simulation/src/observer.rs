@@ -1,13 +1,13 @@
 //! All observers of a robot at once.
 
 use crate::change::{Change, Links, Mcus};
+use crate::course::Course;
 use crate::deed::Deed;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
 use crate::hops::Hops;
 use crate::robot::Robot;
 use crate::scenario::Event;
-use crate::verdict::Course;
 use crate::wiring::{Face, Wiring};
 
 /// Follows a robot as it runs.

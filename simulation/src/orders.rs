@@ -4,7 +4,7 @@
 use hormone::gait::{Gait, GaitName, Once};
 
 use crate::hardware::MILLISECOND;
-use crate::reach::{acting, leads};
+use crate::leader::{acting, leads};
 use crate::wiring::Wiring;
 
 /// For how long a robot has to have another shape until it has taken it.

@@ -1,6 +1,6 @@
 //! Whether a robot that has run did as it should.
 
-use crate::change::Change;
+use crate::course::Course;
 use crate::hardware::CLOCK_HZ;
 use crate::robot::Robot;
 use crate::run::Run;
@@ -20,32 +20,6 @@ const RISES: f64 = 3.0;
 
 /// A robot that has run for less is not asked how far it has come, in s.
 const JUDGED_AFTER: f64 = 8.0;
-
-/// What a robot has been through, which decides whether it is asked how far it has come.
-#[derive(Clone, Copy)]
-pub struct Course {
-    /// It was told to walk by another gait.
-    is_ordered: bool,
-    /// Nothing has happened to it that would stop a robot.
-    is_undisturbed: bool,
-}
-
-impl Course {
-    /// Nothing has happened to it yet.
-    pub const NEW: Course = Course { is_ordered: false, is_undisturbed: true };
-
-    /// This has happened to it.
-    pub fn take(&mut self, change: &Change) {
-        let ordered = change.orders().map(|(_, gait)| gait);
-        self.is_ordered |= ordered.is_some();
-        self.is_undisturbed &= match (change, ordered) {
-            (_, Some(gait)) => gait.is_some_and(|gait| gait.once.is_none()),
-            (Change::Obstacle { .. } | Change::Console(_), _) => true,
-            (Change::Loss { probability, .. } | Change::Noise { probability, .. }, _) => *probability == 0.0,
-            _ => false,
-        };
-    }
-}
 
 /// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked
 /// how far it has come.

@@ -6,7 +6,8 @@ use std::ops::{Range, RangeInclusive};
 
 use super::{BEFORE_OUT, BenchError, END, Measured, Stretch, TestImages, keep_longest, unmeasurable};
 use crate::image::{Image, Place};
-use crate::mcu::{Mcu, Pin};
+use crate::mcu::Mcu;
+use crate::part::Pin;
 
 /// The pin of external interrupt 4.
 pub(super) const BUTTON: Pin = Pin { port: 'E', bit: 4 };

@@ -6,10 +6,12 @@ use std::cell::Cell;
 use simavr_ffi as ffi;
 
 use super::Cpu;
-use crate::device::IO_START;
 
 /// simavr's request for what a program reads in flash, where fuses may show instead.
 const READ_FLASH: u32 = u32::from_be_bytes(*b"flpm");
+
+/// First data address of the I/O registers.
+pub(crate) const IO_START: u16 = 0x20;
 
 /// Where a program is.
 #[derive(Clone, Copy)]

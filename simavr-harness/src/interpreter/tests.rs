@@ -8,7 +8,7 @@ use simulation::Random;
 use super::instruction::decode;
 use super::*;
 use crate::image::Image;
-use crate::mcu::{CLOCK_HZ, Mcu};
+use crate::mcu::Mcu;
 use crate::part::Part;
 use crate::repair::watchdog;
 

@@ -40,6 +40,11 @@ pub struct Sim {
     #[arg(long, default_value = "simavr")]
     pub engine: EngineName,
 
+    /// Which interpreter executes the images' instructions: decoded, that of the harness, which decodes them
+    /// once; or simavr's own, which is slower. What happens is the same. Decoded, unless given.
+    #[arg(long)]
+    pub core: Option<CoreName>,
+
     /// What the robot is in: level ground, where it has weight and moves; or none, where each joint turns by
     /// itself. Ground, unless given; with --engine host none.
     #[arg(long)]
@@ -78,6 +83,13 @@ pub struct Sim {
     /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
+}
+
+impl Sim {
+    /// What executes the images.
+    pub fn core(&self) -> CoreName {
+        self.core.unwrap_or(CoreName::Decoded)
+    }
 }
 
 /// What a table of runs of a centipede takes.
@@ -161,6 +173,14 @@ pub struct Bench {
 pub enum EngineName {
     Simavr,
     Host,
+}
+
+/// What executes an image's instructions.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CoreName {
+    Decoded,
+    Simavr,
 }
 
 /// What a robot is in.

@@ -13,7 +13,7 @@ use simavr_harness::{Images, Terrain};
 use simulation::{Change, Face, MILLISECOND, Robot, Shape};
 use tasks::dock::Dock;
 
-use super::arguments::{Centipede, Period};
+use super::arguments::{Centipede, CoreName, Period};
 use super::json::{Destination, tell};
 use super::output::say;
 use super::sim::load_images;
@@ -49,7 +49,7 @@ struct Table {
 
 pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.centipede.json.as_deref(), None)?;
-    let images = load_images(&options.centipede.images)?;
+    let images = load_images(&options.centipede.images, CoreName::Decoded)?;
     let mut rows = Vec::new();
     for period_ms in PERIODS {
         say(format_args!("superbot-sim: a Period of {period_ms} ms\n"));

@@ -10,12 +10,14 @@ use simulation::{
     Transcript, Trouble,
 };
 
-use super::arguments::{EngineName, Sim, WorldName};
+use super::arguments::{CoreName, EngineName, Sim, WorldName};
 
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
 pub struct Report {
     pub engine: EngineName,
+    /// What executed the images, if there were any.
+    pub core: Option<CoreName>,
     pub modules: usize,
     /// Simulated.
     pub mcus: usize,
@@ -207,6 +209,7 @@ impl Report {
         let finite = |value: f64| value.is_finite().then_some(value);
         Report {
             engine: options.engine,
+            core: matches!(options.engine, EngineName::Simavr).then(|| options.core()),
             modules,
             mcus: if cpu_load.is_some() { 2 * modules } else { 0 },
             simulated_seconds,

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, Image, Images, RobotBuilder};
+use simavr_harness::{Engine, Image, ImageError, Images, RobotBuilder};
 use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
-use super::arguments::{EngineName, Sim, Source, WorldName};
+use super::arguments::{CoreName, EngineName, Sim, Source, WorldName};
 use super::display::Display;
 use super::json::{Destination, tell};
 use super::output::say;
@@ -59,6 +59,12 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             if options.world == Some(WorldName::Ground) {
                 return Err(
                     "the native engine has no world: leave --world out, or ask for --engine simavr".into()
+                );
+            }
+            if options.core.is_some() {
+                return Err(
+                    "the native engine executes no images: leave --core out, or ask for --engine simavr"
+                        .into(),
                 );
             }
             if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
@@ -137,8 +143,11 @@ fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
     }
 }
 
-pub fn load_images(directory: &Path) -> Result<Images, Box<dyn Error>> {
-    let load = |name| Image::load(directory.join(name)).map(Arc::new);
+pub fn load_images(directory: &Path, core: CoreName) -> Result<Images, Box<dyn Error>> {
+    let load = |name| {
+        let image = Image::load(directory.join(name))?;
+        Ok::<_, ImageError>(Arc::new(if core == CoreName::Simavr { image.undecoded() } else { image }))
+    };
     Ok(Images { master: load("firmware-master.elf")?, slave: load("firmware-slave.elf")? })
 }
 
@@ -150,7 +159,7 @@ fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Rob
         )
         .into());
     }
-    let images = load_images(&options.images)?;
+    let images = load_images(&options.images, options.core())?;
     if images.master.symbol("MODULE_STATUS").is_none() {
         return Err("the master's image has no MODULE_STATUS: build both with `./x build`".into());
     }

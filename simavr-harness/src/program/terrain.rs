@@ -9,7 +9,7 @@ use simavr_harness::{Engine, Face, Images, RobotBuilder, Wiring};
 use simulation::{MILLISECOND, Robot, Run, Scenario};
 use tasks::dock::Dock;
 
-use super::arguments::{Centipede, Terrain};
+use super::arguments::{Centipede, CoreName, Terrain};
 use super::json::{Destination, tell};
 use super::output::say;
 use super::sim::{POWER_UP_WITHIN, load_images};
@@ -66,7 +66,7 @@ struct Table {
 
 pub fn run(options: &Terrain) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.centipede.json.as_deref(), None)?;
-    let images = load_images(&options.centipede.images)?;
+    let images = load_images(&options.centipede.images, CoreName::Decoded)?;
     let rows = rows(options.centipede.modules)?;
     let mut tracks: Vec<(&str, Track)> = Vec::new();
     let mut outcomes = Vec::new();

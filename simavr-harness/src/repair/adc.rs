@@ -8,8 +8,7 @@
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
-use crate::mcu::Pin;
-use crate::part::AdcRegisters;
+use crate::part::{AdcRegisters, Pin};
 use crate::repair::interrupt;
 
 /// Clocks of a conversion (table "ADC Conversion Time").

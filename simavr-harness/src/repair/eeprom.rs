@@ -4,9 +4,10 @@
 //!
 //! Simplified: later parts than the ATmega128 can also erase or write alone; here they always do both.
 
+use simulation::CLOCK_HZ;
+
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
-use crate::mcu::CLOCK_HZ;
 use crate::part::EepromRegisters;
 use crate::repair::interrupt;
 

@@ -7,8 +7,8 @@
 //! flags (a USART's RXC, TWINT), which acceptance does not clear, after each acceptance. So it holds
 //! too for a kernel that leaves a handler by other ways than RETI.
 
-use crate::cpu::{Cpu, RegisterBits, Vector};
-use crate::device::{IO_START, WrappedWrites, has_write_handler, io_end};
+use crate::cpu::{Cpu, IO_START, RegisterBits, Vector};
+use crate::device::{WrappedWrites, has_write_handler, io_end};
 
 /// Wraps every register whose write may change what is pending, and every other one for which simavr
 /// has a handler, so that none of them makes a run miss its deadline.

@@ -8,27 +8,11 @@
 
 use std::collections::VecDeque;
 
+use crate::character::Character;
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::UsartRegisters;
 use crate::repair::interrupt;
-
-/// One byte on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Character {
-    pub value: u8,
-    /// Cycle at which the start bit begins.
-    pub start: u64,
-    /// Cycle at which the last stop bit ends.
-    pub end: u64,
-}
-
-impl Character {
-    /// The same so many cycles later.
-    pub(crate) fn later(self, cycles: u64) -> Self {
-        Self { start: self.start + cycles, end: self.end + cycles, ..self }
-    }
-}
 
 /// What a USART has done since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,8 +8,8 @@ use super::control::{Control, TURN};
 use super::recovery::recovery;
 use super::{BYTE, MEASURED, ModuleImages, SECOND, expect_no_reset};
 use crate::bench::{BenchError, unmeasurable};
+use crate::character::Character;
 use crate::engine::Engine;
-use crate::repair::usart::Character;
 use crate::robot::RobotBuilder;
 
 /// What comes of babble.

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::link::{in_turn, word};
 use super::{MEASURED, MILLISECOND, SECOND, images, module};
 use crate::bench::{BenchError, unmeasurable};
+use crate::controller::Controller;
 use crate::engine::Engine;
-use crate::module::Controller;
 use crate::robot::RobotBuilder;
 
 /// Cycles that a message of 16 bytes takes on the wire at 400 kHz: START, address, 20 bytes with an

@@ -5,9 +5,9 @@ use tasks::motor::Axis;
 
 use super::{MEASURED, MILLISECOND};
 use crate::bench::{BenchError, unmeasurable};
+use crate::controller::Controller;
 use crate::engine::Engine;
-use crate::mcu::Pin;
-use crate::module::Controller;
+use crate::part::Pin;
 use crate::probe::Edge;
 
 /// Cycles of a period of the joints' control.

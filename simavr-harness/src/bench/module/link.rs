@@ -7,10 +7,10 @@ use simulation::Random;
 
 use super::{BYTE, MILLISECOND, SECOND};
 use crate::bench::{BenchError, unmeasurable};
+use crate::character::Character;
 use crate::image::Image;
 use crate::mcu::Mcu;
 use crate::part::Part;
-use crate::repair::usart::Character;
 
 const BITS: f64 = 10.0;
 

@@ -19,11 +19,12 @@ use serde::Serialize;
 use simulation::arq;
 
 use super::{BenchError, unmeasurable};
+use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::image::Image;
-use crate::mcu::CLOCK_HZ;
-use crate::module::{Controller, Images, Module};
+use crate::module::{Images, Module};
 use crate::robot::RobotError;
+use simulation::CLOCK_HZ;
 
 pub use bridge::bridge_efficiency;
 pub use link::link_efficiency;

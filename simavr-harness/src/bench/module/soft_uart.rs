@@ -7,8 +7,9 @@ use tasks::dock::Dock;
 
 use super::{MILLISECOND, images};
 use crate::bench::{BenchError, unmeasurable};
+use crate::controller::Controller;
 use crate::engine::Engine;
-use crate::module::{Controller, Images};
+use crate::module::Images;
 use crate::robot::RobotBuilder;
 
 /// What the lines carried.

@@ -9,10 +9,10 @@ use tasks::dock::Dock;
 use super::recovery::recovery;
 use super::{MEASURED, SECOND, images, milliseconds};
 use crate::bench::{BenchError, unmeasurable};
+use crate::controller::Controller;
 use crate::counters;
 use crate::engine::Engine;
 use crate::image::{Image, Place, Symbol};
-use crate::module::Controller;
 use crate::robot::RobotBuilder;
 
 /// How often the harness looks whether a task runs, in cycles.
