@@ -412,7 +412,9 @@ impl Robot {
         self.commands = self.commands.wrapping_add(1);
         let module = &mut self.members[at.module].module;
         let bytes = simulation::command(at.dock, self.commands, payload);
-        send(module, at.dock, module.cycle(), &bytes);
+        for later in simulation::SENDS {
+            send(module, at.dock, module.cycle() + later, &bytes);
+        }
     }
 
     /// What consoles have told, in the order in which they were asked.

@@ -29,8 +29,8 @@ pub enum Change {
     Obstacle { at: Face, is_there: bool },
     /// The robot lies turned about its long axis from now on, by so many degrees: its left side goes up.
     Roll(f64),
-    /// Someone with a remote control sends a message to HORMONE, once, through a dock to which nothing is
-    /// attached.
+    /// Someone with a remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock
+    /// to which nothing is attached.
     Command { at: Face, payload: Vec<u8> },
     /// Someone with a terminal at a dock to which nothing is attached asks the module's console for all that
     /// it tells.

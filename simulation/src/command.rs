@@ -6,6 +6,12 @@ use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
 use tasks::message::TaskCode;
 
+use crate::hardware::MILLISECOND;
+
+/// When it sends a message, in cycles from the first time: a dock that sends itself hears nothing. Who has
+/// heard it takes the others for repeated.
+pub const SENDS: [u64; 3] = [0, 15 * MILLISECOND, 30 * MILLISECOND];
+
 /// The bytes on the wire of a message to HORMONE that comes in at a dock. `number` tells it from the one
 /// before.
 pub fn command(at: Dock, number: u8, payload: &[u8]) -> Vec<u8> {

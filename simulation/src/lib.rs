@@ -42,7 +42,7 @@ mod walker;
 mod wiring;
 
 pub use change::{Change, Links, Mcus};
-pub use command::command;
+pub use command::{SENDS, command};
 pub use deed::Deed;
 pub use discovery::Discovery;
 pub use file::FileError;

@@ -20,6 +20,7 @@ use tasks::link::signature::Signature;
 use tasks::message::{Address, Letter, Message, TaskCode};
 
 use crate::change::{Change, Links};
+use crate::command::SENDS;
 use crate::deed::Deed;
 use crate::hash::Fnv;
 use crate::random::Random;
@@ -208,8 +209,10 @@ impl Native {
         let label = Label { signature, turn: Turn::First };
         let address = Address::here(TaskCode::HORMONE);
         if let Ok(message) = Message::new(address, address, payload) {
-            let span = self.now..self.now + time::frame(payload.len());
-            self.arrive(at, Flight { wire: Wire::Data(label, Letter::of(message)), span });
+            for start in SENDS.map(|later| self.now + later) {
+                let wire = Wire::Data(label, Letter::of(message.clone()));
+                self.arrive(at, Flight { wire, span: start..start + time::frame(payload.len()) });
+            }
         }
     }
 }

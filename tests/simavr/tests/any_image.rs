@@ -1,5 +1,5 @@
-//! No image breaks the simulator: the robot's own, with bits flipped by chance, run or are refused. Of some it is
-//! tried that simavr's own interpreter does the same with them.
+//! No image breaks the simulator: the robot's own, with bits flipped by chance, run or are refused. Of some
+//! it is tried that simavr's own interpreter does the same with them.
 
 use std::sync::Arc;
 

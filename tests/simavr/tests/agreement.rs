@@ -1,0 +1,250 @@
+//! Both engines over robots and timelines made up by chance: the same types and verdict at the end, and up to
+//! there the same actions at the same times.
+//!
+//! `SUPERBOT_ROBOTS=200` tries as many; `SUPERBOT_ROBOT=7` the one with that seed, and tells what it did.
+
+use std::fmt::Write;
+
+use hormone::event::Event as Did;
+use hormone::gait::GaitName;
+use hormone::status::Status;
+use simavr_harness::{Engine, RobotBuilder};
+use simulation::{
+    BridgeTotals, Change, Deed, Event, Face, LinkTotals, Mcus, Native, Random, Robot, Run, Shape, Wiring,
+    WiringError, faults,
+};
+use superbot_tests_simavr::{MILLISECOND, firmware};
+use tasks::dock::Dock;
+
+/// How many robots are tried, unless `SUPERBOT_ROBOTS` says otherwise.
+const ROBOTS: u64 = 4;
+
+/// Something happens to them between these moments; what they do is compared from then to the end.
+const HAPPENS: std::ops::Range<u64> = 2_000 * MILLISECOND..4_000 * MILLISECOND;
+const SETTLED: u64 = 8_000 * MILLISECOND;
+const END: u64 = 10_400 * MILLISECOND;
+
+/// Modules get their power within this time, in both engines at the same moments.
+const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
+
+/// How far apart the engines may be in when a module begins to act.
+const APART: u64 = 150 * MILLISECOND;
+
+/// A robot whose deeds are kept.
+struct Kept<R> {
+    robot: R,
+    deeds: Vec<Deed>,
+}
+
+impl<R: Robot> Robot for Kept<R> {
+    fn wiring(&self) -> &Wiring {
+        self.robot.wiring()
+    }
+    fn now(&self) -> u64 {
+        self.robot.now()
+    }
+    fn powered_up_at(&self, module: usize) -> u64 {
+        self.robot.powered_up_at(module)
+    }
+    fn is_on(&self, module: usize) -> bool {
+        self.robot.is_on(module)
+    }
+    fn change(&mut self, change: &Change) -> Result<(), WiringError> {
+        self.robot.change(change)
+    }
+    fn run_until(&mut self, cycle: u64) {
+        self.robot.run_until(cycle);
+    }
+    fn take_deeds(&mut self) -> Vec<Deed> {
+        let deeds = self.robot.take_deeds();
+        self.deeds.extend(deeds.iter().copied());
+        deeds
+    }
+    fn take_changes(&mut self) -> Vec<Event> {
+        self.robot.take_changes()
+    }
+    fn status(&self, module: usize) -> Option<Status> {
+        self.robot.status(module)
+    }
+    fn acceleration(&self, module: usize) -> [f64; 3] {
+        self.robot.acceleration(module)
+    }
+    fn links(&self) -> LinkTotals {
+        self.robot.links()
+    }
+    fn bridges(&self) -> BridgeTotals {
+        self.robot.bridges()
+    }
+    fn crashes(&self) -> Vec<String> {
+        self.robot.crashes()
+    }
+    fn state_hash(&self) -> u64 {
+        self.robot.state_hash()
+    }
+}
+
+/// What came of a robot.
+struct Outcome {
+    /// A line for each module: whether it is on, its type, its neighbours and its gait.
+    modules: Vec<String>,
+    faults: Vec<String>,
+    /// By module, what it began to do in the end, and when.
+    actions: Vec<Vec<(String, u64)>>,
+}
+
+fn outcome(robot: impl Robot, timeline: Vec<Event>) -> Outcome {
+    let mut run = Run::new(Kept { robot, deeds: Vec::new() }, timeline, 1_000 * MILLISECOND);
+    while run.step(END).expect("the timeline is possible") {}
+    let count = run.robot.wiring().modules();
+    let describe = |module| {
+        let status = run.robot.status(module).filter(|_| run.robot.is_on(module));
+        format!("{:?}", status.map(|status| (status.module_type, status.neighbours(), status.gait)))
+    };
+    let mut actions = vec![Vec::new(); count];
+    for deed in run.robot.deeds.iter().filter(|deed| deed.cycle >= SETTLED) {
+        if let Did::ActionBegun(action) = deed.event {
+            actions[deed.module].push((format!("{action:?}"), deed.cycle));
+        }
+    }
+    Outcome { modules: (0..count).map(describe).collect(), faults: faults(&run, true), actions }
+}
+
+/// Chance, for picking.
+struct Pick(Random);
+
+impl Pick {
+    fn below(&mut self, count: usize) -> usize {
+        (self.0.next_u64() % count as u64) as usize
+    }
+
+    fn of<T: Copy>(&mut self, what: &[T]) -> T {
+        what[self.below(what.len())]
+    }
+
+    fn face(&mut self, wiring: &Wiring) -> Face {
+        Face { module: self.below(wiring.modules()), dock: self.of(&Dock::ALL) }
+    }
+
+    fn wiring(&mut self) -> Wiring {
+        let shaped = [
+            (Shape::Centipede, 1..13),
+            (Shape::Chain, 2..9),
+            (Shape::Ring, 3..9),
+            (Shape::FourLegs, 8..11),
+            (Shape::SixLegs, 11..12),
+            (Shape::Cross, 5..10),
+        ];
+        let which = self.below(shaped.len() + 1);
+        let Some((shape, modules)) = shaped.get(which) else { return self.tree() };
+        let modules = modules.start + self.below(modules.len());
+        shape.wiring(modules).expect("the shape has so many modules")
+    }
+
+    /// Modules each of which is attached to one of those before it, by any dock of that.
+    fn tree(&mut self) -> Wiring {
+        let mut wiring = Wiring::new(2 + self.below(8));
+        for module in 1..wiring.modules() {
+            loop {
+                let face = Face { module: self.below(module), dock: self.of(&Dock::ALL) };
+                let own = Face { module, dock: self.of(&[Dock::Front, Dock::Back]) };
+                if wiring.attach(face, own).is_ok() {
+                    break;
+                }
+            }
+        }
+        wiring
+    }
+
+    /// Up to three changes, each of which is possible after those before.
+    fn timeline(&mut self, mut wiring: Wiring) -> Vec<Event> {
+        let mut moments: Vec<u64> = (0..self.below(4)).map(|_| self.moment()).collect();
+        moments.sort_unstable();
+        let mut loose: Option<(Face, Face)> = None;
+        let mut timeline = Vec::new();
+        for at in moments {
+            let face = self.face(&wiring);
+            let change = match (self.below(7), loose.take()) {
+                (0..4, Some((one, other))) => Change::Attach(one, other),
+                (0, _) => Change::Reset {
+                    module: face.module,
+                    mcus: self.of(&[Mcus::Master, Mcus::Slave, Mcus::Both]),
+                },
+                (1 | 2, _) => {
+                    loose = wiring.peer(face).map(|peer| (face, peer));
+                    Change::Detach(face)
+                }
+                (3, _) => Change::Swap(face.module, self.below(wiring.modules())),
+                (4, _) => Change::Kill(face.module),
+                (5, _) => Change::Roll(self.of(&[180.0, 90.0, 0.0])),
+                _ => {
+                    let gaits = [
+                        GaitName::Centipede,
+                        GaitName::Caterpillar,
+                        GaitName::Serpentine,
+                        GaitName::RollingTrack,
+                    ];
+                    let gait = self.of(&gaits) as u8;
+                    Change::Command { at: face, payload: vec![0xd0 + gait, 1, self.of(&[255, 10, 30])] }
+                }
+            };
+            if change.apply(&mut wiring).is_ok() {
+                timeline.push(Event { at, change });
+            }
+        }
+        timeline
+    }
+
+    fn moment(&mut self) -> u64 {
+        HAPPENS.start + self.0.next_u64() % (HAPPENS.end - HAPPENS.start)
+    }
+}
+
+/// What differs between the engines with the robot of this seed, in lines; none if they agree.
+fn differences(seed: u64, tells: bool) -> String {
+    let mut pick = Pick(Random::new(seed));
+    let wiring = pick.wiring();
+    let timeline = pick.timeline(wiring.clone());
+    let builder = RobotBuilder::wired(firmware(), &wiring).seed(seed).power_up_within(POWER_UP_WITHIN);
+    let engine = Engine::new(builder.build().expect("the robot can be built"), 2);
+    let simavr = outcome(engine, timeline.clone());
+    let native = outcome(Native::new(wiring.clone(), seed, POWER_UP_WITHIN), timeline.clone());
+    let mut lines = String::new();
+    for (module, (one, other)) in simavr.modules.iter().zip(&native.modules).enumerate() {
+        if one != other {
+            let _ = writeln!(lines, "module {module}: {one} in simavr, {other} natively");
+        }
+    }
+    if simavr.faults.is_empty() != native.faults.is_empty() {
+        let _ = writeln!(lines, "faults: {:?} in simavr, {:?} natively", simavr.faults, native.faults);
+    }
+    for (module, (one, other)) in simavr.actions.iter().zip(&native.actions).enumerate() {
+        for ((name, actions), others) in [(("simavr", one), other), (("native", other), one)] {
+            let inner = actions.iter().filter(|(_, at)| (SETTLED + APART..END - APART).contains(at));
+            for (action, at) in inner {
+                let is_done = others.iter().any(|(what, when)| what == action && when.abs_diff(*at) <= APART);
+                if !is_done {
+                    let ms = at / MILLISECOND;
+                    let _ = writeln!(lines, "module {module}: {action} at {ms} ms in {name} alone");
+                }
+            }
+        }
+    }
+    if tells || !lines.is_empty() {
+        let attachments: Vec<_> = wiring.attachments().collect();
+        lines = format!("seed {seed}: {attachments:?}\n{timeline:#?}\n{lines}");
+    }
+    lines
+}
+
+#[test]
+fn robots_made_up_by_chance_do_the_same_in_both_engines() {
+    let number = |name| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("it is a number"));
+    if let Some(seed) = number("SUPERBOT_ROBOT") {
+        return eprintln!("{}", differences(seed, true));
+    }
+    let different: Vec<String> = (0..number("SUPERBOT_ROBOTS").unwrap_or(ROBOTS))
+        .map(|seed| differences(seed, false))
+        .filter(|lines| !lines.is_empty())
+        .collect();
+    assert!(different.is_empty(), "{} differ\n{}", different.len(), different.join("\n"));
+}
