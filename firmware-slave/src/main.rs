@@ -68,10 +68,10 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<284> = Stack::new();
-    pub static SEND_USART0: Stack<237> = Stack::new();
-    pub static SEND_USART1: Stack<237> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<237> = Stack::new();
+    pub static RECEIVE: Stack<287> = Stack::new();
+    pub static SEND_USART0: Stack<222> = Stack::new();
+    pub static SEND_USART1: Stack<222> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<169> = Stack::new();
     pub static DEVICES: Stack<291> = Stack::new();
     pub static BRIDGE: Stack<157> = Stack::new();

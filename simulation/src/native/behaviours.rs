@@ -17,11 +17,10 @@ use tasks::dock::Dock;
 use tasks::message::{Address, Letter, Message, TaskCode};
 use tasks::sensor::Sensor;
 
-use super::time::{ACT, NEXT, READ, TELL, TICK, WAKE};
+use super::time::{ACT, Clock, NEXT, READ, TELL, TICK, WAKE};
 
 pub struct Behaviours {
-    /// Tick 0 of the module's clock.
-    first_tick: u64,
+    pub clock: Clock,
     topology: Topology,
     schedule: Schedule,
     controller: Controller,
@@ -62,7 +61,7 @@ impl Behaviours {
     pub fn new(first_tick: u64, gait: Gait, seed: u16) -> Self {
         let controller = Controller::new(gait, seed, 0);
         Behaviours {
-            first_tick,
+            clock: Clock { started_at: first_tick },
             topology: Topology::new(),
             schedule: Schedule::new(0),
             controller,
@@ -81,7 +80,7 @@ impl Behaviours {
 
     /// Where the joints were told to be last; `None` if they were told nothing yet.
     pub fn posture(&self, now: u64) -> Option<Posture> {
-        self.controller.posture(self.clock(now)).or(self.told)
+        self.controller.posture(self.clock.ticks(now)).or(self.told)
     }
 
     /// When a timer is next up.
@@ -89,16 +88,6 @@ impl Behaviours {
         let answer_at = self.questions.iter().map(|question| question.0).min();
         let [beat_at, answer_at] = [self.beat_at, answer_at].map(|at| at.unwrap_or(u64::MAX));
         self.probe_at.min(self.look_at).min(beat_at).min(answer_at)
-    }
-
-    /// The beginning of the tick that holds `at`.
-    pub fn tick(&self, at: u64) -> u64 {
-        at - at.saturating_sub(self.first_tick) % TICK
-    }
-
-    /// The tasks' clock.
-    fn clock(&self, now: u64) -> u16 {
-        (now.saturating_sub(self.first_tick) / TICK) as u16
     }
 
     /// Does what timers are up for, and takes in what sensors answer.
@@ -112,8 +101,8 @@ impl Behaviours {
             self.probe(now, doing);
         }
         if self.look_at <= now {
-            self.look_at = self.tick(now) + u64::from(LOOK) * TICK;
-            let clock = self.clock(now);
+            self.look_at = self.clock.tick(now) + u64::from(LOOK) * TICK;
+            let clock = self.clock.ticks(now);
             let is_news = self.topology.expire(clock);
             if self.schedule.set_quick(self.topology.lossy(clock), clock) {
                 self.probe_at = now;
@@ -129,7 +118,7 @@ impl Behaviours {
 
     /// AC_SEND.
     fn probe(&mut self, now: u64, doing: &mut Doing) {
-        let clock = self.clock(now);
+        let clock = self.clock.ticks(now);
         let mut at = now + TELL;
         while let Some(dock) = self.schedule.due(clock) {
             let to = Address::beyond(dock, TaskCode::AC_RECEIVE);
@@ -140,7 +129,7 @@ impl Behaviours {
                 .extend(Message::datagram(to, from, &[probe]).ok().map(|message| (at, Letter::of(message))));
             at += TELL;
         }
-        self.probe_at = self.tick(now) + u64::from(self.schedule.next_due(clock).max(1)) * TICK;
+        self.probe_at = self.clock.tick(now) + u64::from(self.schedule.next_due(clock).max(1)) * TICK;
     }
 
     /// A message has come for a behaviour.
@@ -156,7 +145,7 @@ impl Behaviours {
     /// AC_RECV.
     fn hear(&mut self, now: u64, dock: Dock, payload: &[u8], doing: &mut Doing) {
         let Some(probe) = Probe::from_payload(payload) else { return };
-        let heard = self.topology.heard(dock, probe, self.clock(now));
+        let heard = self.topology.heard(dock, probe, self.clock.ticks(now));
         if heard.answer {
             self.schedule.hurry(dock);
             self.probe_at = now + TELL;
@@ -175,7 +164,7 @@ impl Behaviours {
 
     /// HORMONE: a neighbour sent a hormone.
     fn receive(&mut self, now: u64, dock: Dock, payload: &[u8], doing: &mut Doing) {
-        let clock = self.clock(now);
+        let clock = self.clock.ticks(now);
         self.told = self.posture(now);
         match Hormone::from_payload(payload) {
             Some(hormone) => {
@@ -191,7 +180,7 @@ impl Behaviours {
     fn learn(&mut self, now: u64, payload: &[u8], doing: &mut Doing) {
         self.told = self.posture(now);
         if let Some(neighbours) = topology::from_bytes(payload) {
-            let response = self.controller.topology(&neighbours, self.clock(now));
+            let response = self.controller.topology(&neighbours, self.clock.ticks(now));
             self.follow(now, response, doing);
         }
         self.beat(now, doing);
@@ -199,7 +188,7 @@ impl Behaviours {
 
     /// HORMONE looks at the clock, as it does after each message and when its timer is up.
     fn beat(&mut self, now: u64, doing: &mut Doing) {
-        let clock = self.clock(now);
+        let clock = self.clock.ticks(now);
         self.told = self.posture(now);
         while let Some(response) = self.controller.timer(clock) {
             self.follow(now + WAKE, response, doing);
@@ -211,7 +200,7 @@ impl Behaviours {
         }
         self.questions.extend(self.controller.asks().map(|sense| (now + READ, sense)));
         let wait = self.controller.next_due(clock);
-        self.beat_at = wait.map(|wait| self.tick(now) + u64::from(wait.max(1)) * TICK);
+        self.beat_at = wait.map(|wait| self.clock.tick(now) + u64::from(wait.max(1)) * TICK);
     }
 
     fn follow(&mut self, now: u64, response: Response, doing: &mut Doing) {

@@ -303,7 +303,7 @@ impl Robot for Native {
 
     fn links(&self) -> LinkTotals {
         let mut totals = LinkTotals::default();
-        self.modules.iter().flat_map(Module::links).for_each(|counters| totals.add(counters));
+        self.modules.iter().flat_map(Module::links).for_each(|counters| totals.add(&counters));
         totals
     }
 

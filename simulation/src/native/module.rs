@@ -12,12 +12,13 @@ use tasks::bridge::protocol::BridgeCounters;
 use tasks::bridge::task::ROOM;
 use tasks::dock::{Dock, DockSet};
 use tasks::link::counters::LinkCounters;
-use tasks::message::Letter;
+use tasks::message::{Letter, Message};
+use tasks::post_office::Undelivered;
 use tasks::router::{Mcu, Route, Router, Source};
 
 use super::behaviours::{Behaviours, Doing};
-use super::port::{Flight, Port, Taken, count};
-use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, START, WAKE, transfer};
+use super::port::{Flight, Port};
+use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, Clock, START, WAKE, transfer};
 use crate::change::Mcus;
 use crate::hardware::{RESIDENCE, START_UP, is_deaf_while_it_sends, is_on_slave};
 use crate::random::Random;
@@ -25,7 +26,7 @@ use crate::random::Random;
 const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
 const SLAVE: Router = Router::new(Mcu::Slave, RESIDENCE);
 
-/// What is under way inside a module.
+/// Something that is to happen inside a module.
 enum Input {
     /// The first character of a frame has come in at a dock.
     Begun(Dock, Range<u64>),
@@ -55,6 +56,11 @@ pub struct Module {
     /// When the sending task of each dock has something to do, but for those that were touched since.
     send_at: [u64; 6],
     touched: DockSet,
+    inside: Inside,
+}
+
+/// What is under way inside a module.
+struct Inside {
     /// The latest first.
     inputs: Vec<(u64, Input)>,
     /// Until when the two-wire bus is busy.
@@ -69,11 +75,11 @@ impl Hash for Module {
         self.is_on.hash(state);
         self.behaviours.hash(state);
         self.ports.iter().for_each(|port| port.hash(state));
-        self.inputs.iter().for_each(|(at, input)| {
+        self.inside.inputs.iter().for_each(|(at, input)| {
             at.hash(state);
             mem::discriminant(input).hash(state);
         });
-        self.bus_until.hash(state);
+        self.inside.bus_until.hash(state);
         self.acceleration.map(f64::to_bits).hash(state);
     }
 }
@@ -98,13 +104,16 @@ impl Module {
             behaviours: Behaviours::new(live, gait, random.next_u64() as u16),
             gait,
             acceleration: [0.0, 0.0, 1.0],
-            ports: Dock::ALL.map(|dock| Port::new(dock, random.next_u64() as u16, live)),
+            ports: Dock::ALL
+                .map(|dock| Port::new(dock, random.next_u64() as u16, Clock { started_at: live })),
             send_at: [u64::MAX; 6],
             touched: DockSet::EMPTY,
-            inputs: Vec::new(),
-            bus_until: live,
-            crossing: [0; 2],
-            bridge: BridgeCounters::default(),
+            inside: Inside {
+                inputs: Vec::new(),
+                bus_until: live,
+                crossing: [0; 2],
+                bridge: BridgeCounters::default(),
+            },
             random,
         }
     }
@@ -124,13 +133,13 @@ impl Module {
         self.acceleration = acceleration;
     }
 
-    pub fn links(&self) -> impl Iterator<Item = &LinkCounters> {
-        self.ports.iter().map(|port| &port.counters)
+    pub fn links(&self) -> impl Iterator<Item = LinkCounters> {
+        self.ports.iter().map(Port::counters)
     }
 
     /// What the bridge counts, both sides together.
     pub fn bridge(&self) -> &BridgeCounters {
-        &self.bridge
+        &self.inside.bridge
     }
 
     /// When something is next due.
@@ -138,7 +147,7 @@ impl Module {
         if !self.is_on {
             return u64::MAX;
         }
-        let input = self.inputs.last().map_or(u64::MAX, |input| input.0);
+        let input = self.inside.inputs.last().map_or(u64::MAX, |input| input.0);
         let send = self.send_at.iter().copied().min().unwrap_or(u64::MAX);
         input.min(send).min(self.behaviours.due())
     }
@@ -159,16 +168,16 @@ impl Module {
             self.behaviours.wake(now, self.acceleration, &mut output.doing);
             self.follow(output);
         }
-        while self.inputs.last().is_some_and(|input| input.0 <= now) {
-            let Some((_, input)) = self.inputs.pop() else { break };
+        while self.inside.inputs.last().is_some_and(|input| input.0 <= now) {
+            let Some((_, input)) = self.inside.inputs.pop() else { break };
             self.take(now, input, output);
         }
-        let behaviours = &self.behaviours;
+        let clock = self.behaviours.clock;
         let ports = Dock::ALL.into_iter().zip(&mut self.ports).zip(&mut self.send_at);
         for ((dock, port), send_at) in ports {
             if *send_at <= now || self.touched.contains(dock) {
                 if port.due(now).is_some_and(|due| due <= now) {
-                    let flight = port.send(now, |at| behaviours.tick(at));
+                    let flight = port.send(now, clock);
                     output.flights.extend(flight.map(|flight| (dock, flight)));
                 }
                 *send_at = port.due(now).unwrap_or(u64::MAX);
@@ -182,7 +191,7 @@ impl Module {
         output.events.append(&mut output.doing.events);
         output.dockings.append(&mut output.doing.dockings);
         for (at, message) in output.doing.messages.drain(..) {
-            insert(&mut self.inputs, at, Input::Sent(message));
+            self.inside.insert(at, Input::Sent(message));
         }
     }
 
@@ -191,19 +200,22 @@ impl Module {
             Input::Begun(dock, span) => self.ports[usize::from(dock.index())].expect(span),
             Input::Frame(dock, flight) => self.receive(now, dock, &flight),
             Input::Crossed(mcu, message) => {
-                self.crossing[mcu as usize] -= 1;
-                if self.deliver(now, mcu, message, Source::Bridge) {
-                    count(&mut self.bridge.messages_received);
-                } else {
-                    count(&mut self.bridge.no_buffer);
-                }
+                self.inside.crossing[mcu as usize] -= 1;
+                let delivered = self.deliver(now, mcu, message.message(), Source::Bridge);
+                let counters = &mut self.inside.bridge;
+                count(match delivered {
+                    Ok(()) => &mut counters.messages_received,
+                    Err(Undelivered::NoRoom) => &mut counters.no_buffer,
+                    Err(Undelivered::Ignored | Undelivered::Refused) => &mut counters.ignored,
+                });
             }
             Input::Taken(message) => {
                 self.behaviours.take(now, &message, &mut output.doing);
                 self.follow(output);
             }
             Input::Sent(message) => {
-                self.deliver(now, Mcu::Master, message, Source::Task);
+                // One that finds no room is lost.
+                let _ = self.deliver(now, Mcu::Master, message.message(), Source::Task);
             }
         }
     }
@@ -214,66 +226,36 @@ impl Module {
             return None;
         }
         let begun_at = flight.span.start + CHARACTER;
-        insert(&mut self.inputs, begun_at, Input::Begun(dock, flight.span.clone()));
-        insert(&mut self.inputs, flight.taken_at(), Input::Frame(dock, flight));
+        self.inside.insert(begun_at, Input::Begun(dock, flight.span.clone()));
+        self.inside.insert(flight.taken_at(), Input::Frame(dock, flight));
         Some(begun_at)
     }
 
     /// What comes in at a dock is no frame.
     pub fn garbled(&mut self, dock: Dock) {
-        count(&mut self.port(dock).counters.errors);
+        self.port(dock).garbled();
     }
 
     fn receive(&mut self, now: u64, dock: Dock, flight: &Flight) {
         if is_deaf_while_it_sends(dock) && self.port(dock).has_drowned(&flight.span) {
             return self.garbled(dock);
         }
-        match self.port(dock).receive(now, &flight.wire) {
-            Taken::Nothing => {}
-            Taken::Message(label, message) => {
-                if self.deliver(now, mcu_of(dock), message, Source::Dock(dock)) {
-                    self.port(dock).accept(label);
-                } else {
-                    count(&mut self.port(dock).counters.no_buffer);
-                }
-            }
-            Taken::Datagram(message) => {
-                self.deliver(now, mcu_of(dock), message, Source::Dock(dock));
-            }
-        }
+        self.touched.insert(dock);
+        let ticks = self.behaviours.clock.ticks(now);
+        let inside = &mut self.inside;
+        let port = &mut self.ports[usize::from(dock.index())];
+        port.receive(ticks, &flight.wire, |message| {
+            // What comes in by a dock does not go out by another: the router sees to that.
+            inside.deliver(now, mcu_of(dock), message, Source::Dock(dock)).map(|_| ())
+        });
     }
 
-    /// Hands a message on as the router says. Returns whether it is dealt with: there was room, or nobody
-    /// wants it.
-    fn deliver(&mut self, now: u64, mcu: Mcu, message: Letter, source: Source) -> bool {
-        let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
-        match router.route(message.to(), source) {
-            Route::Task(_) => insert(&mut self.inputs, now + WAKE, Input::Taken(message)),
-            Route::Link(dock) => return self.port(dock).put(message),
-            Route::Bridge => {
-                let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
-                return self.cross(now, other, message);
-            }
-            Route::Ignored | Route::Refused => {
-                if let Source::Dock(dock) = source {
-                    count(&mut self.port(dock).counters.refused);
-                }
-            }
+    /// Hands a message on as the router says.
+    fn deliver(&mut self, now: u64, mcu: Mcu, message: Message, source: Source) -> Result<(), Undelivered> {
+        match self.inside.deliver(now, mcu, message, source)? {
+            Some(dock) if !self.port(dock).put(Letter::of(message)) => Err(Undelivered::NoRoom),
+            _ => Ok(()),
         }
-        true
-    }
-
-    /// Sends a message over the bridge. Returns whether there was room.
-    fn cross(&mut self, now: u64, to: Mcu, message: Letter) -> bool {
-        let crossing = &mut self.crossing[to as usize];
-        if *crossing > ROOM {
-            return false;
-        }
-        *crossing += 1;
-        self.bus_until = self.bus_until.max(now + CROSS_BEFORE) + transfer(message.payload().len());
-        count(&mut self.bridge.messages_sent);
-        insert(&mut self.inputs, self.bus_until + CROSS_AFTER, Input::Crossed(to, message));
-        true
     }
 
     /// Programs start over.
@@ -285,7 +267,7 @@ impl Module {
         }
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             if is_reset(mcu_of(dock)) {
-                *port = Port::new(dock, self.random.next_u64() as u16, live);
+                *port = Port::new(dock, self.random.next_u64() as u16, Clock { started_at: live });
                 self.touched.insert(dock);
             }
         }
@@ -295,8 +277,8 @@ impl Module {
             self.behaviours.told = told;
         }
         // What crosses the bridge is lost whichever end of it is reset.
-        self.crossing = [0; 2];
-        self.inputs.retain(|(_, input)| match input {
+        self.inside.crossing = [0; 2];
+        self.inside.inputs.retain(|(_, input)| match input {
             Input::Begun(dock, _) | Input::Frame(dock, _) => !is_reset(mcu_of(*dock)),
             Input::Crossed(..) => false,
             Input::Taken(_) | Input::Sent(_) => !is_reset(Mcu::Master),
@@ -323,11 +305,53 @@ pub fn mcu_of(dock: Dock) -> Mcu {
     if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
 }
 
-/// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they were
-/// put in.
-fn insert(inputs: &mut Vec<(u64, Input)>, at: u64, input: Input) {
-    let place = inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
-    inputs.insert(place, (at, input));
+impl Inside {
+    /// Hands a message on as the router of this MCU says. Returns the dock that it leaves by, if it leaves.
+    fn deliver(
+        &mut self,
+        now: u64,
+        mcu: Mcu,
+        message: Message,
+        source: Source,
+    ) -> Result<Option<Dock>, Undelivered> {
+        let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
+        match router.route(message.to(), source) {
+            Route::Task(_) => self.insert(now + WAKE, Input::Taken(Letter::of(message))),
+            Route::Link(dock) => return Ok(Some(dock)),
+            Route::Bridge => {
+                let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
+                self.cross(now, other, message)?;
+            }
+            Route::Ignored => return Err(Undelivered::Ignored),
+            Route::Refused => return Err(Undelivered::Refused),
+        }
+        Ok(None)
+    }
+
+    /// Sends a message over the bridge.
+    fn cross(&mut self, now: u64, to: Mcu, message: Message) -> Result<(), Undelivered> {
+        let crossing = &mut self.crossing[to as usize];
+        if *crossing > ROOM {
+            return Err(Undelivered::NoRoom);
+        }
+        *crossing += 1;
+        self.bus_until = self.bus_until.max(now + CROSS_BEFORE) + transfer(message.payload().len());
+        count(&mut self.bridge.messages_sent);
+        self.insert(self.bus_until + CROSS_AFTER, Input::Crossed(to, Letter::of(message)));
+        Ok(())
+    }
+
+    /// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they
+    /// were put in.
+    fn insert(&mut self, at: u64, input: Input) {
+        let place = self.inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
+        self.inputs.insert(place, (at, input));
+    }
+}
+
+/// Counts one more.
+fn count(counter: &mut u16) {
+    *counter = counter.wrapping_add(1);
 }
 
 fn rank(input: &Input) -> u8 {

@@ -1,9 +1,36 @@
 //! What things take, in cycles.
 
+use hormone::time::until;
+
 use crate::hardware::MILLISECOND;
 
 /// A millisecond of a module's clock: the kernel's tick.
 pub const TICK: u64 = MILLISECOND;
+
+/// The clock of an MCU: ticks since its program runs.
+#[derive(Clone, Copy)]
+pub struct Clock {
+    /// When it reads 0, in cycles of the simulation.
+    pub started_at: u64,
+}
+
+impl Clock {
+    /// What it reads at `cycle`.
+    pub fn ticks(self, cycle: u64) -> u16 {
+        (cycle.saturating_sub(self.started_at) / TICK) as u16
+    }
+
+    /// The beginning of the tick that holds `cycle`.
+    pub fn tick(self, cycle: u64) -> u64 {
+        cycle - cycle.saturating_sub(self.started_at) % TICK
+    }
+
+    /// The beginning of the tick at which it reads `ticks`, seen from `now`; that of the present one for what
+    /// is past.
+    pub fn cycle(self, ticks: u16, now: u64) -> u64 {
+        self.tick(now) + u64::from(until(ticks, self.ticks(now))) * TICK
+    }
+}
 
 /// A character on the wire: ten bits of 416 cycles, as the USARTs are set up.
 pub const CHARACTER: u64 = 4160;
