@@ -4,13 +4,12 @@
 //! ReMod3D gives the docks and joints of each half. No schematic is public, so the rest is our
 //! assumption: pins, channels, timers, addresses and rates. Whoever has the schematic changes this file.
 
-use tasks::dock::{Dock, DockSet};
+use tasks::dock::Dock;
 use tasks::docking::latch::End;
-use tasks::message::TaskCode;
 use tasks::motor::Axis;
 use tasks::motor::joint;
 use tasks::motor::potentiometer::Potentiometer;
-use tasks::router::{Residence, Residents, TaskSet};
+use tasks::residence::RESIDENCE;
 use tasks::sensor::Scale;
 
 use crate::adc::Input;
@@ -222,35 +221,11 @@ pub const CELSIUS: Scale = Scale { zero: 102, slope: 312 };
 /// 0.8 V per g about 2.5 V: 6.1 thousandths a count.
 pub const GRAVITY: Scale = Scale { zero: 512, slope: 391 };
 
-/// Which MCU has which docks, and runs which of the tasks that can be addressed.
-pub const RESIDENCE: Residence = Residence {
-    master: Residents {
-        docks: DockSet::of(&[MASTER.usart0, MASTER.usart1, MASTER.timer3]),
-        tasks: TaskSet::of(&[
-            TaskCode::AC_RECEIVE,
-            TaskCode::HORMONE,
-            TaskCode::joint(MASTER_AXES[0]),
-            TaskCode::joint(MASTER_AXES[1]),
-            TaskCode::dock(MASTER.usart0),
-            TaskCode::dock(MASTER.usart1),
-            TaskCode::dock(MASTER.timer3),
-            TaskCode::POWER_BEYOND,
-            TaskCode::ACCELEROMETER,
-            TaskCode::MASTER_TEMPERATURE,
-            TaskCode::MASTER_INSPECTOR,
-        ]),
-    },
-    slave: Residents {
-        docks: DockSet::of(&[SLAVE.usart0, SLAVE.usart1, SLAVE.timer3]),
-        tasks: TaskSet::of(&[
-            TaskCode::CONSOLE,
-            TaskCode::joint(SLAVE_AXES[0]),
-            TaskCode::dock(SLAVE.usart0),
-            TaskCode::dock(SLAVE.usart1),
-            TaskCode::dock(SLAVE.timer3),
-            TaskCode::POWER,
-            TaskCode::SLAVE_TEMPERATURE,
-            TaskCode::SLAVE_INSPECTOR,
-        ]),
-    },
+// The docks that are wired to an MCU reside there.
+const _: () = {
+    let (master, slave) = (RESIDENCE.master.docks, RESIDENCE.slave.docks);
+    assert!(
+        master.contains(MASTER.usart0) && master.contains(MASTER.usart1) && master.contains(MASTER.timer3)
+    );
+    assert!(slave.contains(SLAVE.usart0) && slave.contains(SLAVE.usart1) && slave.contains(SLAVE.timer3));
 };

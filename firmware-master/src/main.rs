@@ -14,7 +14,7 @@ use board::delay;
 use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
 use board::reset::ResetCause;
-use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
+use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
 use console::inspector::{self, Counts, Inspected};
 use hormone::gait::GaitName;
 use hormone::status::Status;
@@ -32,6 +32,7 @@ use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
+use tasks::residence::RESIDENCE;
 use tasks::router::{Mcu, Router};
 
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
@@ -90,7 +91,7 @@ mod stack {
     pub static MOTORS: Stack<211> = Stack::new();
     pub static DEVICES: Stack<248> = Stack::new();
     pub static BRIDGE: Stack<157> = Stack::new();
-    pub static BEHAVIOURS: Stack<421> = Stack::new();
+    pub static BEHAVIOURS: Stack<430> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 

@@ -11,7 +11,7 @@ use board::delay;
 use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
 use board::reset::ResetCause;
-use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
+use board::superbot::{JOINT, MASTER, SLAVE, SLAVE_AXES};
 use console::inspector::{self, Counts, Inspected};
 use console::task::{self as console_task, Console};
 use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack, Task, TaskHandle};
@@ -25,6 +25,7 @@ use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
+use tasks::residence::RESIDENCE;
 use tasks::router::{Mcu, Router};
 
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);

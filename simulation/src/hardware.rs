@@ -3,8 +3,7 @@
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
 use tasks::dock::{Dock, DockSet};
-use tasks::message::TaskCode;
-use tasks::router::{Residence, Residents, TaskSet};
+use tasks::residence::RESIDENCE;
 
 /// The clock of every MCU, in Hz.
 pub const CLOCK_HZ: u32 = 16_000_000;
@@ -28,15 +27,6 @@ const CHARACTER_BITS: u64 = 10;
 
 /// The clock of the two-wire bus inside a module, in Hz.
 const I2C_HZ: u64 = 400_000;
-
-/// The docks of both MCUs, and who runs the behaviours.
-pub(crate) const RESIDENCE: Residence = Residence {
-    master: Residents {
-        docks: DockSet::of(&[Dock::Front, Dock::Left, Dock::Right]),
-        tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE]),
-    },
-    slave: Residents { docks: DockSet::of(&[Dock::Back, Dock::Up, Dock::Down]), tasks: TaskSet::of(&[]) },
-};
 
 /// Whether what passes a dock crosses the two-wire bus on its way from or to a behaviour.
 pub fn is_on_slave(dock: Dock) -> bool {

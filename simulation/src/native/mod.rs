@@ -5,8 +5,10 @@
 //! takes time: frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There
 //! is no CPU that two things want at once, and no interrupt.
 
-pub(crate) mod behaviours;
+mod behaviours;
+pub(crate) mod devices;
 mod docking;
+mod inside;
 mod lying;
 mod module;
 mod port;

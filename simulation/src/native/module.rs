@@ -1,44 +1,29 @@
-//! One module: behaviours on the master, three docks on each MCU, and the bridge between.
+//! One module: behaviours on the master, three docks on each MCU, and what is under way between them.
 
 use std::hash::{Hash, Hasher};
-use std::mem;
-use std::ops::Range;
 
 use hormone::action::{Docking, Posture};
+use hormone::behaviours::Behaviours;
 use hormone::event::Event;
 use hormone::gait::Gait;
 use hormone::status::Status;
 use tasks::bridge::protocol::BridgeCounters;
-use tasks::bridge::task::ROOM;
 use tasks::dock::{Dock, DockSet};
 use tasks::link::counters::LinkCounters;
-use tasks::message::{Letter, Message};
+use tasks::message::{Address, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
-use tasks::router::{Mcu, Route, Router, Source};
+use tasks::request::{Report, Request};
+use tasks::router::{Mcu, Source};
+use tasks::sensor::Sensor;
 
-use super::behaviours::{Behaviours, Doing};
+use super::behaviours::Here;
+use super::devices::value;
+use super::inside::{Input, Inside};
 use super::port::{Flight, Port};
-use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, Clock, START, WAKE, transfer};
+use super::time::{CHARACTER, Clock, START, TICK, WAKE};
 use crate::change::Mcus;
-use crate::hardware::{RESIDENCE, START_UP, is_deaf_while_it_sends, is_on_slave};
+use crate::hardware::{START_UP, is_deaf_while_it_sends, is_on_slave};
 use crate::random::Random;
-
-const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
-const SLAVE: Router = Router::new(Mcu::Slave, RESIDENCE);
-
-/// Something that is to happen inside a module.
-enum Input {
-    /// The first character of a frame has come in at a dock.
-    Begun(Dock, Range<u64>),
-    /// A frame has come in at a dock.
-    Frame(Dock, Flight),
-    /// A message has crossed to an MCU.
-    Crossed(Mcu, Letter),
-    /// A behaviour takes a message.
-    Taken(Letter),
-    /// A behaviour sends a message.
-    Sent(Letter),
-}
 
 pub struct Module {
     /// From when on it has power.
@@ -49,7 +34,11 @@ pub struct Module {
     random: Random,
     /// From when on the master's and the slave's programs run.
     live_since: [u64; 2],
+    /// The master's.
+    clock: Clock,
     behaviours: Behaviours,
+    /// When the behaviours are polled though nothing comes.
+    poll_at: u64,
     /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity.
     pub acceleration: [f64; 3],
     ports: [Port; 6],
@@ -59,27 +48,15 @@ pub struct Module {
     inside: Inside,
 }
 
-/// What is under way inside a module.
-struct Inside {
-    /// The latest first.
-    inputs: Vec<(u64, Input)>,
-    /// Until when the two-wire bus is busy.
-    bus_until: u64,
-    /// Messages that cross to the master and to the slave now.
-    crossing: [u8; 2],
-    bridge: BridgeCounters,
-}
-
 impl Hash for Module {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.is_on.hash(state);
-        self.behaviours.hash(state);
+        let Status { hormones_received, hormones_sent, topology_changes, neighbours, action, .. } =
+            *self.behaviours.status();
+        (hormones_received, hormones_sent, topology_changes, neighbours, action as u8).hash(state);
+        self.poll_at.hash(state);
         self.ports.iter().for_each(|port| port.hash(state));
-        self.inside.inputs.iter().for_each(|(at, input)| {
-            at.hash(state);
-            mem::discriminant(input).hash(state);
-        });
-        self.inside.bus_until.hash(state);
+        self.inside.hash(state);
         self.acceleration.map(f64::to_bits).hash(state);
     }
 }
@@ -90,7 +67,6 @@ pub struct Output {
     pub flights: Vec<(Dock, Flight)>,
     pub events: Vec<(u64, Event)>,
     pub dockings: Vec<(u64, Docking)>,
-    doing: Doing,
 }
 
 impl Module {
@@ -101,19 +77,16 @@ impl Module {
             powered_up_at,
             is_on: true,
             live_since: [live; 2],
-            behaviours: Behaviours::new(live, gait, random.next_u64() as u16),
+            clock: Clock { started_at: live },
+            behaviours: Behaviours::new(gait, random.next_u64() as u16, 0),
+            poll_at: live,
             gait,
             acceleration: [0.0, 0.0, 1.0],
             ports: Dock::ALL
                 .map(|dock| Port::new(dock, random.next_u64() as u16, Clock { started_at: live })),
             send_at: [u64::MAX; 6],
             touched: DockSet::EMPTY,
-            inside: Inside {
-                inputs: Vec::new(),
-                bus_until: live,
-                crossing: [0; 2],
-                bridge: BridgeCounters::default(),
-            },
+            inside: Inside::new(live),
             random,
         }
     }
@@ -124,8 +97,8 @@ impl Module {
     }
 
     /// Where the joints were told to be last; `None` if they were told nothing yet.
-    pub fn posture(&self, now: u64) -> Option<Posture> {
-        self.behaviours.posture(now)
+    pub fn posture(&self) -> Option<Posture> {
+        self.inside.devices.posture()
     }
 
     /// What the accelerometer reads from now on.
@@ -147,9 +120,8 @@ impl Module {
         if !self.is_on {
             return u64::MAX;
         }
-        let input = self.inside.inputs.last().map_or(u64::MAX, |input| input.0);
         let send = self.send_at.iter().copied().min().unwrap_or(u64::MAX);
-        input.min(send).min(self.behaviours.due())
+        self.inside.due().min(send).min(self.poll_at)
     }
 
     /// Does all that is due before `end`. Returns when more is.
@@ -164,15 +136,13 @@ impl Module {
     }
 
     fn act(&mut self, now: u64, output: &mut Output) {
-        if self.behaviours.due() <= now {
-            self.behaviours.wake(now, self.acceleration, &mut output.doing);
-            self.follow(output);
-        }
-        while self.inside.inputs.last().is_some_and(|input| input.0 <= now) {
-            let Some((_, input)) = self.inside.inputs.pop() else { break };
+        while let Some(input) = self.inside.take(now) {
             self.take(now, input, output);
         }
-        let clock = self.behaviours.clock;
+        if self.poll_at <= now {
+            self.behave(now, None, output);
+        }
+        let clock = self.clock;
         let ports = Dock::ALL.into_iter().zip(&mut self.ports).zip(&mut self.send_at);
         for ((dock, port), send_at) in ports {
             if *send_at <= now || self.touched.contains(dock) {
@@ -186,13 +156,19 @@ impl Module {
         self.touched = DockSet::EMPTY;
     }
 
-    /// Takes over what the behaviours do.
-    fn follow(&mut self, output: &mut Output) {
-        output.events.append(&mut output.doing.events);
-        output.dockings.append(&mut output.doing.dockings);
-        for (at, message) in output.doing.messages.drain(..) {
-            self.inside.insert(at, Input::Sent(message));
+    /// Lets the behaviours take a message, and do what it is time for.
+    fn behave(&mut self, now: u64, message: Option<Letter>, output: &mut Output) {
+        let Module { clock, behaviours, inside, ports, .. } = self;
+        let events = &mut output.events;
+        let mut here = Here { inside, ports, events, at: now, has_acted: false };
+        let ticks = clock.ticks(now);
+        match message {
+            Some(message) => behaviours.receive(ticks, message, &mut here),
+            None => here.at += WAKE,
         }
+        behaviours.poll(ticks, &mut here);
+        self.poll_at = clock.cycle(behaviours.poll_at(ticks), now).max(clock.tick(now) + TICK);
+        output.dockings.append(&mut self.inside.devices.dockings);
     }
 
     fn take(&mut self, now: u64, input: Input, output: &mut Output) {
@@ -200,22 +176,19 @@ impl Module {
             Input::Begun(dock, span) => self.ports[usize::from(dock.index())].expect(span),
             Input::Frame(dock, flight) => self.receive(now, dock, &flight),
             Input::Crossed(mcu, message) => {
-                self.inside.crossing[mcu as usize] -= 1;
                 let delivered = self.deliver(now, mcu, message.message(), Source::Bridge);
-                let counters = &mut self.inside.bridge;
-                count(match delivered {
-                    Ok(()) => &mut counters.messages_received,
-                    Err(Undelivered::NoRoom) => &mut counters.no_buffer,
-                    Err(Undelivered::Ignored | Undelivered::Refused) => &mut counters.ignored,
-                });
+                self.inside.count_crossed(delivered);
+                output.dockings.append(&mut self.inside.devices.dockings);
             }
-            Input::Taken(message) => {
-                self.behaviours.take(now, &message, &mut output.doing);
-                self.follow(output);
+            Input::Taken(message) => self.behave(now, Some(message), output),
+            Input::Read(sensor, client) => {
+                if let Some(answer) = answer(sensor, client, self.acceleration) {
+                    self.behave(now, Some(answer), output);
+                }
             }
-            Input::Sent(message) => {
-                // One that finds no room is lost.
-                let _ = self.deliver(now, Mcu::Master, message.message(), Source::Task);
+            Input::Sent(dock, message) => {
+                // There was room when it was sent.
+                self.port(dock).put(message);
             }
         }
     }
@@ -241,7 +214,7 @@ impl Module {
             return self.garbled(dock);
         }
         self.touched.insert(dock);
-        let ticks = self.behaviours.clock.ticks(now);
+        let ticks = self.clock.ticks(now);
         let inside = &mut self.inside;
         let port = &mut self.ports[usize::from(dock.index())];
         port.receive(ticks, &flight.wire, |message| {
@@ -272,17 +245,11 @@ impl Module {
             }
         }
         if is_reset(Mcu::Master) {
-            let told = self.behaviours.posture(now);
-            self.behaviours = Behaviours::new(live, self.gait, self.random.next_u64() as u16);
-            self.behaviours.told = told;
+            self.clock = Clock { started_at: live };
+            self.behaviours = Behaviours::new(self.gait, self.random.next_u64() as u16, 0);
+            self.poll_at = live;
         }
-        // What crosses the bridge is lost whichever end of it is reset.
-        self.inside.crossing = [0; 2];
-        self.inside.inputs.retain(|(_, input)| match input {
-            Input::Begun(dock, _) | Input::Frame(dock, _) => !is_reset(mcu_of(*dock)),
-            Input::Crossed(..) => false,
-            Input::Taken(_) | Input::Sent(_) => !is_reset(Mcu::Master),
-        });
+        self.inside.reset(is_reset, mcu_of);
     }
 
     fn port(&mut self, dock: Dock) -> &mut Port {
@@ -305,58 +272,10 @@ pub fn mcu_of(dock: Dock) -> Mcu {
     if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
 }
 
-impl Inside {
-    /// Hands a message on as the router of this MCU says. Returns the dock that it leaves by, if it leaves.
-    fn deliver(
-        &mut self,
-        now: u64,
-        mcu: Mcu,
-        message: Message,
-        source: Source,
-    ) -> Result<Option<Dock>, Undelivered> {
-        let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
-        match router.route(message.to(), source) {
-            Route::Task(_) => self.insert(now + WAKE, Input::Taken(Letter::of(message))),
-            Route::Link(dock) => return Ok(Some(dock)),
-            Route::Bridge => {
-                let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
-                self.cross(now, other, message)?;
-            }
-            Route::Ignored => return Err(Undelivered::Ignored),
-            Route::Refused => return Err(Undelivered::Refused),
-        }
-        Ok(None)
-    }
-
-    /// Sends a message over the bridge.
-    fn cross(&mut self, now: u64, to: Mcu, message: Message) -> Result<(), Undelivered> {
-        let crossing = &mut self.crossing[to as usize];
-        if *crossing > ROOM {
-            return Err(Undelivered::NoRoom);
-        }
-        *crossing += 1;
-        self.bus_until = self.bus_until.max(now + CROSS_BEFORE) + transfer(message.payload().len());
-        count(&mut self.bridge.messages_sent);
-        self.insert(self.bus_until + CROSS_AFTER, Input::Crossed(to, Letter::of(message)));
-        Ok(())
-    }
-
-    /// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they
-    /// were put in.
-    fn insert(&mut self, at: u64, input: Input) {
-        let place = self.inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
-        self.inputs.insert(place, (at, input));
-    }
-}
-
-/// Counts one more.
-fn count(counter: &mut u16) {
-    *counter = counter.wrapping_add(1);
-}
-
-fn rank(input: &Input) -> u8 {
-    match input {
-        Input::Begun(dock, _) | Input::Frame(dock, _) => dock.index(),
-        _ => u8::MAX,
-    }
+/// What a sensor answers a task; `None` if there is no such sensor.
+fn answer(sensor: Sensor, client: TaskCode, acceleration: [f64; 3]) -> Option<Letter> {
+    let report = Report::Value(sensor, value(sensor, acceleration)?).to_payload();
+    let from = Request::Read(sensor).task();
+    let message = Message::new(Address::here(client), Address::here(from), &report);
+    message.ok().map(Letter::of)
 }

@@ -24,8 +24,8 @@ pub trait Arriving: Shared {
     /// [`Undelivered`].
     fn deliver(&mut self, message: Message) -> Result<(), Undelivered>;
 
-    /// Asks the sender for an ACK, and wakes it. A newer one takes the place of one not yet sent: the neighbour
-    /// has one message outstanding at a time.
+    /// Asks the sender for an ACK, and wakes it. A newer one takes the place of one not yet sent: the
+    /// neighbour has one message outstanding at a time.
     fn acknowledge(&mut self, label: Label);
 
     /// Has the sender look what has become of its message.
