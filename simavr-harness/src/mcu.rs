@@ -25,7 +25,7 @@ use crate::wires::{self, Wires};
 mod explore;
 
 /// The clock of every MCU of the robot, in Hz.
-pub const CLOCK_HZ: u32 = 16_000_000;
+pub use tasks::superbot::CLOCK_HZ;
 
 /// Data address of the status register.
 const SREG: u16 = 0x5f;

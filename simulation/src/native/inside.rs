@@ -9,9 +9,9 @@ use tasks::bridge::task::ROOM;
 use tasks::dock::Dock;
 use tasks::message::{Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
-use tasks::residence::RESIDENCE;
 use tasks::router::{Mcu, Route, Router, Source};
 use tasks::sensor::Sensor;
+use tasks::superbot::RESIDENCE;
 
 use super::devices::Devices;
 use super::port::Flight;

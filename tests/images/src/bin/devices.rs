@@ -24,7 +24,7 @@ use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::request::Request;
-use tasks::residence::RESIDENCE;
+use tasks::superbot::RESIDENCE;
 use tasks::router::{Mcu, Router};
 use tasks::sensor::Sensor;
 use tests_images::finish;
