@@ -90,7 +90,7 @@ mod stack {
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<211> = Stack::new();
     pub static DEVICES: Stack<248> = Stack::new();
-    pub static BRIDGE: Stack<157> = Stack::new();
+    pub static BRIDGE: Stack<154> = Stack::new();
     pub static BEHAVIOURS: Stack<430> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
