@@ -34,8 +34,8 @@ pub struct Module {
     random: Random,
     /// From when on the master's and the slave's programs run.
     live_since: [u64; 2],
-    /// The master's.
-    clock: Clock,
+    /// The master's and the slave's.
+    clocks: [Clock; 2],
     behaviours: Behaviours,
     /// When the behaviours are polled though nothing comes.
     poll_at: u64,
@@ -77,7 +77,7 @@ impl Module {
             powered_up_at,
             is_on: true,
             live_since: [live; 2],
-            clock: Clock { started_at: live },
+            clocks: [Clock { started_at: live }; 2],
             behaviours: Behaviours::new(gait, random.next_u64() as u16, 0),
             poll_at: live,
             gait,
@@ -142,12 +142,12 @@ impl Module {
         if self.poll_at <= now {
             self.behave(now, None, output);
         }
-        let clock = self.clock;
+        let clocks = self.clocks;
         let ports = Dock::ALL.into_iter().zip(&mut self.ports).zip(&mut self.send_at);
         for ((dock, port), send_at) in ports {
             if *send_at <= now || self.touched.contains(dock) {
                 if port.due(now).is_some_and(|due| due <= now) {
-                    let flight = port.send(now, clock);
+                    let flight = port.send(now, clocks[mcu_of(dock) as usize]);
                     output.flights.extend(flight.map(|flight| (dock, flight)));
                 }
                 *send_at = port.due(now).unwrap_or(u64::MAX);
@@ -158,7 +158,8 @@ impl Module {
 
     /// Lets the behaviours take a message, and do what it is time for.
     fn behave(&mut self, now: u64, message: Option<Letter>, output: &mut Output) {
-        let Module { clock, behaviours, inside, ports, .. } = self;
+        let Module { behaviours, inside, ports, .. } = self;
+        let clock = self.clocks[Mcu::Master as usize];
         let events = &mut output.events;
         let mut here = Here { inside, ports, events, at: now, has_acted: false };
         let ticks = clock.ticks(now);
@@ -214,7 +215,7 @@ impl Module {
             return self.garbled(dock);
         }
         self.touched.insert(dock);
-        let ticks = self.clock.ticks(now);
+        let ticks = self.clocks[mcu_of(dock) as usize].ticks(now);
         let inside = &mut self.inside;
         let port = &mut self.ports[usize::from(dock.index())];
         port.receive(ticks, &flight.wire, |message| {
@@ -237,6 +238,7 @@ impl Module {
         let live = (now + START_UP).max(self.powered_up_at) + START;
         for mcu in [Mcu::Master, Mcu::Slave].into_iter().filter(|mcu| is_reset(*mcu)) {
             self.live_since[mcu as usize] = live;
+            self.clocks[mcu as usize] = Clock { started_at: live };
         }
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             if is_reset(mcu_of(dock)) {
@@ -245,7 +247,6 @@ impl Module {
             }
         }
         if is_reset(Mcu::Master) {
-            self.clock = Clock { started_at: live };
             self.behaviours = Behaviours::new(self.gait, self.random.next_u64() as u16, 0);
             self.poll_at = live;
         }
