@@ -32,8 +32,8 @@ use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
-use tasks::superbot::RESIDENCE;
 use tasks::router::{Mcu, Router};
+use tasks::superbot::RESIDENCE;
 
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 

@@ -24,9 +24,9 @@ use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::request::Request;
-use tasks::superbot::RESIDENCE;
 use tasks::router::{Mcu, Router};
 use tasks::sensor::Sensor;
+use tasks::superbot::RESIDENCE;
 use tests_images::finish;
 
 board::interrupts!(Interrupts: Tick, Twi, Adc);
