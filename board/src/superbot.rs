@@ -1,69 +1,30 @@
-//! The board description: what is wired to what on the two boards of a SuperBot module.
+//! The board description: what is wired to what on the two boards of a SuperBot module. What does not
+//! depend on pins, as docks, rates and where tasks reside, stands in [`tasks::superbot`].
 //!
 //! The paper gives two ATmega128 at 16 MHz, six docks and I2C between the MCUs; the lab's simulator
 //! ReMod3D gives the docks and joints of each half. No schematic is public, so the rest is our
-//! assumption: pins, channels, timers, addresses and rates. Whoever has the schematic changes this file.
+//! assumption: pins, channels and timers. Whoever has the schematic changes these two files.
+//!
+//! The serial ports of the docks: USART0 at RXD0 = PE0 and TXD0 = PE1, USART1 at RXD1 = PD2 and TXD1 = PD3.
+//! The one in software receives at PE7, which is both ICP3 and INT7, and sends at PE5, which is both OC3C and
+//! INT5. Idle is high, as at the USARTs.
 
-use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
-use tasks::message::TaskCode;
-use tasks::motor::Axis;
 use tasks::motor::joint;
 use tasks::motor::potentiometer::Potentiometer;
-use tasks::router::{Residence, Residents, TaskSet};
 use tasks::sensor::Scale;
 
 use crate::adc::Input;
 use crate::gpio::{Pin, Port, PortA, PortB, PortC, PortD, PortG};
 use crate::pwm::{Output, Timer1A, Timer1B, Timer1C};
 
-/// The MCU's clock, in Hz (paper, section 3).
-pub const CLOCK_HZ: u32 = 16_000_000;
-
-/// The kernel's ticks per second.
-pub const TICK_HZ: u32 = 1_000;
-
-/// The rate of a dock's serial link, in bit/s; 8 data bits, no parity, 1 stop bit. Off by 0.2 % at 16 MHz.
-pub const BAUD: u32 = 38_400;
-
-/// The clock of the I2C bus between the MCUs, in Hz. 400 kHz is the most that the ATmega128 can do.
-pub const I2C_HZ: u32 = 400_000;
+pub use tasks::superbot::{BAUD, CLOCK_HZ, Half, I2C_HZ, MASTER, MASTER_AXES, SLAVE, SLAVE_AXES, TICK_HZ};
 
 /// The rounds of measurement and the periods of the joints' control, per second.
 pub const ROUND_HZ: u32 = 1_000;
 
 /// The PWM frequency of the joint motors, in Hz: just above hearing.
 pub const PWM_HZ: u32 = 20_000;
-
-/// What differs between the two halves of a module.
-pub struct Half {
-    /// The MCU's own address on the I2C bus, 7 bits.
-    pub address: u8,
-    /// The dock at USART0 (RXD0 = PE0, TXD0 = PE1).
-    pub usart0: Dock,
-    /// The dock at USART1 (RXD1 = PD2, TXD1 = PD3).
-    pub usart1: Dock,
-    /// The dock at the serial port in software: received at PE7, which is both ICP3 and INT7, sent at PE5,
-    /// which is both OC3C and INT5. Idle is high, as at the USARTs. Timer3 belongs to it.
-    pub timer3: Dock,
-}
-
-/// The half with the docks Front, Left and Right.
-pub const MASTER: Half = Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right };
-
-/// The half with the docks Back, Up and Down.
-pub const SLAVE: Half = Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down };
-
-impl Half {
-    /// The docks of this half by their place: 0 is the one at USART0, 1 at USART1, 2 at Timer3.
-    pub const fn docks(&self) -> [Dock; 3] {
-        [self.usart0, self.usart1, self.timer3]
-    }
-}
-
-/// The joints that each MCU drives.
-pub const MASTER_AXES: [Axis; 2] = [Axis::Front, Axis::Roll];
-pub const SLAVE_AXES: [Axis; 1] = [Axis::Back];
 
 // --- Joints -------------------------------------------------------------------------------------
 
@@ -221,36 +182,3 @@ pub const CELSIUS: Scale = Scale { zero: 102, slope: 312 };
 
 /// 0.8 V per g about 2.5 V: 6.1 thousandths a count.
 pub const GRAVITY: Scale = Scale { zero: 512, slope: 391 };
-
-/// Which MCU has which docks, and runs which of the tasks that can be addressed.
-pub const RESIDENCE: Residence = Residence {
-    master: Residents {
-        docks: DockSet::of(&[MASTER.usart0, MASTER.usart1, MASTER.timer3]),
-        tasks: TaskSet::of(&[
-            TaskCode::AC_RECEIVE,
-            TaskCode::HORMONE,
-            TaskCode::joint(MASTER_AXES[0]),
-            TaskCode::joint(MASTER_AXES[1]),
-            TaskCode::dock(MASTER.usart0),
-            TaskCode::dock(MASTER.usart1),
-            TaskCode::dock(MASTER.timer3),
-            TaskCode::POWER_BEYOND,
-            TaskCode::ACCELEROMETER,
-            TaskCode::MASTER_TEMPERATURE,
-            TaskCode::MASTER_INSPECTOR,
-        ]),
-    },
-    slave: Residents {
-        docks: DockSet::of(&[SLAVE.usart0, SLAVE.usart1, SLAVE.timer3]),
-        tasks: TaskSet::of(&[
-            TaskCode::CONSOLE,
-            TaskCode::joint(SLAVE_AXES[0]),
-            TaskCode::dock(SLAVE.usart0),
-            TaskCode::dock(SLAVE.usart1),
-            TaskCode::dock(SLAVE.timer3),
-            TaskCode::POWER,
-            TaskCode::SLAVE_TEMPERATURE,
-            TaskCode::SLAVE_INSPECTOR,
-        ]),
-    },
-};

@@ -14,7 +14,7 @@ use board::delay;
 use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
 use board::reset::ResetCause;
-use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
+use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
 use console::inspector::{self, Counts, Inspected};
 use hormone::gait::GaitName;
 use hormone::status::Status;
@@ -33,6 +33,7 @@ use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
+use tasks::superbot::RESIDENCE;
 
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 
@@ -83,14 +84,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<284> = Stack::new();
-    pub static SEND_USART0: Stack<237> = Stack::new();
-    pub static SEND_USART1: Stack<237> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<237> = Stack::new();
+    pub static RECEIVE: Stack<287> = Stack::new();
+    pub static SEND_USART0: Stack<222> = Stack::new();
+    pub static SEND_USART1: Stack<222> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<211> = Stack::new();
     pub static DEVICES: Stack<248> = Stack::new();
-    pub static BRIDGE: Stack<157> = Stack::new();
-    pub static BEHAVIOURS: Stack<421> = Stack::new();
+    pub static BRIDGE: Stack<154> = Stack::new();
+    pub static BEHAVIOURS: Stack<430> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 

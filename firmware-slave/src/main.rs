@@ -11,7 +11,7 @@ use board::delay;
 use board::joints::Joints;
 use board::peripherals::{Peripherals, SlaveSide};
 use board::reset::ResetCause;
-use board::superbot::{JOINT, MASTER, RESIDENCE, SLAVE, SLAVE_AXES};
+use board::superbot::{JOINT, MASTER, SLAVE, SLAVE_AXES};
 use console::inspector::{self, Counts, Inspected};
 use console::task::{self as console_task, Console};
 use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack, Task, TaskHandle};
@@ -26,6 +26,7 @@ use tasks::motor::joint::Joint;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
+use tasks::superbot::RESIDENCE;
 
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 
@@ -68,13 +69,13 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<284> = Stack::new();
-    pub static SEND_USART0: Stack<237> = Stack::new();
-    pub static SEND_USART1: Stack<237> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<237> = Stack::new();
+    pub static RECEIVE: Stack<287> = Stack::new();
+    pub static SEND_USART0: Stack<222> = Stack::new();
+    pub static SEND_USART1: Stack<222> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<169> = Stack::new();
     pub static DEVICES: Stack<291> = Stack::new();
-    pub static BRIDGE: Stack<157> = Stack::new();
+    pub static BRIDGE: Stack<154> = Stack::new();
     pub static CONSOLE: Stack<622> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }

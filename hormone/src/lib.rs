@@ -12,10 +12,12 @@
 //! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`standing`], [`sense`], the [`rule`]s of a [`mod@gait`] |
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds
-//! in a `u16` that wraps (see [`time`]), and carries out what comes back.
+//! in a `u16` that wraps (see [`time`]), and carries out what comes back. [`behaviours`] puts the three
+//! together to one state machine over messages; [`task`] drives it by the kernel's clock.
 #![cfg_attr(not(test), no_std)]
 
 pub mod action;
+pub mod behaviours;
 pub mod case;
 pub mod controller;
 pub mod data;
@@ -23,6 +25,7 @@ pub mod election;
 pub mod event;
 pub mod gait;
 pub mod hormone;
+pub mod module;
 pub mod module_type;
 pub mod order;
 pub mod pace;

@@ -1,57 +1,44 @@
-//! The three behaviours (paper, Figure 5) as tasks that run to completion on one stack: thin shells around
-//! the pure parts of this crate.
+//! The three behaviours (paper, Figure 5) as tasks that run to completion on one stack: what drives
+//! [`Behaviours`] with the kernel's clock.
 //!
 //! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every
-//! module. Each is called with a message to it and when its time has come, does what there is to do, and says
-//! when that will be next.
+//! module.
 
-pub mod ac_receive;
-pub mod ac_send;
-pub mod docks;
-pub mod hormone;
-pub mod joints;
-
-use kernel::{Mutex, Never, Task, Ticks, now};
+use kernel::{Mutex, Never, Task, now};
 use tasks::api::Api;
 use tasks::mailbox::Mailbox;
-use tasks::message::TaskCode;
+use tasks::message::Message;
+use tasks::post_office::Undelivered;
 
+use crate::behaviours::Behaviours;
+use crate::event::Event;
 use crate::gait::GaitName;
-use crate::schedule::Schedule;
+use crate::module::Module;
 use crate::status::Status;
 use crate::time::until;
-use crate::topology::Topology;
 
-/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed.
-pub struct AdaptiveCommunication {
-    topology: Topology,
-    schedule: Schedule,
-    /// When AC_SEND sees whether a dock is to be probed.
-    probe_at: Ticks,
-    /// When AC_RECV looks for silent neighbours.
-    look_at: Ticks,
-    /// Whether HORMONE does not know the topology yet.
-    is_news: bool,
+/// The module, for the task that runs.
+pub struct Here<'a> {
+    pub task: &'a mut Task,
+    pub api: Api,
 }
 
-impl AdaptiveCommunication {
-    /// A module that has heard nothing, at `now`.
-    #[inline(never)] // else a copy of it would stay on the stack
-    pub fn new(now: Ticks) -> Self {
-        AdaptiveCommunication {
-            topology: Topology::new(),
-            schedule: Schedule::new(now),
-            probe_at: now,
-            look_at: now,
-            is_news: false,
-        }
+impl Module for Here<'_> {
+    #[inline(never)] // it stands in many places: flash
+    fn send(&mut self, message: Message) -> Result<(), Undelivered> {
+        self.api.send(self.task, message)
+    }
+
+    #[inline(never)] // for `stack-bound`, which is told where it leads
+    fn trace(&mut self, event: Event) {
+        self.api.trace(event.to_byte());
     }
 }
 
 /// Runs the behaviours on `mailbox`, which takes the messages to all of them, walking by `gait` until told
 /// otherwise; see
 /// [`Controller::new`](crate::controller::Controller::new) for `seed`. `status` shows HORMONE's view of the
-/// module to whoever reads RAM. `alive` is called every [`LOOK`](ac_receive::LOOK) ticks or sooner.
+/// module to whoever reads RAM. `alive` is called every [`LOOK`](crate::behaviours::LOOK) ticks or sooner.
 pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,
@@ -62,27 +49,23 @@ pub fn run(
     mut alive: impl FnMut(&mut Task),
 ) -> Never {
     let start = now(task);
-    let mut hormone = hormone::Behaviour::new(gait, seed, start);
-    let mut shared = AdaptiveCommunication::new(start);
+    let mut behaviours = Behaviours::new(gait.gait(), seed, start);
     let mut alarm = start;
     loop {
         while let Some(message) = mailbox.take(task) {
-            if message.to().task() == TaskCode::HORMONE {
-                hormone.receive(task, message, api);
-            } else if ac_receive::receive(task, &message, &mut shared).is_none() {
-                hormone.malformed(task);
-            }
+            let time = now(task);
+            behaviours.receive(time, message, &mut Here { task, api });
         }
-        let beat = hormone.act(task, status, api);
-        let look = ac_receive::look(task, &mut shared, api);
-        let probe = ac_send::probe(task, &mut shared, api);
         let time = now(task);
-        let wait = until(beat, time).min(until(look, time)).min(until(probe, time));
-        let next = time.wrapping_add(wait);
+        if behaviours.poll(time, &mut Here { task, api }) {
+            status.with(task, |status| *status = *behaviours.status());
+        }
+        let time = now(task);
+        let next = behaviours.poll_at(time);
         // To set an alarm that is set takes longer than to see that. One that is due now may have gone off.
-        if wait == 0 || next != alarm {
+        if next == time || next != alarm {
             alarm = next;
-            mailbox.wake_in(task, wait);
+            mailbox.wake_in(task, until(next, time));
         }
         alive(task);
         mailbox.wait(task);

@@ -3,6 +3,9 @@
 //! A moment counts as past for the 32.7 s after it and as future for the 32.7 s before it, so a
 //! reading that is a little older than the last one, as between two tasks, does no harm.
 
+/// The longest time that a moment can lie ahead, in milliseconds.
+pub const LONGEST: u16 = 0x7fff;
+
 /// Whether `now` is at or after `due`.
 pub fn reached(due: u16, now: u16) -> bool {
     now.wrapping_sub(due) < 0x8000

@@ -9,6 +9,7 @@ use simulation::{Angles, CLOCK_HZ};
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
 use tasks::motor::Axis;
+use tasks::superbot::{MASTER, SLAVE};
 
 use crate::controller::Controller;
 use crate::mcu::Mcu;
@@ -85,10 +86,8 @@ const fn half_joint(controller: Controller, axis: Axis) -> JointWiring {
 }
 
 /// The docks of each half, by their places.
-const DOCKS: [(Controller, [Dock; 3]); 2] = [
-    (Controller::Master, [Dock::Front, Dock::Left, Dock::Right]),
-    (Controller::Slave, [Dock::Back, Dock::Up, Dock::Down]),
-];
+const DOCKS: [(Controller, [Dock; 3]); 2] =
+    [(Controller::Master, MASTER.docks()), (Controller::Slave, SLAVE.docks())];
 
 /// A module's body, to be looked at and interfered with between runs.
 #[derive(Clone, Debug)]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use simulation::{Random, fnv_1a};
 use tasks::dock::{Dock, DockSet};
+use tasks::superbot::{Half, MASTER, SLAVE};
 use thiserror::Error;
 
 use crate::body::{self, Body};
@@ -59,17 +60,6 @@ pub struct Module {
     powered_up_at: u64,
     is_on: bool,
 }
-
-/// The serial port that serves each dock, in the order of [`Dock::ALL`]: the MCU, and the port's number on
-/// it.
-const DOCK_PORTS: [(Controller, usize); 6] = [
-    (Controller::Master, 0),    // Front
-    (Controller::Slave, 0),     // Back
-    (Controller::Master, 1),    // Left
-    (Controller::Master, PINS), // Right
-    (Controller::Slave, 1),     // Up
-    (Controller::Slave, PINS),  // Down
-];
 
 /// An MCU's third serial port: after its two USARTs, the one at [`SERIAL_PINS`].
 const PINS: usize = 2;
@@ -201,7 +191,8 @@ impl Module {
 
     /// The shortest frame, in cycles, that a transmitter at a dock is set up for.
     pub(crate) fn shortest_frame(&self) -> Option<u64> {
-        DOCK_PORTS.iter().filter_map(|&(mcu, number)| self.mcu(mcu).usart_frame_cycles(number)).min()
+        let frame = |(controller, number)| self.mcu(controller).usart_frame_cycles(number);
+        Dock::ALL.map(port).into_iter().filter_map(frame).min()
     }
 
     /// Whether a dock's serial port is made of pins, by software.
@@ -216,6 +207,11 @@ impl Module {
     }
 }
 
+/// The serial port that serves a dock: the MCU, and the port's number on it, which is the dock's place there.
 fn port(dock: Dock) -> (Controller, usize) {
-    DOCK_PORTS[usize::from(dock.index())]
+    let place = |half: Half| half.docks().into_iter().position(|here| here == dock);
+    match place(MASTER) {
+        Some(place) => (Controller::Master, place),
+        None => (Controller::Slave, place(SLAVE).unwrap_or(PINS)),
+    }
 }

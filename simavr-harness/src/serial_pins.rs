@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use simulation::CLOCK_HZ;
+use tasks::superbot::{BAUD, CLOCK_HZ};
 
 use crate::character::Character;
 use crate::cpu::Cpu;
@@ -30,9 +30,6 @@ pub struct SerialPinCounts {
     /// Characters whose edges came in.
     pub received: u64,
 }
-
-/// Bits per second.
-const BAUD: u64 = 38_400;
 
 /// Start bit, 8 data bits, stop bit.
 const BITS: u64 = 10;
@@ -104,7 +101,7 @@ fn levels(value: u8) -> impl Iterator<Item = bool> {
 
 /// Cycles that so many halves of a bit take.
 fn half_bits(number: u64) -> u64 {
-    number * u64::from(CLOCK_HZ) / (2 * BAUD)
+    number * u64::from(CLOCK_HZ) / (2 * u64::from(BAUD))
 }
 
 impl Sender {

@@ -18,7 +18,7 @@ use hormone::sense::Sense;
 use tasks::dock::Dock;
 
 use crate::deed::Deed;
-use crate::native::behaviours::value;
+use crate::native::devices::value;
 use crate::orders::Orders;
 use crate::reach::{concerned, hops};
 use crate::robot::Robot;

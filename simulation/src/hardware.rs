@@ -1,13 +1,10 @@
-//! The robot's clock and wires, as the board description (`board/src/superbot.rs`) has them.
+//! The robot's clock and wires, out of the description of the module.
 
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
-use tasks::dock::{Dock, DockSet};
-use tasks::message::TaskCode;
-use tasks::router::{Residence, Residents, TaskSet};
-
-/// The clock of every MCU, in Hz.
-pub const CLOCK_HZ: u32 = 16_000_000;
+use tasks::dock::Dock;
+pub use tasks::superbot::CLOCK_HZ;
+use tasks::superbot::{BAUD, I2C_HZ, MASTER, RESIDENCE, SLAVE};
 
 /// Cycles of a millisecond.
 pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
@@ -17,26 +14,11 @@ pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
 /// Oscillator"). At power-up, from which a robot's time counts, that is over.
 pub const START_UP: u64 = 65 * MILLISECOND + 16_384;
 
-/// The rate of the links between docks, in bit/s.
-const BAUD: u64 = 38_400;
-
-/// The docks whose serial port is made of pins.
-const SOFTWARE_DOCKS: DockSet = DockSet::of(&[Dock::Right, Dock::Down]);
-
 /// Bits of a character: start, eight of data, stop.
-const CHARACTER_BITS: u64 = 10;
+pub(crate) const CHARACTER_BITS: u64 = 10;
 
-/// The clock of the two-wire bus inside a module, in Hz.
-const I2C_HZ: u64 = 400_000;
-
-/// The docks of both MCUs, and who runs the behaviours.
-pub(crate) const RESIDENCE: Residence = Residence {
-    master: Residents {
-        docks: DockSet::of(&[Dock::Front, Dock::Left, Dock::Right]),
-        tasks: TaskSet::of(&[TaskCode::AC_RECEIVE, TaskCode::HORMONE]),
-    },
-    slave: Residents { docks: DockSet::of(&[Dock::Back, Dock::Up, Dock::Down]), tasks: TaskSet::of(&[]) },
-};
+/// Cycles of a bit on the two-wire bus inside a module.
+pub(crate) const I2C_BIT: u64 = (CLOCK_HZ / I2C_HZ) as u64;
 
 /// Whether what passes a dock crosses the two-wire bus on its way from or to a behaviour.
 pub fn is_on_slave(dock: Dock) -> bool {
@@ -45,7 +27,7 @@ pub fn is_on_slave(dock: Dock) -> bool {
 
 /// Whether a dock hears nothing while it sends: its one timer does both.
 pub(crate) fn is_deaf_while_it_sends(dock: Dock) -> bool {
-    SOFTWARE_DOCKS.contains(dock)
+    [MASTER.timer3, SLAVE.timer3].contains(&dock)
 }
 
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that
@@ -54,10 +36,10 @@ pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
     let pace = Pace { name: 1, data: Data::A, is_made_good: false, rhythm: 0, lifetime: None };
     let payload = Hormone::Pace(pace).to_payload().bytes().len() as u64;
     // Control, epoch and CRC-16 beside the payload; of COBS the delimiter.
-    let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / BAUD;
+    let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);
     // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and
     // STOP.
-    let transfer = (2 + 9 * (payload + 5)) * u64::from(CLOCK_HZ) / I2C_HZ;
+    let transfer = (2 + 9 * (payload + 5)) * I2C_BIT;
     let transfers = [from, to].into_iter().filter(|dock| is_on_slave(*dock)).count();
     frame + transfers as u64 * transfer
 }

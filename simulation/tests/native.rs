@@ -147,6 +147,24 @@ fn a_robot_comes_right_after_whatever_happens_to_it() {
     }
 }
 
+/// Each MCU has a clock of its own: what waits for an ACK at a dock of the one does not wait for the other's.
+#[test]
+fn a_reset_of_the_master_does_not_stop_the_links_of_the_slave() {
+    for (number, mcu) in (0..20).flat_map(|number| [(number, "master"), (number, "slave")]) {
+        // At some of these moments a beat is being repeated at Back.
+        let reset = 9.5 + f64::from(number) * 0.026;
+        let events = format!(
+            "shape = \"chain\"\n[[event]]\nat = {}\nloss = 1\nfrom = \"1.Back\"\n\
+             [[event]]\nat = {reset}\nreset = 1\nmcu = \"{mcu}\"\n\
+             [[event]]\nat = {reset}\nloss = 0\nfrom = \"1.Back\"",
+            reset - 0.03
+        );
+        let run = run(robot(Shape::Chain, 3, 1), &events, 11);
+        let mistaken: Vec<usize> = (0..3).filter(|&module| !run.robot.is_right(module)).collect();
+        assert_eq!(mistaken, [0; 0], "{mcu}, {reset} s");
+    }
+}
+
 /// Whenever its beat comes, between those of the head before.
 #[test]
 fn a_robot_takes_up_the_beat_of_a_new_head_at_once() {

@@ -11,7 +11,7 @@ use crate::Image;
 /// tool names them.
 ///
 /// ```text
-/// hormone::task::ac_send::run => board::debug::mark
+/// <hormone::task::Here as hormone::module::Module>::trace => board::debug::mark
 /// factorial = 40
 /// ```
 /// The first says where an indirect call leads; a caller with several has a line for each. The second says

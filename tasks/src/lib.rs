@@ -9,6 +9,7 @@
 //! | [`message`] | what tasks send one another, and how a task is addressed             |
 //! | [`link`]    | how a message crosses a dock: framing, CRC, stop-and-wait ARQ        |
 //! | [`bridge`]  | how a message crosses from one MCU of a module to the other          |
+//! | [`superbot`] | what a module is made of: MCUs, docks, joints, rates, who runs where |
 //! | [`router`]  | where a message goes next                                            |
 //! | [`mailbox`], [`post_office`] | how it gets there on one MCU                         |
 //! | [`motor`]   | how a joint is driven to where it shall be                           |
@@ -40,3 +41,4 @@ pub mod power;
 pub mod request;
 pub mod router;
 pub mod sensor;
+pub mod superbot;

@@ -309,6 +309,24 @@ kernel::pool!(Letter, BUFFERS);
 /// A letter in a buffer of the pool. It moves from task to task; dropped, it frees the buffer.
 pub type Buffered = kernel::Message<Letter>;
 
+/// What holds a letter: a buffer of the pool, or on a host the letter's owner.
+pub trait Held {
+    /// The letter.
+    fn letter(&self) -> &Letter;
+}
+
+impl Held for Buffered {
+    fn letter(&self) -> &Letter {
+        self
+    }
+}
+
+impl Held for Letter {
+    fn letter(&self) -> &Letter {
+        self
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,14 +10,12 @@ use std::time::{Duration, Instant};
 
 use console::request::Topic;
 use simulation::Terminal;
+use tasks::superbot::BAUD;
 
 const USAGE: &str = "\
 Usage: superbot-console PORT [all|tasks|cpu|links]
 
 Asks the module before the infrared transceiver at the serial port PORT for a text, and prints it.";
-
-/// As `board/src/superbot.rs` has it for the docks.
-const BAUD: &str = "38400";
 
 /// How often the terminal looks at the clock.
 const LOOK: Duration = Duration::from_millis(2);
@@ -63,7 +61,18 @@ fn topic_named(name: &str) -> Option<Topic> {
 fn open(port: &str) -> io::Result<File> {
     let file = OpenOptions::new().read(true).write(true).open(port)?;
     let mut stty = Command::new("stty");
-    stty.args(["-F", port, BAUD, "raw", "-echo", "cs8", "-cstopb", "-parenb", "-crtscts", "clocal"]);
+    stty.args([
+        "-F",
+        port,
+        &BAUD.to_string(),
+        "raw",
+        "-echo",
+        "cs8",
+        "-cstopb",
+        "-parenb",
+        "-crtscts",
+        "clocal",
+    ]);
     let output = stty.output()?;
     if output.status.success() {
         Ok(file)

@@ -66,7 +66,7 @@ impl Native {
     }
 
     pub(super) fn angles(&self, module: usize) -> Angles {
-        let posture = self.modules[module].posture(self.now);
+        let posture = self.modules[module].posture();
         posture.map_or([0.0; 3], |told| [told.motor0, told.roll, told.motor2].map(f64::from))
     }
 }

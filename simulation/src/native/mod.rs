@@ -5,8 +5,10 @@
 //! takes time: frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There
 //! is no CPU that two things want at once, and no interrupt.
 
-pub(crate) mod behaviours;
+mod behaviours;
+pub(crate) mod devices;
 mod docking;
+mod inside;
 mod lying;
 mod module;
 mod port;
@@ -306,7 +308,7 @@ impl Robot for Native {
 
     fn links(&self) -> LinkTotals {
         let mut totals = LinkTotals::default();
-        self.modules.iter().flat_map(Module::links).for_each(|counters| totals.add(counters));
+        self.modules.iter().flat_map(Module::links).for_each(|counters| totals.add(&counters));
         totals
     }
 

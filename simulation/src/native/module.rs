@@ -1,43 +1,29 @@
-//! One module: behaviours on the master, three docks on each MCU, and the bridge between.
+//! One module: behaviours on the master, three docks on each MCU, and what is under way between them.
 
 use std::hash::{Hash, Hasher};
-use std::mem;
-use std::ops::Range;
 
 use hormone::action::{Docking, Posture};
+use hormone::behaviours::Behaviours;
 use hormone::event::Event;
 use hormone::gait::Gait;
 use hormone::status::Status;
 use tasks::bridge::protocol::BridgeCounters;
-use tasks::bridge::task::ROOM;
 use tasks::dock::{Dock, DockSet};
 use tasks::link::counters::LinkCounters;
-use tasks::message::Letter;
-use tasks::router::{Mcu, Route, Router, Source};
+use tasks::message::{Address, Letter, Message, TaskCode};
+use tasks::post_office::Undelivered;
+use tasks::request::{Report, Request};
+use tasks::router::{Mcu, Source};
+use tasks::sensor::Sensor;
 
-use super::behaviours::{Behaviours, Doing};
-use super::port::{Flight, Port, Taken, count};
-use super::time::{CHARACTER, CROSS_AFTER, CROSS_BEFORE, START, WAKE, transfer};
+use super::behaviours::Here;
+use super::devices::value;
+use super::inside::{Input, Inside};
+use super::port::{Flight, Port};
+use super::time::{CHARACTER, Clock, START, TICK, WAKE};
 use crate::change::Mcus;
-use crate::hardware::{RESIDENCE, START_UP, is_deaf_while_it_sends, is_on_slave};
+use crate::hardware::{START_UP, is_deaf_while_it_sends, is_on_slave};
 use crate::random::Random;
-
-const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
-const SLAVE: Router = Router::new(Mcu::Slave, RESIDENCE);
-
-/// What is under way inside a module.
-enum Input {
-    /// The first character of a frame has come in at a dock.
-    Begun(Dock, Range<u64>),
-    /// A frame has come in at a dock.
-    Frame(Dock, Flight),
-    /// A message has crossed to an MCU.
-    Crossed(Mcu, Letter),
-    /// A behaviour takes a message.
-    Taken(Letter),
-    /// A behaviour sends a message.
-    Sent(Letter),
-}
 
 pub struct Module {
     /// From when on it has power.
@@ -48,32 +34,29 @@ pub struct Module {
     random: Random,
     /// From when on the master's and the slave's programs run.
     live_since: [u64; 2],
+    /// The master's and the slave's.
+    clocks: [Clock; 2],
     behaviours: Behaviours,
+    /// When the behaviours are polled though nothing comes.
+    poll_at: u64,
     /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity.
     pub acceleration: [f64; 3],
     ports: [Port; 6],
     /// When the sending task of each dock has something to do, but for those that were touched since.
     send_at: [u64; 6],
     touched: DockSet,
-    /// The latest first.
-    inputs: Vec<(u64, Input)>,
-    /// Until when the two-wire bus is busy.
-    bus_until: u64,
-    /// Messages that cross to the master and to the slave now.
-    crossing: [u8; 2],
-    bridge: BridgeCounters,
+    inside: Inside,
 }
 
 impl Hash for Module {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.is_on.hash(state);
-        self.behaviours.hash(state);
+        let Status { hormones_received, hormones_sent, topology_changes, neighbours, action, .. } =
+            *self.behaviours.status();
+        (hormones_received, hormones_sent, topology_changes, neighbours, action as u8).hash(state);
+        self.poll_at.hash(state);
         self.ports.iter().for_each(|port| port.hash(state));
-        self.inputs.iter().for_each(|(at, input)| {
-            at.hash(state);
-            mem::discriminant(input).hash(state);
-        });
-        self.bus_until.hash(state);
+        self.inside.hash(state);
         self.acceleration.map(f64::to_bits).hash(state);
     }
 }
@@ -84,7 +67,6 @@ pub struct Output {
     pub flights: Vec<(Dock, Flight)>,
     pub events: Vec<(u64, Event)>,
     pub dockings: Vec<(u64, Docking)>,
-    doing: Doing,
 }
 
 impl Module {
@@ -95,16 +77,16 @@ impl Module {
             powered_up_at,
             is_on: true,
             live_since: [live; 2],
-            behaviours: Behaviours::new(live, gait, random.next_u64() as u16),
+            clocks: [Clock { started_at: live }; 2],
+            behaviours: Behaviours::new(gait, random.next_u64() as u16, 0),
+            poll_at: live,
             gait,
             acceleration: [0.0, 0.0, 1.0],
-            ports: Dock::ALL.map(|dock| Port::new(dock, random.next_u64() as u16, live)),
+            ports: Dock::ALL
+                .map(|dock| Port::new(dock, random.next_u64() as u16, Clock { started_at: live })),
             send_at: [u64::MAX; 6],
             touched: DockSet::EMPTY,
-            inputs: Vec::new(),
-            bus_until: live,
-            crossing: [0; 2],
-            bridge: BridgeCounters::default(),
+            inside: Inside::new(live),
             random,
         }
     }
@@ -115,8 +97,8 @@ impl Module {
     }
 
     /// Where the joints were told to be last; `None` if they were told nothing yet.
-    pub fn posture(&self, now: u64) -> Option<Posture> {
-        self.behaviours.posture(now)
+    pub fn posture(&self) -> Option<Posture> {
+        self.inside.devices.posture()
     }
 
     /// What the accelerometer reads from now on.
@@ -124,13 +106,13 @@ impl Module {
         self.acceleration = acceleration;
     }
 
-    pub fn links(&self) -> impl Iterator<Item = &LinkCounters> {
-        self.ports.iter().map(|port| &port.counters)
+    pub fn links(&self) -> impl Iterator<Item = LinkCounters> {
+        self.ports.iter().map(Port::counters)
     }
 
     /// What the bridge counts, both sides together.
     pub fn bridge(&self) -> &BridgeCounters {
-        &self.bridge
+        &self.inside.bridge
     }
 
     /// When something is next due.
@@ -138,9 +120,8 @@ impl Module {
         if !self.is_on {
             return u64::MAX;
         }
-        let input = self.inputs.last().map_or(u64::MAX, |input| input.0);
         let send = self.send_at.iter().copied().min().unwrap_or(u64::MAX);
-        input.min(send).min(self.behaviours.due())
+        self.inside.due().min(send).min(self.poll_at)
     }
 
     /// Does all that is due before `end`. Returns when more is.
@@ -155,20 +136,18 @@ impl Module {
     }
 
     fn act(&mut self, now: u64, output: &mut Output) {
-        if self.behaviours.due() <= now {
-            self.behaviours.wake(now, self.acceleration, &mut output.doing);
-            self.follow(output);
-        }
-        while self.inputs.last().is_some_and(|input| input.0 <= now) {
-            let Some((_, input)) = self.inputs.pop() else { break };
+        while let Some(input) = self.inside.take(now) {
             self.take(now, input, output);
         }
-        let behaviours = &self.behaviours;
+        if self.poll_at <= now {
+            self.behave(now, None, output);
+        }
+        let clocks = self.clocks;
         let ports = Dock::ALL.into_iter().zip(&mut self.ports).zip(&mut self.send_at);
         for ((dock, port), send_at) in ports {
             if *send_at <= now || self.touched.contains(dock) {
                 if port.due(now).is_some_and(|due| due <= now) {
-                    let flight = port.send(now, |at| behaviours.tick(at));
+                    let flight = port.send(now, clocks[mcu_of(dock) as usize]);
                     output.flights.extend(flight.map(|flight| (dock, flight)));
                 }
                 *send_at = port.due(now).unwrap_or(u64::MAX);
@@ -177,13 +156,20 @@ impl Module {
         self.touched = DockSet::EMPTY;
     }
 
-    /// Takes over what the behaviours do.
-    fn follow(&mut self, output: &mut Output) {
-        output.events.append(&mut output.doing.events);
-        output.dockings.append(&mut output.doing.dockings);
-        for (at, message) in output.doing.messages.drain(..) {
-            insert(&mut self.inputs, at, Input::Sent(message));
+    /// Lets the behaviours take a message, and do what it is time for.
+    fn behave(&mut self, now: u64, message: Option<Letter>, output: &mut Output) {
+        let Module { behaviours, inside, ports, .. } = self;
+        let clock = self.clocks[Mcu::Master as usize];
+        let events = &mut output.events;
+        let mut here = Here { inside, ports, events, at: now, has_acted: false };
+        let ticks = clock.ticks(now);
+        match message {
+            Some(message) => behaviours.receive(ticks, message, &mut here),
+            None => here.at += WAKE,
         }
+        behaviours.poll(ticks, &mut here);
+        self.poll_at = clock.cycle(behaviours.poll_at(ticks), now).max(clock.tick(now) + TICK);
+        output.dockings.append(&mut self.inside.devices.dockings);
     }
 
     fn take(&mut self, now: u64, input: Input, output: &mut Output) {
@@ -191,19 +177,19 @@ impl Module {
             Input::Begun(dock, span) => self.ports[usize::from(dock.index())].expect(span),
             Input::Frame(dock, flight) => self.receive(now, dock, &flight),
             Input::Crossed(mcu, message) => {
-                self.crossing[mcu as usize] -= 1;
-                if self.deliver(now, mcu, message, Source::Bridge) {
-                    count(&mut self.bridge.messages_received);
-                } else {
-                    count(&mut self.bridge.no_buffer);
+                let delivered = self.deliver(now, mcu, message.message(), Source::Bridge);
+                self.inside.count_crossed(delivered);
+                output.dockings.append(&mut self.inside.devices.dockings);
+            }
+            Input::Taken(message) => self.behave(now, Some(message), output),
+            Input::Read(sensor, client) => {
+                if let Some(answer) = answer(sensor, client, self.acceleration) {
+                    self.behave(now, Some(answer), output);
                 }
             }
-            Input::Taken(message) => {
-                self.behaviours.take(now, &message, &mut output.doing);
-                self.follow(output);
-            }
-            Input::Sent(message) => {
-                self.deliver(now, Mcu::Master, message, Source::Task);
+            Input::Sent(dock, message) => {
+                // There was room when it was sent.
+                self.port(dock).put(message);
             }
         }
     }
@@ -214,66 +200,36 @@ impl Module {
             return None;
         }
         let begun_at = flight.span.start + CHARACTER;
-        insert(&mut self.inputs, begun_at, Input::Begun(dock, flight.span.clone()));
-        insert(&mut self.inputs, flight.taken_at(), Input::Frame(dock, flight));
+        self.inside.insert(begun_at, Input::Begun(dock, flight.span.clone()));
+        self.inside.insert(flight.taken_at(), Input::Frame(dock, flight));
         Some(begun_at)
     }
 
     /// What comes in at a dock is no frame.
     pub fn garbled(&mut self, dock: Dock) {
-        count(&mut self.port(dock).counters.errors);
+        self.port(dock).garbled();
     }
 
     fn receive(&mut self, now: u64, dock: Dock, flight: &Flight) {
         if is_deaf_while_it_sends(dock) && self.port(dock).has_drowned(&flight.span) {
             return self.garbled(dock);
         }
-        match self.port(dock).receive(now, &flight.wire) {
-            Taken::Nothing => {}
-            Taken::Message(label, message) => {
-                if self.deliver(now, mcu_of(dock), message, Source::Dock(dock)) {
-                    self.port(dock).accept(label);
-                } else {
-                    count(&mut self.port(dock).counters.no_buffer);
-                }
-            }
-            Taken::Datagram(message) => {
-                self.deliver(now, mcu_of(dock), message, Source::Dock(dock));
-            }
-        }
+        self.touched.insert(dock);
+        let ticks = self.clocks[mcu_of(dock) as usize].ticks(now);
+        let inside = &mut self.inside;
+        let port = &mut self.ports[usize::from(dock.index())];
+        port.receive(ticks, &flight.wire, |message| {
+            // What comes in by a dock does not go out by another: the router sees to that.
+            inside.deliver(now, mcu_of(dock), message, Source::Dock(dock)).map(|_| ())
+        });
     }
 
-    /// Hands a message on as the router says. Returns whether it is dealt with: there was room, or nobody
-    /// wants it.
-    fn deliver(&mut self, now: u64, mcu: Mcu, message: Letter, source: Source) -> bool {
-        let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
-        match router.route(message.to(), source) {
-            Route::Task(_) => insert(&mut self.inputs, now + WAKE, Input::Taken(message)),
-            Route::Link(dock) => return self.port(dock).put(message),
-            Route::Bridge => {
-                let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
-                return self.cross(now, other, message);
-            }
-            Route::Ignored | Route::Refused => {
-                if let Source::Dock(dock) = source {
-                    count(&mut self.port(dock).counters.refused);
-                }
-            }
+    /// Hands a message on as the router says.
+    fn deliver(&mut self, now: u64, mcu: Mcu, message: Message, source: Source) -> Result<(), Undelivered> {
+        match self.inside.deliver(now, mcu, message, source)? {
+            Some(dock) if !self.port(dock).put(Letter::of(message)) => Err(Undelivered::NoRoom),
+            _ => Ok(()),
         }
-        true
-    }
-
-    /// Sends a message over the bridge. Returns whether there was room.
-    fn cross(&mut self, now: u64, to: Mcu, message: Letter) -> bool {
-        let crossing = &mut self.crossing[to as usize];
-        if *crossing > ROOM {
-            return false;
-        }
-        *crossing += 1;
-        self.bus_until = self.bus_until.max(now + CROSS_BEFORE) + transfer(message.payload().len());
-        count(&mut self.bridge.messages_sent);
-        insert(&mut self.inputs, self.bus_until + CROSS_AFTER, Input::Crossed(to, message));
-        true
     }
 
     /// Programs start over.
@@ -282,25 +238,19 @@ impl Module {
         let live = (now + START_UP).max(self.powered_up_at) + START;
         for mcu in [Mcu::Master, Mcu::Slave].into_iter().filter(|mcu| is_reset(*mcu)) {
             self.live_since[mcu as usize] = live;
+            self.clocks[mcu as usize] = Clock { started_at: live };
         }
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             if is_reset(mcu_of(dock)) {
-                *port = Port::new(dock, self.random.next_u64() as u16, live);
+                *port = Port::new(dock, self.random.next_u64() as u16, Clock { started_at: live });
                 self.touched.insert(dock);
             }
         }
         if is_reset(Mcu::Master) {
-            let told = self.behaviours.posture(now);
-            self.behaviours = Behaviours::new(live, self.gait, self.random.next_u64() as u16);
-            self.behaviours.told = told;
+            self.behaviours = Behaviours::new(self.gait, self.random.next_u64() as u16, 0);
+            self.poll_at = live;
         }
-        // What crosses the bridge is lost whichever end of it is reset.
-        self.crossing = [0; 2];
-        self.inputs.retain(|(_, input)| match input {
-            Input::Begun(dock, _) | Input::Frame(dock, _) => !is_reset(mcu_of(*dock)),
-            Input::Crossed(..) => false,
-            Input::Taken(_) | Input::Sent(_) => !is_reset(Mcu::Master),
-        });
+        self.inside.reset(is_reset, mcu_of);
     }
 
     fn port(&mut self, dock: Dock) -> &mut Port {
@@ -323,16 +273,10 @@ pub fn mcu_of(dock: Dock) -> Mcu {
     if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
 }
 
-/// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they were
-/// put in.
-fn insert(inputs: &mut Vec<(u64, Input)>, at: u64, input: Input) {
-    let place = inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
-    inputs.insert(place, (at, input));
-}
-
-fn rank(input: &Input) -> u8 {
-    match input {
-        Input::Begun(dock, _) | Input::Frame(dock, _) => dock.index(),
-        _ => u8::MAX,
-    }
+/// What a sensor answers a task; `None` if there is no such sensor.
+fn answer(sensor: Sensor, client: TaskCode, acceleration: [f64; 3]) -> Option<Letter> {
+    let report = Report::Value(sensor, value(sensor, acceleration)?).to_payload();
+    let from = Request::Read(sensor).task();
+    let message = Message::new(Address::here(client), Address::here(from), &report);
+    message.ok().map(Letter::of)
 }

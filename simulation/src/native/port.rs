@@ -1,22 +1,22 @@
-//! A dock's link: what its sending and its receiving task do, over the same ARQ.
+//! A dock's link: the sender and the receiver of the dock's tasks, and what frames take on the wire.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::hash::{Hash, Hasher};
 use std::ops::Range;
 
 use tasks::dock::Dock;
-use tasks::link::arq::Timeout;
-use tasks::link::backoff::Backoff;
-use tasks::link::counters::LinkCounters;
-use tasks::link::endpoint::{Arrival, Endpoint};
+use tasks::link::counters::{Counted, LinkCounters};
+use tasks::link::endpoint::Endpoint;
 use tasks::link::frame::{Frame, Label};
 use tasks::link::port::{RETRY_LIMIT, ROOM};
-use tasks::link::receive::SILENCE;
-use tasks::link::send::ACK_TIMEOUT;
+use tasks::link::receiver::{Arriving, Receiver};
+use tasks::link::sender::{Departing, Sender, Shared};
 use tasks::link::signature::Signature;
-use tasks::message::{Address, Kind, Letter, Message, TaskCode};
+use tasks::message::{Address, Letter, Message, TaskCode};
+use tasks::post_office::Undelivered;
 
-use super::time::{CHARACTER, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
+use super::time::{CHARACTER, Clock, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
 
 /// What goes over the wire in one piece.
 #[derive(Clone, Debug)]
@@ -43,6 +43,19 @@ impl Flight {
 }
 
 impl Wire {
+    fn of(frame: Frame) -> Wire {
+        let letter = |to: TaskCode, payload| {
+            let to = Address::here(to);
+            // A frame holds no more than a message.
+            Letter::of(Message::new(to, to, payload).expect("it came out of a letter"))
+        };
+        match frame {
+            Frame::Ack(label) => Wire::Ack(label),
+            Frame::Data { label, to, payload } => Wire::Data(label, letter(to, payload)),
+            Frame::Datagram { signature, to, payload } => Wire::Datagram(signature, letter(to, payload)),
+        }
+    }
+
     fn cycles(&self) -> u64 {
         match self {
             Wire::Ack(_) => ack(),
@@ -69,84 +82,77 @@ impl Wire {
     }
 }
 
-/// A message on its way, until it is acknowledged or given up.
-struct Outstanding {
-    message: Letter,
-    label: Label,
-    /// When the ACK is overdue.
-    deadline: u64,
-}
-
-/// A datagram that waits for its moment.
-struct Waiting {
-    datagram: Letter,
-    moment: u64,
-}
-
 pub struct Port {
-    dock: Dock,
-    endpoint: Endpoint,
-    backoff: Backoff,
-    mailbox: VecDeque<Letter>,
-    ack_due: Option<Label>,
-    outstanding: Option<Outstanding>,
-    /// Whether the message under way was sent before.
-    is_repeated: bool,
-    waiting: Option<Waiting>,
-    /// Until when the sending task waits for the line: the end of what it sends itself, or the tick after
-    /// what comes in.
-    busy_until: u64,
+    sender: Sender<Letter>,
+    receiver: Receiver,
+    end: End,
+    /// When the sender is polled though nothing comes.
+    alarm: Option<u64>,
+    /// Until when the sending task sends what it sent last.
+    sends_until: u64,
     /// The last frame that was sent, and the one before.
     sent: [Range<u64>; 2],
     /// The last frame of which a character came in.
     incoming: Range<u64>,
-    heard_at: u64,
-    pub counters: LinkCounters,
+}
+
+/// What sender and receiver share.
+struct End {
+    endpoint: Endpoint,
+    mailbox: VecDeque<Letter>,
+    ack_due: Option<Label>,
+    /// Whether the sender is to be polled at once.
+    is_awake: bool,
+    counters: LinkCounters<Cell<u16>>,
 }
 
 impl Hash for Port {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        self.endpoint.hash(state);
-        self.ack_due.hash(state);
-        self.mailbox.iter().for_each(|message| message.payload().hash(state));
-        self.outstanding.as_ref().map(|outstanding| outstanding.deadline).hash(state);
-        (self.busy_until, self.heard_at, self.counters.frames_sent).hash(state);
+        self.end.endpoint.hash(state);
+        self.end.ack_due.hash(state);
+        self.end.mailbox.iter().for_each(|message| message.payload().hash(state));
+        (self.alarm, self.end.is_awake).hash(state);
+        (self.sends_until, self.end.counters.frames_sent.get()).hash(state);
     }
 }
 
-/// What a frame brought.
-pub enum Taken {
-    Nothing,
-    /// A message that is acknowledged once it has found room.
-    Message(Label, Letter),
-    Datagram(Letter),
-}
-
 impl Port {
-    /// The link at `dock`, from `now` on.
-    pub fn new(dock: Dock, seed: u16, now: u64) -> Self {
-        Port {
-            dock,
+    /// The link at `dock`, from the time on at which `clock` starts.
+    pub fn new(dock: Dock, seed: u16, clock: Clock) -> Self {
+        let end = End {
             endpoint: Endpoint::new(dock, seed, RETRY_LIMIT),
-            backoff: Backoff::new(seed),
             mailbox: VecDeque::new(),
             ack_due: None,
-            outstanding: None,
-            is_repeated: false,
-            waiting: None,
-            busy_until: now,
+            is_awake: false,
+            counters: LinkCounters::default(),
+        };
+        Port {
+            sender: Sender::new(seed),
+            receiver: Receiver::new(dock, 0),
+            end,
+            alarm: None,
+            sends_until: clock.started_at,
             sent: [0..0, 0..0],
             incoming: 0..0,
-            heard_at: now,
-            counters: LinkCounters::default(),
         }
+    }
+
+    /// What the link counts.
+    pub fn counters(&self) -> LinkCounters {
+        self.end.counters.map(Cell::get)
+    }
+
+    /// Whether the sending task's mailbox has room for one more than `coming` messages.
+    pub fn has_room(&self, coming: usize) -> bool {
+        self.end.mailbox.len() + coming < usize::from(ROOM)
     }
 
     /// Puts a message into the sending task's mailbox. Returns whether there was room.
     pub fn put(&mut self, message: Letter) -> bool {
-        let has_room = self.mailbox.len() < usize::from(ROOM);
+        let has_room = self.has_room(0);
         if has_room {
-            self.mailbox.push_back(message);
+            self.end.mailbox.push_back(message);
+            self.end.is_awake = true;
         }
         has_room
     }
@@ -156,6 +162,11 @@ impl Port {
         self.incoming = span;
     }
 
+    /// What came in is no frame.
+    pub fn garbled(&mut self) {
+        self.end.count(Counted::Errors);
+    }
+
     /// Whether the line was drowned by what this end sent itself.
     pub fn has_drowned(&self, span: &Range<u64>) -> bool {
         self.sent.iter().any(|sent| sent.start < span.end && span.start < sent.end)
@@ -163,144 +174,105 @@ impl Port {
 
     /// When the sending task has something to do; never before `now`.
     pub fn due(&self, now: u64) -> Option<u64> {
-        let is_delivered = self.outstanding.is_some() && !self.endpoint.sender.is_busy();
-        let is_free = self.outstanding.is_none() && !self.mailbox.is_empty();
-        let due = if self.ack_due.is_some() || is_delivered || is_free {
-            now
-        } else if let Some(outstanding) = &self.outstanding {
-            outstanding.deadline
-        } else {
-            self.waiting.as_ref()?.moment
-        };
-        Some(due.max(self.busy_until).max(now))
+        let due = if self.end.is_awake { now } else { self.alarm? };
+        Some(due.max(self.sends_until).max(now))
     }
 
     /// What the sending task does at `now`. Returns the frame that it begins to send.
-    pub fn send(&mut self, now: u64, tick: impl Fn(u64) -> u64) -> Option<Flight> {
-        if now < self.busy_until {
+    pub fn send(&mut self, now: u64, clock: Clock) -> Option<Flight> {
+        if now < self.sends_until {
             return None;
         }
         if now < self.incoming.end {
-            self.busy_until = tick(self.incoming.end) + TICK;
+            self.end.is_awake = false;
+            self.alarm = Some(clock.tick(self.incoming.end) + TICK);
             return None;
         }
-        if let Some(label) = self.ack_due.take() {
-            return Some(self.transmit(now, Wire::Ack(label)));
+        let flight = self.sender.poll(clock.ticks(now), &mut self.end).map(|frame| {
+            let wire = Wire::of(frame);
+            let span = now + SEND..now + SEND + wire.cycles();
+            Flight { wire, span }
+        });
+        if let Some(Flight { span, .. }) = &flight {
+            self.sender.sent(clock.ticks(span.end + SENT));
+            self.sends_until = span.end;
+            self.sent = [span.clone(), self.sent[0].clone()];
         }
-        if let Some(outstanding) = self.outstanding.take() {
-            if !self.endpoint.sender.is_busy() {
-                // Delivered: the next one follows below.
-            } else if now < outstanding.deadline {
-                self.outstanding = Some(outstanding);
-                return None;
-            } else {
-                match self.endpoint.sender.on_timeout() {
-                    Some(Timeout::Retransmit) => {
-                        count(&mut self.counters.retries);
-                        let part = if self.is_repeated { self.backoff.next_ms() } else { 0 };
-                        self.is_repeated = true;
-                        let patience = u64::from(ACK_TIMEOUT) + u64::from(part);
-                        let Outstanding { message, label, .. } = outstanding;
-                        return Some(self.send_data(now, label, message, patience, tick));
-                    }
-                    Some(Timeout::GaveUp) => count(&mut self.counters.gave_up),
-                    None => {}
-                }
-            }
-        }
-        while let Some(message) = self.next_message() {
-            if message.kind() != Kind::Datagram {
-                let label = self.endpoint.sender.start();
-                self.is_repeated = false;
-                return Some(self.send_data(now, label, message, u64::from(ACK_TIMEOUT), tick));
-            }
-            let moment = tick(now) + u64::from(self.backoff.next_ms()) * TICK;
-            if let Some(before) = self.waiting.replace(Waiting { datagram: message, moment }) {
-                return Some(self.send_datagram(now, before.datagram));
-            }
-        }
-        let waiting = self.waiting.take_if(|waiting| waiting.moment <= now)?;
-        Some(self.send_datagram(now, waiting.datagram))
-    }
-
-    /// The next message to be sent, as the sending task chooses it.
-    fn next_message(&mut self) -> Option<Letter> {
-        let mut next = self.mailbox.pop_front()?;
-        while self.mailbox.front().is_some_and(|after| after.replaces(&next)) {
-            next = self.mailbox.pop_front()?;
-            count(&mut self.counters.replaced);
-        }
-        Some(next)
-    }
-
-    fn send_datagram(&mut self, now: u64, datagram: Letter) -> Flight {
-        let signature = self.endpoint.sign_datagram();
-        self.transmit(now, Wire::Datagram(signature, datagram))
-    }
-
-    /// Sends a message under ARQ. Its ACK has `patience`, in ticks.
-    fn send_data(
-        &mut self,
-        now: u64,
-        label: Label,
-        message: Letter,
-        patience: u64,
-        tick: impl Fn(u64) -> u64,
-    ) -> Flight {
-        let flight = self.transmit(now, Wire::Data(label, message.clone()));
-        let deadline = tick(flight.span.end + SENT) + patience * TICK;
-        self.outstanding = Some(Outstanding { message, label, deadline });
+        // Where a frame goes out, what else there is to do follows at its end.
+        self.end.is_awake = flight.is_some() && self.end.has_work();
+        self.alarm = self.sender.poll_at().map(|at| clock.cycle(at, now));
         flight
     }
 
-    fn transmit(&mut self, now: u64, wire: Wire) -> Flight {
-        count(&mut self.counters.frames_sent);
-        let span = now + SEND..now + SEND + wire.cycles();
-        self.busy_until = span.end;
-        self.sent = [span.clone(), self.sent[0].clone()];
-        Flight { wire, span }
-    }
-
-    /// What the receiving task does with a frame.
-    pub fn receive(&mut self, now: u64, wire: &Wire) -> Taken {
-        if now - self.heard_at > u64::from(SILENCE) * TICK {
-            self.endpoint.forget_neighbour();
-        }
-        self.heard_at = now;
-        count(&mut self.counters.frames_received);
-        let from = |task: TaskCode| Address::beyond(self.dock, task);
-        match self.endpoint.on_frame(wire.frame()) {
-            Arrival::Message { label, to, payload } => {
-                match Message::new(Address::here(to), from(to), payload) {
-                    Ok(message) => Taken::Message(label, Letter::of(message)),
-                    Err(_) => Taken::Nothing,
-                }
-            }
-            Arrival::Datagram { to, payload } => match Message::new(Address::here(to), from(to), payload) {
-                Ok(message) => Taken::Datagram(Letter::of(message)),
-                Err(_) => Taken::Nothing,
-            },
-            Arrival::Duplicate(label) => {
-                count(&mut self.counters.duplicates);
-                self.ack_due = Some(label);
-                Taken::Nothing
-            }
-            Arrival::Reflection => {
-                count(&mut self.counters.reflections);
-                Taken::Nothing
-            }
-            Arrival::Delivered | Arrival::StaleAck => Taken::Nothing,
-        }
-    }
-
-    /// The message with this label has found room.
-    pub fn accept(&mut self, label: Label) {
-        self.endpoint.accept(label);
-        self.ack_due = Some(label);
+    /// What the receiving task does with a frame. `deliver` hands a message on.
+    pub fn receive(
+        &mut self,
+        ticks: u16,
+        wire: &Wire,
+        deliver: impl FnMut(Message) -> Result<(), Undelivered>,
+    ) {
+        let end = &mut self.end;
+        self.receiver.receive(ticks, wire.frame(), &mut Delivering { end, deliver });
     }
 }
 
-/// Counts one more.
-pub fn count(counter: &mut u16) {
-    *counter = counter.wrapping_add(1);
+impl End {
+    /// Whether there is anything to be sent but what the sender knows of.
+    fn has_work(&self) -> bool {
+        self.ack_due.is_some() || !self.mailbox.is_empty()
+    }
+}
+
+impl Shared for End {
+    fn endpoint<R>(&mut self, work: impl FnOnce(&mut Endpoint) -> R) -> R {
+        work(&mut self.endpoint)
+    }
+
+    fn count(&mut self, what: Counted) {
+        let count = self.counters.of(what);
+        count.set(count.get().wrapping_add(1));
+    }
+}
+
+impl Departing for End {
+    type Letter = Letter;
+
+    fn take_ack_due(&mut self) -> Option<Label> {
+        self.ack_due.take()
+    }
+
+    fn take_message(&mut self) -> Option<Letter> {
+        self.mailbox.pop_front()
+    }
+}
+
+/// An end, and where its messages go.
+struct Delivering<'a, Deliver> {
+    end: &'a mut End,
+    deliver: Deliver,
+}
+
+impl<Deliver> Shared for Delivering<'_, Deliver> {
+    fn endpoint<R>(&mut self, work: impl FnOnce(&mut Endpoint) -> R) -> R {
+        self.end.endpoint(work)
+    }
+
+    fn count(&mut self, what: Counted) {
+        self.end.count(what);
+    }
+}
+
+impl<Deliver: FnMut(Message) -> Result<(), Undelivered>> Arriving for Delivering<'_, Deliver> {
+    fn deliver(&mut self, message: Message) -> Result<(), Undelivered> {
+        (self.deliver)(message)
+    }
+
+    fn acknowledge(&mut self, label: Label) {
+        self.end.ack_due = Some(label);
+        self.wake_sender();
+    }
+
+    fn wake_sender(&mut self) {
+        self.end.is_awake = true;
+    }
 }

@@ -1,12 +1,40 @@
 //! What things take, in cycles.
 
-use crate::hardware::MILLISECOND;
+use hormone::time::until;
+use tasks::superbot::{BAUD, CLOCK_HZ};
+
+use crate::hardware::{CHARACTER_BITS, I2C_BIT, MILLISECOND};
 
 /// A millisecond of a module's clock: the kernel's tick.
 pub const TICK: u64 = MILLISECOND;
 
-/// A character on the wire: ten bits of 416 cycles, as the USARTs are set up.
-pub const CHARACTER: u64 = 4160;
+/// The clock of an MCU: ticks since its program runs.
+#[derive(Clone, Copy)]
+pub struct Clock {
+    /// When it reads 0, in cycles of the simulation.
+    pub started_at: u64,
+}
+
+impl Clock {
+    /// What it reads at `cycle`.
+    pub fn ticks(self, cycle: u64) -> u16 {
+        (cycle.saturating_sub(self.started_at) / TICK) as u16
+    }
+
+    /// The beginning of the tick that holds `cycle`.
+    pub fn tick(self, cycle: u64) -> u64 {
+        cycle - cycle.saturating_sub(self.started_at) % TICK
+    }
+
+    /// The beginning of the tick at which it reads `ticks`, seen from `now`; that of the present one for what
+    /// is past.
+    pub fn cycle(self, ticks: u16, now: u64) -> u64 {
+        self.tick(now) + u64::from(until(ticks, self.ticks(now))) * TICK
+    }
+}
+
+/// A character on the wire. The USARTs divide the clock by a multiple of 16.
+pub const CHARACTER: u64 = CHARACTER_BITS * 16 * ((CLOCK_HZ + 8 * BAUD) / (16 * BAUD)) as u64;
 
 /// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
 /// one that is not the CRC's. One frame in 40 takes one byte more.
@@ -26,9 +54,9 @@ pub const fn ack() -> u64 {
 }
 
 /// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8
-/// beside the payload; nine bits each, and START and STOP, at 400 kHz.
+/// beside the payload; nine bits each, and START and STOP.
 pub fn transfer(payload: usize) -> u64 {
-    (2 + 9 * (5 + payload as u64)) * 40
+    (2 + 9 * (5 + payload as u64)) * I2C_BIT
 }
 
 // What the programs take in simavr, read off the events and characters of a chain of three; tests/simavr

@@ -1,9 +1,10 @@
 //! The bridge's task, one on each MCU (paper, section 5): sends what is in its queue over I2C, and delivers
 //! what comes from there.
 
-use kernel::{Never, Task, Ticks, now};
+use kernel::{Never, Task, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
+use super::sender::{Sender, Step};
 use crate::counter::{self, Counter};
 use crate::device::{Bus, Transfer};
 use crate::mailbox::Mailbox;
@@ -12,16 +13,6 @@ use crate::router::Source;
 
 /// Messages that may wait to cross.
 pub const ROOM: u8 = 6;
-
-/// How often a transfer that failed is tried again.
-const RETRY_LIMIT: u8 = 20;
-
-/// The pause before that, in ticks of 1 ms.
-const PAUSE: Ticks = 1;
-
-/// How long a transfer may take, in ticks of 1 ms. The longest takes 0.6 ms, and as much again behind the
-/// other MCU's; the rest is for what both MCUs have to do besides.
-const TRANSFER_AT_MOST: Ticks = 5;
 
 /// One side of the bridge. A `static`: its task runs on it, and readers of RAM find the [`BridgeCounters`] at
 /// its start.
@@ -69,29 +60,29 @@ pub fn run(
 ) -> Never {
     let mut incoming = [0; MAX_PACKET];
     let mut next = Next::new();
-    let mut sending = Sending { phase: Phase::Idle, retries_left: 0, deadline: 0 };
+    let mut sender = Sender::new();
     loop {
         bridge.mailbox().wait(task);
         // The bus first, which is idle while it waits for this task.
         let outcome = bus.outcome(task);
-        sending.look_after(task, bridge, &mut bus, outcome);
-        if sending.phase == Phase::Idle {
+        look_after(task, bridge, &mut bus, &mut sender, outcome);
+        if sender.is_idle() {
             next.prepare(task, bridge);
             if let Some(packet) = next.take() {
                 bus.send(task, packet);
-                sending.begin(task);
+                sender.begin(now(task));
             }
         }
         if let Some(length) = bus.receive(task, &mut incoming) {
             take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
         }
-        if sending.phase == Phase::Idle {
+        let time = now(task);
+        let Some(left) = sender.poll_in(time) else {
             bridge.mailbox().cancel_alarm(task);
             continue;
-        }
+        };
         next.prepare(task, bridge);
-        let left = sending.left(task);
-        if sending.phase == Phase::OnBus {
+        if sender.is_on_bus() {
             // The alarm of the packet before rings before this one's, and is set anew then.
             bridge.mailbox().wake_within(task, left);
         } else {
@@ -100,84 +91,30 @@ pub fn run(
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    /// Nothing is to be sent.
-    Idle,
-    /// A packet is on the bus, or waits for it.
-    OnBus,
-    /// It failed, and is sent again after a while.
-    Pausing,
-}
-
-/// The packet that is under way to the other MCU.
-struct Sending {
-    phase: Phase,
-    retries_left: u8,
-    /// When it has taken too long, or is sent again.
-    deadline: Ticks,
-}
-
-impl Sending {
-    fn begin(&mut self, task: &mut Task) {
-        self.retries_left = RETRY_LIMIT;
-        self.enter(task, Phase::OnBus, TRANSFER_AT_MOST);
-    }
-
-    fn enter(&mut self, task: &mut Task, phase: Phase, ticks: Ticks) {
-        self.phase = phase;
-        self.deadline = now(task).wrapping_add(ticks);
-    }
-
-    /// How many ticks are left until the deadline; at least one.
-    fn left(&self, task: &mut Task) -> Ticks {
-        self.deadline.wrapping_sub(now(task)).clamp(1, TRANSFER_AT_MOST)
-    }
-
-    fn is_due(&self, task: &mut Task) -> bool {
-        // A deadline that has passed lies far ahead.
-        self.deadline.wrapping_sub(now(task)).wrapping_sub(1) >= TRANSFER_AT_MOST
-    }
-
-    /// Counts an `outcome`, and does what failures and time ask for.
-    fn look_after(
-        &mut self,
-        task: &mut Task,
-        bridge: &'static Bridge,
-        bus: &mut impl Bus,
-        outcome: Option<Transfer>,
-    ) {
-        match outcome {
-            Some(Transfer::Done) => {
-                self.phase = Phase::Idle;
-                bridge.counters.messages_sent.count(task);
-            }
-            Some(Transfer::Refused | Transfer::Fault) => self.fail(task, bridge),
-            None if self.phase == Phase::Idle || !self.is_due(task) => {}
-            None if self.phase == Phase::OnBus => {
+/// Does what follows from an `outcome`, or from the time, and counts it.
+fn look_after(
+    task: &mut Task,
+    bridge: &'static Bridge,
+    bus: &mut impl Bus,
+    sender: &mut Sender,
+    mut outcome: Option<Transfer>,
+) {
+    loop {
+        let counters = &bridge.counters;
+        match sender.poll(now(task), outcome) {
+            Step::Nothing => {}
+            Step::Arrived => counters.messages_sent.count(task),
+            Step::Failed => counters.retries.count(task),
+            Step::GaveUp => counters.gave_up.count(task),
+            Step::SendAgain => bus.send_again(task),
+            Step::Free => {
                 bus.free(task);
-                bridge.counters.freed.count(task);
-                self.fail(task, bridge);
-            }
-            None => {
-                bus.send_again(task);
-                self.enter(task, Phase::OnBus, TRANSFER_AT_MOST);
+                counters.freed.count(task);
+                outcome = Some(Transfer::Fault);
+                continue;
             }
         }
-    }
-
-    fn fail(&mut self, task: &mut Task, bridge: &'static Bridge) {
-        match self.retries_left.checked_sub(1) {
-            Some(left) => {
-                self.retries_left = left;
-                self.enter(task, Phase::Pausing, PAUSE);
-                bridge.counters.retries.count(task);
-            }
-            None => {
-                self.phase = Phase::Idle;
-                bridge.counters.gave_up.count(task);
-            }
-        }
+        return;
     }
 }
 

@@ -36,6 +36,62 @@ pub struct LinkCounters<Count = u16> {
     pub replaced: Count,
 }
 
+/// One of the counts that sender and receiver keep.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Counted {
+    FramesSent,
+    FramesReceived,
+    Retries,
+    Errors,
+    Duplicates,
+    GaveUp,
+    Reflections,
+    Ignored,
+    Refused,
+    NoBuffer,
+    Replaced,
+}
+
+impl<Count> LinkCounters<Count> {
+    /// The count of this.
+    #[inline(always)] // where it is known of what, nothing of this is left
+    pub fn of(&self, what: Counted) -> &Count {
+        match what {
+            Counted::FramesSent => &self.frames_sent,
+            Counted::FramesReceived => &self.frames_received,
+            Counted::Retries => &self.retries,
+            Counted::Errors => &self.errors,
+            Counted::Duplicates => &self.duplicates,
+            Counted::GaveUp => &self.gave_up,
+            Counted::Reflections => &self.reflections,
+            Counted::Ignored => &self.ignored,
+            Counted::Refused => &self.refused,
+            Counted::NoBuffer => &self.no_buffer,
+            Counted::Replaced => &self.replaced,
+        }
+    }
+
+    /// What `read` makes of each count.
+    #[inline(always)]
+    pub fn map<Other>(&self, mut read: impl FnMut(&Count) -> Other) -> LinkCounters<Other> {
+        LinkCounters {
+            frames_sent: read(&self.frames_sent),
+            frames_received: read(&self.frames_received),
+            retries: read(&self.retries),
+            errors: read(&self.errors),
+            duplicates: read(&self.duplicates),
+            gave_up: read(&self.gave_up),
+            reflections: read(&self.reflections),
+            ignored: read(&self.ignored),
+            refused: read(&self.refused),
+            no_buffer: read(&self.no_buffer),
+            overruns: read(&self.overruns),
+            replaced: read(&self.replaced),
+        }
+    }
+}
+
 impl LinkCounters<Counter> {
     /// All at 0.
     pub const fn new() -> Self {
@@ -57,20 +113,7 @@ impl LinkCounters<Counter> {
 
     /// What was counted.
     pub fn read(&self, task: &mut Task) -> LinkCounters {
-        LinkCounters {
-            frames_sent: self.frames_sent.get(task),
-            frames_received: self.frames_received.get(task),
-            retries: self.retries.get(task),
-            errors: self.errors.get(task),
-            duplicates: self.duplicates.get(task),
-            gave_up: self.gave_up.get(task),
-            reflections: self.reflections.get(task),
-            ignored: self.ignored.get(task),
-            refused: self.refused.get(task),
-            no_buffer: self.no_buffer.get(task),
-            overruns: self.overruns.get(task),
-            replaced: self.replaced.get(task),
-        }
+        self.map(|count| count.get(task))
     }
 }
 

@@ -7,8 +7,9 @@
 //!                                            ARQ: deliver, acknowledge, or drop
 //! ```
 //!
-//! An [`endpoint::Endpoint`] at each dock decides what becomes of each frame. Two tasks drive it:
-//! one sends and keeps the time-out, one receives.
+//! Three state machines at each dock decide: the [`endpoint::Endpoint`] what a frame that comes in means, the
+//! [`receiver::Receiver`] what is done with it, and the [`sender::Sender`] which frame goes out next. Two
+//! tasks drive them: [`send`] and [`receive`]. Whoever else has a line and a clock can, too.
 
 pub mod arq;
 pub mod backoff;
@@ -19,5 +20,7 @@ pub mod endpoint;
 pub mod frame;
 pub mod port;
 pub mod receive;
+pub mod receiver;
 pub mod send;
+pub mod sender;
 pub mod signature;

@@ -2,9 +2,10 @@
 
 use kernel::{Context, MaskedCell, Mutex, Priority, Task};
 
-use super::counters::LinkCounters;
+use super::counters::{Counted, LinkCounters};
 use super::endpoint::Endpoint;
 use super::frame::Label;
+use super::sender::Shared;
 use crate::counter::{self, Counter};
 use crate::dock::Dock;
 use crate::mailbox::Mailbox;
@@ -68,8 +69,7 @@ impl Port {
         self.with(task, |endpoint| *endpoint = Endpoint::new(self.dock, seed, RETRY_LIMIT));
     }
 
-    /// Asks the sending task for an ACK. A newer one takes the place of one not yet sent: the neighbour
-    /// has one message outstanding at a time.
+    /// Asks the sending task for an ACK, in place of one not yet sent.
     pub(super) fn acknowledge(&self, task: &mut Task, label: Label) {
         task.mask(|masked| self.ack_due.set(masked, Some(label)));
         self.mailbox.wake(task);
@@ -81,5 +81,21 @@ impl Port {
             self.ack_due.set(masked, None);
             label
         })
+    }
+}
+
+/// A port, and the task that works on it.
+pub(super) struct AtPort<'a> {
+    pub task: &'a mut Task,
+    pub port: &'static Port,
+}
+
+impl Shared for AtPort<'_> {
+    fn endpoint<R>(&mut self, work: impl FnOnce(&mut Endpoint) -> R) -> R {
+        self.port.with(self.task, work)
+    }
+
+    fn count(&mut self, what: Counted) {
+        self.port.counters.of(what).count(self.task);
     }
 }

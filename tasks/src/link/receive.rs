@@ -1,24 +1,21 @@
-//! The receiving tasks of the docks (paper, section 5): they take frames off their lines and deliver what
-//! these bring.
+//! The receiving tasks of the docks (paper, section 5): they take frames off their lines and have a
+//! [`Receiver`] deal with them.
 //!
 //! Each runs to completion for what has come at its dock, so they share a stack.
 
-use kernel::{Never, Semaphore, Task, Ticks, now};
+use kernel::{Never, Semaphore, Task, now};
 
 use super::cobs::MAX_WIRE;
-use super::endpoint::Arrival;
-use super::frame::Frame;
-use super::port::Port;
+use super::counters::Counted;
+use super::endpoint::Endpoint;
+use super::frame::{Frame, Label};
+use super::port::{AtPort, Port};
+use super::receiver::{Arriving, Receiver};
+use super::sender::Shared;
 use crate::device::Receive;
-use crate::message::{Address, Message, TaskCode};
+use crate::message::Message;
 use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
-
-/// Who speaks after a silence of this many ticks of 1 ms may be another module than before, whose first
-/// message is no repetition whatever its label. A neighbour that is there probes every 40 ms. (A silence of a
-/// few ms more than a multiple of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs
-/// remains.)
-pub const SILENCE: Ticks = 400;
 
 /// The receiving task of a dock.
 pub struct Incoming<Line> {
@@ -26,19 +23,18 @@ pub struct Incoming<Line> {
     line: Line,
     /// The frame that is coming in.
     wire: [u8; MAX_WIRE],
-    /// When the last frame came.
-    heard_at: Ticks,
+    receiver: Receiver,
 }
 
 impl<Line: Receive> Incoming<Line> {
     /// The task of `port` on `line`.
     pub const fn new(port: &'static Port, line: Line) -> Self {
-        Incoming { port, line, wire: [0; MAX_WIRE], heard_at: 0 }
+        Incoming { port, line, wire: [0; MAX_WIRE], receiver: Receiver::new(port.dock(), 0) }
     }
 
     /// Has `signal` posted when something comes in.
     fn begin(&mut self, task: &mut Task, signal: &'static Semaphore, seed: u16) {
-        self.heard_at = now(task);
+        self.receiver = Receiver::new(self.port.dock(), now(task));
         self.port.restart(task, seed);
         self.line.listen(task, signal);
     }
@@ -54,17 +50,8 @@ impl<Line: Receive> Incoming<Line> {
                 port.counters.errors.count(task);
                 continue;
             };
-            port.counters.frames_received.count(task);
             let time = now(task);
-            let is_stranger = time.wrapping_sub(self.heard_at) > SILENCE;
-            self.heard_at = time;
-            let arrival = port.with(task, |endpoint| {
-                if is_stranger {
-                    endpoint.forget_neighbour();
-                }
-                endpoint.on_frame(frame)
-            });
-            take(task, port, office, arrival);
+            self.receiver.receive(time, frame, &mut Delivering { port: AtPort { task, port }, office });
         }
     }
 }
@@ -89,47 +76,34 @@ pub fn run<Line: Receive, const N: usize>(
     }
 }
 
-/// Does what an arrival asks for.
-fn take(task: &mut Task, port: &'static Port, office: &'static PostOffice, arrival: Arrival) {
-    match arrival {
-        Arrival::Message { label, to, payload } => {
-            // Acknowledged unless there is no room now: what nobody here wants, no repetition helps.
-            if deliver(task, port, office, to, payload) {
-                port.with(task, |endpoint| endpoint.accept(label));
-                port.acknowledge(task, label);
-            }
-        }
-        Arrival::Duplicate(label) => {
-            port.counters.duplicates.count(task);
-            port.acknowledge(task, label);
-        }
-        Arrival::Datagram { to, payload } => {
-            deliver(task, port, office, to, payload);
-        }
-        Arrival::Delivered => port.mailbox().wake(task),
-        Arrival::StaleAck => {}
-        Arrival::Reflection => port.counters.reflections.count(task),
+/// A port, and where its messages go.
+struct Delivering<'a> {
+    port: AtPort<'a>,
+    office: &'static PostOffice,
+}
+
+impl Shared for Delivering<'_> {
+    fn endpoint<R>(&mut self, work: impl FnOnce(&mut Endpoint) -> R) -> R {
+        self.port.endpoint(work)
+    }
+
+    fn count(&mut self, what: Counted) {
+        self.port.count(what);
     }
 }
 
-/// Hands a message on, and counts it if that fails. Returns whether it is dealt with.
-#[inline(always)] // a frame of its own would take 40 bytes more of the stack
-fn deliver(
-    task: &mut Task,
-    port: &'static Port,
-    office: &'static PostOffice,
-    to: TaskCode,
-    payload: &[u8],
-) -> bool {
-    let from = Address::beyond(port.dock(), to);
-    // A frame holds no more than a message.
-    let Ok(message) = Message::new(Address::here(to), from, payload) else { return true };
-    let Err(undelivered) = office.deliver(task, message, Source::Dock(port.dock())) else { return true };
-    let counter = match undelivered {
-        Undelivered::Ignored => &port.counters.ignored,
-        Undelivered::Refused => &port.counters.refused,
-        Undelivered::NoRoom => &port.counters.no_buffer,
-    };
-    counter.count(task);
-    undelivered != Undelivered::NoRoom
+impl Arriving for Delivering<'_> {
+    #[inline(always)] // a frame of its own would take 40 bytes more of the stack
+    fn deliver(&mut self, message: Message) -> Result<(), Undelivered> {
+        let AtPort { task, port } = &mut self.port;
+        self.office.deliver(task, message, Source::Dock(port.dock()))
+    }
+
+    fn acknowledge(&mut self, label: Label) {
+        self.port.port.acknowledge(self.port.task, label);
+    }
+
+    fn wake_sender(&mut self) {
+        self.port.port.mailbox().wake(self.port.task);
+    }
 }

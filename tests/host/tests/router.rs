@@ -3,6 +3,7 @@
 use tasks::dock::{Dock, DockSet};
 use tasks::message::{Address, TaskCode};
 use tasks::router::{Mcu, Residence, Residents, Route, Router, Source, TaskSet};
+use tasks::superbot;
 
 const fn task(code: u8) -> TaskCode {
     match TaskCode::new(code) {
@@ -103,4 +104,59 @@ fn a_hormone_passes_through_a_spine() {
     let back = Address::beyond(Dock::Back, TaskCode::HORMONE);
     assert_eq!(route(Mcu::Master, back, Source::Task), Route::Bridge);
     assert_eq!(route(Mcu::Slave, back, Source::Bridge), Route::Link(Dock::Back));
+}
+
+/// Where a message ends that comes from `source` on `mcu`: the MCU and the route there.
+fn end(residence: Residence, mcu: Mcu, to: Address, source: Source) -> (Mcu, Route) {
+    match Router::new(mcu, residence).route(to, source) {
+        Route::Bridge => {
+            let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
+            (other, Router::new(other, residence).route(to, Source::Bridge))
+        }
+        route => (mcu, route),
+    }
+}
+
+/// The robot's own residence, where each task in turn is moved: it is found from everywhere where it is now,
+/// and all others where they were.
+#[test]
+fn a_task_that_is_moved_to_the_other_mcu_is_found_there_from_everywhere() {
+    let residents = [superbot::RESIDENCE.master, superbot::RESIDENCE.slave];
+    let codes = || (0..32).map(task);
+    let resides = residents.map(|here| codes().filter(|code| here.tasks.contains(*code)).collect::<Vec<_>>());
+    assert!(resides.iter().all(|tasks| tasks.len() >= 8));
+    for moved in resides.concat() {
+        let [master, slave] = [0, 1].map(|mcu: usize| {
+            let stays = resides[mcu].iter().filter(|code| **code != moved);
+            let comes = resides[1 - mcu].iter().filter(|code| **code == moved);
+            Residents {
+                tasks: TaskSet::of(&stays.chain(comes).copied().collect::<Vec<_>>()),
+                ..residents[mcu]
+            }
+        });
+        let residence = Residence { master, slave };
+        for (mcu, docks) in [(Mcu::Master, master.docks), (Mcu::Slave, slave.docks)] {
+            for code in codes() {
+                let at = if master.tasks.contains(code) { Mcu::Master } else { Mcu::Slave };
+                let is_known = resides.concat().contains(&code);
+                let found = end(residence, mcu, Address::here(code), Source::Task);
+                assert_eq!(
+                    found == (at, Route::Task(code)),
+                    is_known,
+                    "{code:?} from {mcu:?}, {moved:?} moved"
+                );
+                for dock in docks.iter() {
+                    let found = end(residence, mcu, Address::here(code), Source::Dock(dock));
+                    let is_found = found == (at, Route::Task(code));
+                    assert_eq!(
+                        is_found,
+                        is_known && code.is_behaviour(),
+                        "{code:?} from {dock:?}, {moved:?} moved"
+                    );
+                }
+            }
+        }
+        let was_master = residents[0].tasks.contains(moved);
+        assert_ne!(master.tasks.contains(moved), was_master);
+    }
 }

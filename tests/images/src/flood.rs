@@ -7,11 +7,11 @@ use board::interrupts::Serves;
 use board::tick::Tick;
 use board::usart::Usart0;
 use console::request::{Request, Topic, piece};
+use hormone::behaviours::AdaptiveCommunication;
 use hormone::gait::GaitName;
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
-use hormone::task::{AdaptiveCommunication, ac_receive, ac_send};
-use hormone::time::until;
+use hormone::task::Here;
 use kernel::{Boot, Never, Priority, Semaphore, Stack, Task, Ticks, now};
 use tasks::api::Api;
 use tasks::dock::Dock;
@@ -127,14 +127,16 @@ const HORMONE: u8 = 64;
 
 /// AC_SEND and AC_RECV.
 fn probe(task: &mut Task, api: Api) -> Never {
-    let mut shared = AdaptiveCommunication::new(now(task));
+    let mut behaviour = AdaptiveCommunication::new(now(task));
     loop {
         while let Some(message) = AC_RECEIVE.take(task) {
-            let _ = ac_receive::receive(task, &message, &mut shared);
+            let time = now(task);
+            let _ = behaviour.receive(time, &message);
         }
-        let due = [ac_receive::look(task, &mut shared, api), ac_send::probe(task, &mut shared, api)];
         let time = now(task);
-        AC_RECEIVE.wake_in(task, due.map(|due| until(due, time)).into_iter().min().unwrap_or(0));
+        behaviour.poll(time, &mut Here { task, api });
+        let time = now(task);
+        AC_RECEIVE.wake_in(task, behaviour.next_due(time));
         AC_RECEIVE.wait(task);
     }
 }

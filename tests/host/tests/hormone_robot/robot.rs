@@ -1,26 +1,27 @@
-//! A robot made of the pure machines, and the gait's definition to hold it against.
+//! A robot of the modules' own behaviours over links that delay and lose, and the gait's definition to hold it
+//! against.
 
 use std::collections::{BTreeMap, HashMap};
 
 use hormone::action::{Action, Posture};
-use hormone::controller::{Controller, Response};
+use hormone::behaviours::Behaviours;
 use hormone::data::Data;
 use hormone::event::Event;
 use hormone::gait::{Gait, GaitName};
 use hormone::hormone::Hormone;
+use hormone::module;
 use hormone::module_type::ModuleType;
 use hormone::order::{Course, Order};
 use hormone::pace::Pace;
-use hormone::probe::Probe;
-use hormone::schedule::Schedule;
-use hormone::sense::Sense;
-use hormone::topology::{Neighbours, Topology};
+use hormone::time::until;
+use hormone::topology::Neighbours;
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
+use tasks::message::{Address, Letter, Message, TaskCode};
+use tasks::post_office::Undelivered;
+use tasks::request::{Report, Request};
+use tasks::sensor::Sensor;
 
-/// How often AC_RECV looks for silent neighbours, in milliseconds.
-const LOOK: u32 = 20;
-
-/// How long a sensor takes to answer, likewise.
+/// How long a sensor takes to answer, in milliseconds.
 const ANSWERS_AFTER: u32 = 4;
 
 /// A dock of one of the robot's modules.
@@ -58,13 +59,9 @@ pub struct Act {
 }
 
 struct Module {
-    topology: Topology,
-    schedule: Schedule,
-    controller: Controller,
+    behaviours: Behaviours,
     gait: Gait,
     is_dead: bool,
-    /// When it next looks for silent neighbours.
-    look_at: u32,
     /// When something is due in it.
     wake_at: u32,
     /// Its clock is the robot's plus this: the modules were not switched on together.
@@ -73,7 +70,29 @@ struct Module {
     received: Vec<Beat>,
     acts: Vec<Act>,
     /// What its sensors were asked for, and when they answer.
-    questions: Vec<(u32, Sense)>,
+    questions: Vec<(u32, Sensor)>,
+}
+
+/// What a module's behaviours have sent and told of.
+#[derive(Default)]
+struct Here {
+    sent: Vec<Letter>,
+    events: Vec<Event>,
+}
+
+impl module::Module for Here {
+    fn send(&mut self, message: Message) -> Result<(), Undelivered> {
+        self.sent.push(Letter::of(message));
+        Ok(())
+    }
+
+    fn trace(&mut self, event: Event) {
+        self.events.push(event);
+    }
+}
+
+fn letter(to: TaskCode, from: Address, payload: &[u8]) -> Letter {
+    Letter::of(Message::new(Address::here(to), from, payload).expect("it is short"))
 }
 
 enum Content {
@@ -121,13 +140,10 @@ impl Robot {
             let phase = random.below(1_000) as u16;
             let seed = random.below(1 << 16) as u16;
             Module {
-                topology: Topology::new(),
-                schedule: Schedule::new(clock_offset.wrapping_add(phase % 40)),
+                behaviours: alone(gait, seed, clock_offset, phase),
                 gait,
                 is_dead: false,
-                look_at: random.below(u64::from(LOOK)) as u32,
                 wake_at: 0,
-                controller: Controller::new(gait, seed, clock_offset.wrapping_sub(phase)),
                 clock_offset,
                 generated: Vec::new(),
                 received: Vec::new(),
@@ -223,9 +239,7 @@ impl Robot {
         let seed = self.random.below(1 << 16) as u16;
         let old = &mut self.modules[module];
         old.wake_at = self.now;
-        old.topology = Topology::new();
-        old.schedule = Schedule::new(now);
-        old.controller = Controller::new(old.gait, seed, now);
+        old.behaviours = Behaviours::new(old.gait, seed, now);
         old.acts.push(Act { at: self.now, action: Action::Rest });
     }
 
@@ -255,12 +269,12 @@ impl Robot {
 
     /// The neighbours that `module` believes it has.
     pub fn neighbours(&self, module: usize) -> Neighbours {
-        self.modules[module].controller.status().neighbours().unwrap()
+        self.modules[module].behaviours.status().neighbours().unwrap()
     }
 
     /// The type that `module` believes it has.
     pub fn module_type(&self, module: usize) -> ModuleType {
-        self.modules[module].controller.status().module_type
+        self.modules[module].behaviours.status().module_type
     }
 
     pub fn hormones_received(&self, module: usize) -> &[Beat] {
@@ -278,30 +292,28 @@ impl Robot {
 
     /// The joints' targets of `module` now.
     pub fn posture(&self, module: usize) -> Option<Posture> {
-        self.modules[module].controller.posture(self.clock(module))
+        self.modules[module].behaviours.controller().posture(self.clock(module))
     }
 
     /// A remote control at `module` orders the robot about.
     pub fn order(&mut self, module: usize, order: Order) {
-        let now = self.clock(module);
-        self.modules[module].wake_at = self.now;
-        let response = self.modules[module].controller.order(None, order, now);
-        self.follow(module, response);
+        let payload = Hormone::Order(order).to_payload();
+        self.receive(module, letter(TaskCode::HORMONE, Address::here(TaskCode::CONSOLE), payload.bytes()));
     }
 
     /// The gait that `module` walks by.
     pub fn gait(&self, module: usize) -> Option<GaitName> {
-        GaitName::from_byte(self.modules[module].controller.status().gait)
+        GaitName::from_byte(self.modules[module].behaviours.status().gait)
     }
 
     /// The course that `module` holds.
     pub fn course(&self, module: usize) -> Course {
-        self.modules[module].controller.course()
+        self.modules[module].behaviours.controller().course()
     }
 
     /// How often any module's neighbours have changed, as far as it knows.
     pub fn topology_changes(&self) -> u32 {
-        self.modules.iter().map(|module| u32::from(module.controller.status().topology_changes)).sum()
+        self.modules.iter().map(|module| u32::from(module.behaviours.status().topology_changes)).sum()
     }
 
     /// For how many milliseconds of `from..to` two modules performed the same action.
@@ -380,43 +392,30 @@ impl Robot {
 
     /// What is due in `index` by its own clock.
     fn step(&mut self, index: usize) {
-        let now = self.clock(index);
         self.answer(index);
+        let now = self.clock(index);
+        let mut here = Here::default();
         let module = &mut self.modules[index];
-        if self.now >= module.look_at {
-            module.look_at = self.now + LOOK;
-            let changed = module.topology.expire(now);
-            module.schedule.set_quick(module.topology.lossy(now), now);
-            if changed {
-                self.topology_changed(index);
-            }
-        }
-        while let Some(dock) = self.modules[index].schedule.due(now) {
-            let probe = self.modules[index].topology.probe(dock, now).to_byte();
-            self.send((index, dock), Content::Probe(probe));
-        }
-        while let Some(response) = self.modules[index].controller.timer(now) {
-            self.follow(index, response);
-        }
-        let module = &mut self.modules[index];
-        let answers_at = self.now + ANSWERS_AFTER;
-        module.questions.extend(module.controller.asks().map(|sense| (answers_at, sense)));
-        let due = module.controller.next_due(now).unwrap_or(u16::MAX).min(module.schedule.next_due(now));
-        module.wake_at = module.look_at.min(self.now + u32::from(due.max(1)));
-        if let Some(&(answers_at, _)) = module.questions.first() {
-            module.wake_at = module.wake_at.min(answers_at);
+        module.behaviours.poll(now, &mut here);
+        let due = until(module.behaviours.poll_at(now), now);
+        module.wake_at = self.now + u32::from(due.max(1));
+        self.follow(index, here);
+        if let Some(&(answers_at, _)) = self.modules[index].questions.first() {
+            let wake_at = &mut self.modules[index].wake_at;
+            *wake_at = (*wake_at).min(answers_at);
         }
     }
 
     /// The sensors of `index` answer what they were asked for long enough ago.
     fn answer(&mut self, index: usize) {
-        while let Some(&(at, sense)) = self.modules[index].questions.first()
+        while let Some(&(at, sensor)) = self.modules[index].questions.first()
             && at <= self.now
         {
-            let module = &mut self.modules[index];
-            module.questions.remove(0);
+            self.modules[index].questions.remove(0);
             if self.answer_loss == 0 || self.random.below(100) >= self.answer_loss {
-                module.controller.read(sense, self.up);
+                let report = Report::Value(sensor, self.up).to_payload();
+                let from = Address::here(Request::Read(sensor).task());
+                self.receive(index, letter(TaskCode::HORMONE, from, &report));
             }
         }
     }
@@ -425,55 +424,52 @@ impl Robot {
         if self.modules[index].is_dead {
             return;
         }
+        let letter = |to, payload: &[u8]| letter(to, Address::beyond(dock, to), payload);
+        match content {
+            Content::Probe(byte) => self.receive(index, letter(TaskCode::AC_RECEIVE, &[byte])),
+            Content::Hormone(payload) => {
+                if let Some(Hormone::Pace(Pace { data, .. })) = Hormone::from_payload(&payload) {
+                    self.modules[index].received.push(Beat { at: self.now, data });
+                }
+                self.receive(index, letter(TaskCode::HORMONE, &payload));
+            }
+        }
+    }
+
+    /// A behaviour of `index` takes a message.
+    fn receive(&mut self, index: usize, letter: Letter) {
         let now = self.clock(index);
+        let mut here = Here::default();
         let module = &mut self.modules[index];
         module.wake_at = self.now;
-        match content {
-            Content::Probe(byte) => {
-                let Some(probe) = Probe::from_payload(&[byte]) else {
-                    return;
-                };
-                let heard = module.topology.heard(dock, probe, now);
-                if heard.answer {
-                    module.schedule.hurry(dock);
-                }
-                if heard.changed {
-                    self.topology_changed(index);
-                }
-            }
-            Content::Hormone(payload) => match Hormone::from_payload(&payload) {
-                Some(hormone) => {
-                    if let Hormone::Pace(Pace { data, .. }) = hormone {
-                        module.received.push(Beat { at: self.now, data });
-                    }
-                    let response = module.controller.received(dock, hormone, now);
-                    self.follow(index, response);
-                }
-                None => module.controller.malformed(),
-            },
-        }
+        module.behaviours.receive(now, letter, &mut here);
+        self.follow(index, here);
     }
 
-    fn topology_changed(&mut self, index: usize) {
-        let now = self.clock(index);
-        let module = &mut self.modules[index];
-        let response = module.controller.topology(&module.topology.neighbours(), now);
-        self.follow(index, response);
-    }
-
-    fn follow(&mut self, index: usize, response: Response) {
+    /// Does what the behaviours of `index` ask for.
+    fn follow(&mut self, index: usize, here: Here) {
         let at = self.now;
         let module = &mut self.modules[index];
-        if let Some(Event::HormoneGenerated(data)) = response.event {
-            module.generated.push(Beat { at, data });
+        for event in here.events {
+            match event {
+                Event::HormoneGenerated(data) => module.generated.push(Beat { at, data }),
+                Event::ActionBegun(action) => module.acts.push(Act { at, action }),
+                _ => {}
+            }
         }
-        module.acts.extend(response.action.map(|action| Act { at, action }));
-        let Some(outgoing) = response.send else {
-            return;
-        };
-        for dock in outgoing.docks.iter() {
-            self.modules[index].controller.sent();
-            self.send((index, dock), Content::Hormone(outgoing.hormone.to_payload().bytes().to_vec()));
+        for letter in here.sent {
+            match (letter.to().dock(), letter.to().task()) {
+                (Some(dock), TaskCode::HORMONE) => {
+                    self.send((index, dock), Content::Hormone(letter.payload().to_vec()));
+                }
+                (Some(dock), _) => self.send((index, dock), Content::Probe(letter.payload()[0])),
+                (None, TaskCode::HORMONE) => self.receive(index, letter),
+                (None, _) => {
+                    if let Some(Request::Read(sensor)) = Request::from_payload(letter.payload()) {
+                        self.modules[index].questions.push((at + ANSWERS_AFTER, sensor));
+                    }
+                }
+            }
         }
     }
 
@@ -604,6 +600,17 @@ impl Robot {
         }
         found
     }
+}
+
+/// A module that was switched on `phase` milliseconds before its clock reads `now`, and has been alone.
+fn alone(gait: Gait, seed: u16, now: u16, phase: u16) -> Behaviours {
+    let mut time = now.wrapping_sub(phase);
+    let mut behaviours = Behaviours::new(gait, seed, time);
+    while until(now, time) > 0 {
+        behaviours.poll(time, &mut Here::default());
+        time = behaviours.poll_at(time);
+    }
+    behaviours
 }
 
 /// The paper's 100 modules: head, tail, 24 branches with 48 legs, 26 spines; in a random order.

@@ -10,7 +10,7 @@ use board::Board;
 use board::debug::mark;
 use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
-use board::superbot::{JOINT, MASTER, MASTER_AXES, RESIDENCE, ROLL, SLAVE};
+use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
 use kernel::{Boot, Never, Priority, Stack, Task};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
@@ -26,6 +26,7 @@ use tasks::post_office::PostOffice;
 use tasks::request::Request;
 use tasks::router::{Mcu, Router};
 use tasks::sensor::Sensor;
+use tasks::superbot::RESIDENCE;
 use tests_images::finish;
 
 board::interrupts!(Interrupts: Tick, Twi, Adc);

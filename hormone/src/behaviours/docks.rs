@@ -1,12 +1,10 @@
 //! What HORMONE asks of the docks.
 
-use kernel::Task;
-use tasks::api::Api;
 use tasks::docking::latch::End;
-use tasks::message::TaskCode;
 use tasks::request::Request;
 
 use crate::action::Docking;
+use crate::module::Module;
 
 /// What the docks were asked for last.
 pub struct Docks {
@@ -22,12 +20,12 @@ impl Docks {
     /// Asks for what the present action wants of a dock: once, when the action begins. What finds no room is
     /// asked for the next time.
     #[inline(never)] // else its message would lie under those that HORMONE sends
-    pub fn ask(&mut self, task: &mut Task, api: Api, wanted: Option<Docking>) {
+    pub fn ask(&mut self, wanted: Option<Docking>, module: &mut impl Module) {
         if wanted == self.asked {
             return;
         }
         let is_asked = match wanted.map(request) {
-            Some(request) => api.request(task, TaskCode::HORMONE, request).is_ok(),
+            Some(request) => module.request(request).is_ok(),
             None => true,
         };
         if is_asked {

@@ -1,13 +1,11 @@
 //! What HORMONE tells the joints.
 
-use kernel::Task;
-use tasks::api::Api;
-use tasks::message::TaskCode;
 use tasks::motor::Axis;
 use tasks::motor::joint::{Fault, State};
 use tasks::request::Request;
 
 use crate::action::Posture;
+use crate::module::Module;
 
 /// How fast joints turn, in degrees per second.
 const SPEED: u8 = 60;
@@ -51,21 +49,21 @@ impl Joints {
 
     /// Has each joint turn to its angle of `posture`, if that is news to it. What finds no room is told the
     /// next time.
-    pub fn turn(&mut self, task: &mut Task, api: Api, posture: Posture) {
+    pub fn turn(&mut self, posture: Posture, module: &mut impl Module) {
         let [front, roll, back] = &mut self.told;
-        tell(task, api, Axis::Front, posture.motor0, front);
-        tell(task, api, Axis::Roll, posture.roll, roll);
-        tell(task, api, Axis::Back, posture.motor2, back);
+        tell(Axis::Front, posture.motor0, front, module);
+        tell(Axis::Roll, posture.roll, roll, module);
+        tell(Axis::Back, posture.motor2, back, module);
     }
 }
 
 #[inline(never)] // else its message would lie under those that HORMONE sends
-fn tell(task: &mut Task, api: Api, axis: Axis, degrees: i8, told: &mut Option<i8>) {
+fn tell(axis: Axis, degrees: i8, told: &mut Option<i8>, module: &mut impl Module) {
     if *told == Some(degrees) {
         return;
     }
     let angle = i16::from(degrees) * 10;
-    if api.request(task, TaskCode::HORMONE, Request::Turn { axis, angle, speed: SPEED }).is_ok() {
+    if module.request(Request::Turn { axis, angle, speed: SPEED }).is_ok() {
         *told = Some(degrees);
     }
 }

@@ -1,0 +1,114 @@
+//! The three behaviours of a module (paper, Figure 5) as one state machine. It takes messages and the time,
+//! and gives messages and events to a [`Module`].
+//!
+//! Whoever has a clock drives it: give it [each message](Behaviours::receive) to a behaviour as it comes;
+//! after these, and at [`poll_at`](Behaviours::poll_at), [`poll`](Behaviours::poll) it.
+
+mod ac_receive;
+mod ac_send;
+mod docks;
+mod hormone;
+mod joints;
+
+use tasks::message::{Held, TaskCode};
+
+use crate::controller::Controller;
+use crate::gait::Gait;
+use crate::module::Module;
+use crate::schedule::Schedule;
+use crate::status::Status;
+use crate::time::until;
+use crate::topology::Topology;
+
+pub use ac_receive::LOOK;
+
+/// AC_SEND and AC_RECV: the topology, and when which dock is probed.
+pub struct AdaptiveCommunication {
+    topology: Topology,
+    schedule: Schedule,
+    /// When AC_SEND sees whether a dock is to be probed.
+    probe_at: u16,
+    /// When AC_RECV looks for silent neighbours.
+    look_at: u16,
+    /// Whether HORMONE does not know the topology yet.
+    is_news: bool,
+}
+
+impl AdaptiveCommunication {
+    /// A module that has heard nothing, at `now`.
+    #[inline(never)] // else a copy of it would stay on the stack
+    pub fn new(now: u16) -> Self {
+        AdaptiveCommunication {
+            topology: Topology::new(),
+            schedule: Schedule::new(now),
+            probe_at: now,
+            look_at: now,
+            is_news: false,
+        }
+    }
+
+    /// Looks for silent neighbours, tells HORMONE what is new, and probes docks: each if it is time.
+    pub fn poll(&mut self, now: u16, module: &mut impl Module) {
+        self.look(now, module);
+        self.probe(now, module);
+    }
+
+    /// Milliseconds from `now` until [`poll`](Self::poll) has something to do.
+    pub fn next_due(&self, now: u16) -> u16 {
+        until(self.look_at, now).min(until(self.probe_at, now))
+    }
+}
+
+/// AC_SEND, AC_RECV and HORMONE.
+pub struct Behaviours {
+    adaptive_communication: AdaptiveCommunication,
+    hormone: hormone::Behaviour,
+}
+
+impl Behaviours {
+    /// A module at power-up, at `now`, that walks by `gait` until told otherwise; see
+    /// [`Controller::new`](crate::controller::Controller::new) for `seed`.
+    pub fn new(gait: Gait, seed: u16, now: u16) -> Self {
+        Behaviours {
+            adaptive_communication: AdaptiveCommunication::new(now),
+            hormone: hormone::Behaviour::new(gait, seed, now),
+        }
+    }
+
+    /// Does what a message to a behaviour asks for, `now` as it is taken.
+    pub fn receive(&mut self, now: u16, message: impl Held, module: &mut impl Module) {
+        if message.letter().to().task() == TaskCode::HORMONE {
+            self.hormone.receive(now, message, module);
+        } else if self.adaptive_communication.receive(now, message.letter()).is_none() {
+            self.hormone.malformed(now);
+        }
+    }
+
+    /// Does what it is time for. Returns whether the [`status`](Self::status) may be another.
+    #[inline(never)] // its stack is needed here alone
+    pub fn poll(&mut self, now: u16, module: &mut impl Module) -> bool {
+        let has_acted = self.hormone.act(now, module);
+        self.adaptive_communication.poll(now, module);
+        has_acted
+    }
+
+    /// When to poll though nothing comes.
+    #[inline(never)] // likewise
+    pub fn poll_at(&self, now: u16) -> u16 {
+        let wait = self.hormone.next_due(now).min(self.adaptive_communication.next_due(now));
+        now.wrapping_add(wait)
+    }
+
+    /// What HORMONE decides by.
+    pub fn controller(&self) -> &Controller {
+        self.hormone.controller()
+    }
+
+    /// HORMONE's view of the module.
+    pub fn status(&self) -> &Status {
+        self.controller().status()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,191 @@
+use tasks::dock::Dock;
+use tasks::message::{Address, Letter, Message};
+use tasks::post_office::Undelivered;
+use tasks::request::{Report, Request};
+
+use super::*;
+use crate::action::Action;
+use crate::data::Data::{self, A, B};
+use crate::event::Event;
+use crate::gait::GaitName;
+use crate::hormone::Hormone;
+use crate::pace::Pace;
+use crate::probe::Probe;
+use crate::sense::Sense;
+use crate::topology::{Neighbours, to_bytes};
+
+/// A module that keeps what its behaviours send.
+#[derive(Default)]
+struct Here {
+    is_full: bool,
+    sent: Vec<Letter>,
+    refused: usize,
+    events: Vec<Event>,
+}
+
+impl Module for Here {
+    fn send(&mut self, message: Message) -> Result<(), Undelivered> {
+        if self.is_full {
+            self.refused += 1;
+            return Err(Undelivered::NoRoom);
+        }
+        self.sent.push(Letter::of(message));
+        Ok(())
+    }
+
+    fn trace(&mut self, event: Event) {
+        self.events.push(event);
+    }
+}
+
+impl Here {
+    /// What was sent to this address.
+    fn to(&self, to: Address) -> Vec<&[u8]> {
+        self.sent.iter().filter(|letter| letter.to() == to).map(Letter::payload).collect()
+    }
+
+    fn requests(&self) -> Vec<Request> {
+        self.sent
+            .iter()
+            .filter(|letter| letter.from() == Address::here(TaskCode::HORMONE))
+            .filter_map(|letter| Request::from_payload(letter.payload()))
+            .collect()
+    }
+}
+
+const HORMONE: Address = Address::here(TaskCode::HORMONE);
+
+fn behaviours() -> Behaviours {
+    Behaviours::new(GaitName::Centipede.gait(), 1, 65_500)
+}
+
+fn letter(to: TaskCode, from: Address, payload: &[u8]) -> Letter {
+    Letter::of(Message::new(Address::here(to), from, payload).expect("it is short"))
+}
+
+/// The module's neighbours are now these.
+fn topology(neighbours: Neighbours) -> Letter {
+    letter(TaskCode::HORMONE, Address::here(TaskCode::AC_RECEIVE), &to_bytes(&neighbours))
+}
+
+/// A left leg.
+fn leg() -> Letter {
+    let mut neighbours = [None; 6];
+    neighbours[usize::from(Dock::Back.index())] = Some(Dock::Left);
+    topology(neighbours)
+}
+
+/// A beat that came in at a dock.
+fn beat(data: Data, dock: Dock) -> Letter {
+    let pace = Pace { name: GaitName::Centipede as u8, data, is_made_good: false, rhythm: 0, lifetime: None };
+    let from = Address::beyond(dock, TaskCode::HORMONE);
+    letter(TaskCode::HORMONE, from, Hormone::Pace(pace).to_payload().bytes())
+}
+
+/// Runs `ticks` milliseconds, polled when it is time and at no other. Returns how often.
+fn run(behaviours: &mut Behaviours, now: &mut u16, ticks: u16, here: &mut Here) -> usize {
+    let end = now.wrapping_add(ticks);
+    let mut polls = 0;
+    loop {
+        behaviours.poll(*now, here);
+        polls += 1;
+        let next = behaviours.poll_at(*now);
+        assert_ne!(next, *now, "what it was time for is done");
+        if until(end, *now) < until(next, *now) {
+            *now = end;
+            return polls;
+        }
+        *now = next;
+    }
+}
+
+#[test]
+fn every_dock_is_probed_and_nobody_is_woken_for_nothing() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    let polls = run(&mut behaviours, &mut now, 400, &mut here);
+    for dock in Dock::ALL {
+        let probes = here.to(Address::beyond(dock, TaskCode::AC_RECEIVE)).len();
+        assert!((10..=11).contains(&probes), "{probes} at {dock:?}");
+    }
+    assert!(polls <= 60 + 20 + 5, "{polls}");
+}
+
+#[test]
+fn the_topology_is_told_once_there_is_room() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    run(&mut behaviours, &mut now, 10, &mut here);
+    let from = Address::beyond(Dock::Back, TaskCode::AC_RECEIVE);
+    here.is_full = true;
+    for _ in 0..4 {
+        let probe = Probe { dock: Dock::Left, hears: Some(Dock::Back), wants_more: false }.to_byte();
+        behaviours.receive(now, letter(TaskCode::AC_RECEIVE, from, &[probe]), &mut here);
+        run(&mut behaviours, &mut now, 40, &mut here);
+    }
+    assert_eq!(here.to(HORMONE), [&[0_u8; 0]; 0]);
+    here.is_full = false;
+    run(&mut behaviours, &mut now, LOOK, &mut here);
+    let told = here.to(HORMONE);
+    assert_eq!(told.len(), 1, "once");
+}
+
+#[test]
+fn a_hormone_that_finds_no_room_is_counted_and_not_told_of_as_sent() {
+    let (mut behaviours, mut here, now) = (behaviours(), Here::default(), 65_500);
+    let mut neighbours = [None; 6];
+    neighbours[usize::from(Dock::Front.index())] = Some(Dock::Back);
+    neighbours[usize::from(Dock::Back.index())] = Some(Dock::Front);
+    behaviours.receive(now, topology(neighbours), &mut here);
+    behaviours.poll(now, &mut here);
+    let (sent, unsent) = (behaviours.status().hormones_sent, behaviours.status().hormones_unsent);
+    here.events.clear();
+    here.is_full = true;
+    behaviours.receive(now, beat(A, Dock::Front), &mut here);
+    let status = behaviours.status();
+    assert_eq!((status.hormones_sent, status.hormones_unsent), (sent, unsent + 1));
+    assert!(!here.events.contains(&Event::HormoneSent(Dock::Back, A)), "{:?}", here.events);
+    here.is_full = false;
+    behaviours.receive(now.wrapping_add(500), beat(B, Dock::Front), &mut here);
+    assert_eq!(behaviours.status().hormones_sent, sent + 1);
+    assert!(here.events.contains(&Event::HormoneSent(Dock::Back, B)), "{:?}", here.events);
+}
+
+#[test]
+fn joints_are_told_again_once_there_is_room_and_then_what_is_new_alone() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    behaviours.receive(now, leg(), &mut here);
+    run(&mut behaviours, &mut now, 10, &mut here);
+    here.is_full = true;
+    behaviours.receive(now, beat(A, Dock::Back), &mut here);
+    behaviours.poll(now, &mut here);
+    assert_eq!(behaviours.status().action, Action::Swing);
+    assert!(here.refused >= 3 && here.requests().is_empty());
+    here.is_full = false;
+    now = now.wrapping_add(500);
+    behaviours.receive(now, beat(B, Dock::Back), &mut here);
+    behaviours.poll(now, &mut here);
+    assert_eq!(behaviours.status().action, Action::Holding);
+    let turned = here.requests().iter().filter(|request| matches!(request, Request::Turn { .. })).count();
+    assert_eq!(turned, 3, "all that were not told before");
+    let told = here.requests().len();
+    behaviours.receive(now, beat(B, Dock::Back), &mut here);
+    assert!(behaviours.poll(now, &mut here), "HORMONE looks what there is to do");
+    assert_eq!(here.requests().len(), told, "a posture that stays is not told again");
+}
+
+#[test]
+fn what_devices_report_is_no_topology_and_what_cannot_be_read_is_counted() {
+    let (mut behaviours, mut here, now) = (behaviours(), Here::default(), 65_500);
+    behaviours.receive(now, leg(), &mut here);
+    let before = *behaviours.status();
+    let sensor = Sense::ALL[0].sensor();
+    let report = Report::Value(sensor, 5).to_payload();
+    let from = Address::here(Request::Read(sensor).task());
+    behaviours.receive(now, letter(TaskCode::HORMONE, from, &report), &mut here);
+    let after = *behaviours.status();
+    assert_eq!((after.topology_changes, after.malformed), (before.topology_changes, before.malformed));
+    for (to, payload) in [(TaskCode::HORMONE, [0xff; 5]), (TaskCode::AC_RECEIVE, [0xff; 5])] {
+        let from = Address::beyond(Dock::Back, to);
+        behaviours.receive(now, letter(to, from, &payload), &mut here);
+    }
+    assert_eq!(behaviours.status().malformed, before.malformed + 2);
+}

@@ -1,0 +1,54 @@
+//! The devices of a module: joints that are at once where they are told to be, docks that do what they are
+//! asked for a while later, and of all sensors the accelerometer.
+
+use hormone::action::{Docking, Posture};
+use tasks::docking::latch::End;
+use tasks::message::{Message, TaskCode};
+use tasks::request::Request;
+use tasks::sensor::Sensor;
+
+#[derive(Default)]
+pub struct Devices {
+    /// Where the joints were told to be, in degrees, by their indices. They stay there through a reset.
+    joints: [Option<i8>; 3],
+    /// What docks were asked for, and when.
+    pub dockings: Vec<(u64, Docking)>,
+}
+
+impl Devices {
+    /// Does what a message asks for. Returns the sensor that it asks about, and who wants to know.
+    pub fn serve(&mut self, now: u64, message: Message) -> Option<(Sensor, TaskCode)> {
+        match Request::from_payload(message.payload())? {
+            Request::Read(sensor) => return Some((sensor, message.from().task())),
+            Request::Turn { axis, angle, .. } => {
+                self.joints[usize::from(axis.index())] = Some((angle / 10) as i8);
+            }
+            Request::Approach(dock) => self.dockings.push((now, Docking::Approach(dock))),
+            Request::Latch(dock, End::Released) => self.dockings.push((now, Docking::Release(dock))),
+            _ => {}
+        }
+        None
+    }
+
+    /// Where the joints are; `None` if they were told nothing yet.
+    pub fn posture(&self) -> Option<Posture> {
+        let [motor0, roll, motor2] = self.joints;
+        let is_told = self.joints.iter().any(Option::is_some);
+        is_told.then(|| Posture {
+            motor0: motor0.unwrap_or(0),
+            roll: roll.unwrap_or(0),
+            motor2: motor2.unwrap_or(0),
+        })
+    }
+}
+
+/// What a sensor reads, in its unit; of all there is the accelerometer alone.
+pub fn value(sensor: Sensor, acceleration: [f64; 3]) -> Option<i16> {
+    let [x, y, z] = acceleration.map(|axis| (axis * 1000.0) as i16);
+    match sensor {
+        Sensor::AccelerationX => Some(x),
+        Sensor::AccelerationY => Some(y),
+        Sensor::AccelerationZ => Some(z),
+        _ => None,
+    }
+}

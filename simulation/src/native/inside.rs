@@ -1,0 +1,170 @@
+//! What is under way inside a module: messages between its MCUs and tasks, as its routers say.
+
+use std::hash::{Hash, Hasher};
+use std::mem;
+use std::ops::Range;
+
+use tasks::bridge::protocol::BridgeCounters;
+use tasks::bridge::task::ROOM;
+use tasks::dock::Dock;
+use tasks::message::{Letter, Message, TaskCode};
+use tasks::post_office::Undelivered;
+use tasks::router::{Mcu, Route, Router, Source};
+use tasks::sensor::Sensor;
+use tasks::superbot::RESIDENCE;
+
+use super::devices::Devices;
+use super::port::Flight;
+use super::time::{CROSS_AFTER, CROSS_BEFORE, READ, WAKE, transfer};
+
+const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
+const SLAVE: Router = Router::new(Mcu::Slave, RESIDENCE);
+
+/// Something that is to happen.
+pub enum Input {
+    /// The first character of a frame has come in at a dock.
+    Begun(Dock, Range<u64>),
+    /// A frame has come in at a dock.
+    Frame(Dock, Flight),
+    /// A message has crossed to an MCU.
+    Crossed(Mcu, Letter),
+    /// A behaviour takes a message.
+    Taken(Letter),
+    /// A sensor's value is there, and this task has asked for it.
+    Read(Sensor, TaskCode),
+    /// A message of a behaviour comes into the mailbox of a dock of its MCU.
+    Sent(Dock, Letter),
+}
+
+pub struct Inside {
+    /// The latest first.
+    inputs: Vec<(u64, Input)>,
+    /// Until when the two-wire bus is busy.
+    bus_until: u64,
+    /// Messages that cross to the master and to the slave now.
+    crossing: [u8; 2],
+    pub bridge: BridgeCounters,
+    pub devices: Devices,
+}
+
+impl Hash for Inside {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.inputs.iter().for_each(|(at, input)| {
+            at.hash(state);
+            mem::discriminant(input).hash(state);
+        });
+        self.bus_until.hash(state);
+    }
+}
+
+impl Inside {
+    /// Nothing is under way, at `now`.
+    pub fn new(now: u64) -> Self {
+        Inside {
+            inputs: Vec::new(),
+            bus_until: now,
+            crossing: [0; 2],
+            bridge: BridgeCounters::default(),
+            devices: Devices::default(),
+        }
+    }
+
+    /// When something is to happen.
+    pub fn due(&self) -> u64 {
+        self.inputs.last().map_or(u64::MAX, |input| input.0)
+    }
+
+    /// What happens next, if that is by `now`.
+    pub fn take(&mut self, now: u64) -> Option<Input> {
+        let (_, input) = self.inputs.pop_if(|input| input.0 <= now)?;
+        if let Input::Crossed(mcu, _) = &input {
+            self.crossing[*mcu as usize] -= 1;
+        }
+        Some(input)
+    }
+
+    /// All that is to happen.
+    pub fn inputs(&self) -> impl Iterator<Item = &Input> {
+        self.inputs.iter().map(|(_, input)| input)
+    }
+
+    /// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they
+    /// were put in.
+    pub fn insert(&mut self, at: u64, input: Input) {
+        let place = self.inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
+        self.inputs.insert(place, (at, input));
+    }
+
+    /// Hands a message on as the router of this MCU says. Returns the dock that it leaves by, if it leaves.
+    pub fn deliver(
+        &mut self,
+        now: u64,
+        mcu: Mcu,
+        message: Message,
+        source: Source,
+    ) -> Result<Option<Dock>, Undelivered> {
+        let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
+        match router.route(message.to(), source) {
+            Route::Task(task) if task.is_behaviour() => {
+                self.insert(now + WAKE, Input::Taken(Letter::of(message)));
+            }
+            Route::Task(_) => {
+                if let Some((sensor, client)) = self.devices.serve(now, message) {
+                    self.insert(now + READ, Input::Read(sensor, client));
+                }
+            }
+            Route::Link(dock) => return Ok(Some(dock)),
+            Route::Bridge => {
+                let other = if mcu == Mcu::Master { Mcu::Slave } else { Mcu::Master };
+                self.cross(now, other, message)?;
+            }
+            Route::Ignored => return Err(Undelivered::Ignored),
+            Route::Refused => return Err(Undelivered::Refused),
+        }
+        Ok(None)
+    }
+
+    /// Sends a message over the bridge.
+    fn cross(&mut self, now: u64, to: Mcu, message: Message) -> Result<(), Undelivered> {
+        let crossing = &mut self.crossing[to as usize];
+        if *crossing > ROOM {
+            return Err(Undelivered::NoRoom);
+        }
+        *crossing += 1;
+        self.bus_until = self.bus_until.max(now + CROSS_BEFORE) + transfer(message.payload().len());
+        count(&mut self.bridge.messages_sent);
+        self.insert(self.bus_until + CROSS_AFTER, Input::Crossed(to, Letter::of(message)));
+        Ok(())
+    }
+
+    /// Counts what became of a message that has crossed.
+    pub fn count_crossed(&mut self, delivered: Result<(), Undelivered>) {
+        count(match delivered {
+            Ok(()) => &mut self.bridge.messages_received,
+            Err(Undelivered::NoRoom) => &mut self.bridge.no_buffer,
+            Err(Undelivered::Ignored | Undelivered::Refused) => &mut self.bridge.ignored,
+        });
+    }
+
+    /// MCUs are reset. What crosses the bridge is lost whichever end of it is.
+    pub fn reset(&mut self, is_reset: impl Fn(Mcu) -> bool, mcu_of: impl Fn(Dock) -> Mcu) {
+        self.crossing = [0; 2];
+        self.inputs.retain(|(_, input)| match input {
+            Input::Begun(dock, _) | Input::Frame(dock, _) => !is_reset(mcu_of(*dock)),
+            Input::Crossed(..) => false,
+            Input::Taken(_) | Input::Read(..) | Input::Sent(..) => !is_reset(Mcu::Master),
+        });
+    }
+}
+
+fn rank(input: &Input) -> u8 {
+    match input {
+        Input::Begun(dock, _) | Input::Frame(dock, _) => dock.index(),
+        _ => u8::MAX,
+    }
+}
+
+/// Counts one more.
+fn count(counter: &mut u16) {
+    *counter = counter.wrapping_add(1);
+}

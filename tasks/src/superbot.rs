@@ -1,0 +1,87 @@
+//! What a SuperBot module is made of, but for its pins: the one place that says so. Images, simulators and
+//! tests read it; what is wired to which pin stands in `board`.
+//!
+//! The paper gives two ATmega128 at 16 MHz, six docks and I2C between the MCUs; the lab's simulator ReMod3D
+//! gives the docks and joints of each half. Addresses, rates and serial ports are our assumption.
+//!
+//! To move a task to the other MCU, move its line in [`RESIDENCE`], and its start to the `main.rs` of that
+//! MCU.
+
+use crate::dock::{Dock, DockSet};
+use crate::message::TaskCode;
+use crate::motor::Axis;
+use crate::router::{Residence, Residents, TaskSet};
+
+/// The MCUs' clock, in Hz (paper, section 3).
+pub const CLOCK_HZ: u32 = 16_000_000;
+
+/// The kernel's ticks per second.
+pub const TICK_HZ: u32 = 1_000;
+
+/// The rate of a dock's serial link, in bit/s; 8 data bits, no parity, 1 stop bit. Off by 0.2 % at 16 MHz.
+pub const BAUD: u32 = 38_400;
+
+/// The clock of the I2C bus between the MCUs, in Hz. 400 kHz is the most that the ATmega128 can do.
+pub const I2C_HZ: u32 = 400_000;
+
+/// What differs between the two halves of a module.
+pub struct Half {
+    /// The MCU's own address on the I2C bus, 7 bits.
+    pub address: u8,
+    /// The dock at USART0.
+    pub usart0: Dock,
+    /// The dock at USART1.
+    pub usart1: Dock,
+    /// The dock at the serial port in software, to which Timer3 belongs. It hears nothing while it sends.
+    pub timer3: Dock,
+}
+
+/// The half with the docks Front, Left and Right.
+pub const MASTER: Half = Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right };
+
+/// The half with the docks Back, Up and Down.
+pub const SLAVE: Half = Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down };
+
+impl Half {
+    /// The docks of this half by their place: 0 is the one at USART0, 1 at USART1, 2 at Timer3.
+    pub const fn docks(&self) -> [Dock; 3] {
+        [self.usart0, self.usart1, self.timer3]
+    }
+}
+
+/// The joints that each MCU drives.
+pub const MASTER_AXES: [Axis; 2] = [Axis::Front, Axis::Roll];
+pub const SLAVE_AXES: [Axis; 1] = [Axis::Back];
+
+/// Which MCU has which docks, and runs which of the tasks that can be addressed.
+pub const RESIDENCE: Residence = Residence {
+    master: Residents {
+        docks: DockSet::of(&MASTER.docks()),
+        tasks: TaskSet::of(&[
+            TaskCode::AC_RECEIVE,
+            TaskCode::HORMONE,
+            TaskCode::joint(MASTER_AXES[0]),
+            TaskCode::joint(MASTER_AXES[1]),
+            TaskCode::dock(MASTER.usart0),
+            TaskCode::dock(MASTER.usart1),
+            TaskCode::dock(MASTER.timer3),
+            TaskCode::POWER_BEYOND,
+            TaskCode::ACCELEROMETER,
+            TaskCode::MASTER_TEMPERATURE,
+            TaskCode::MASTER_INSPECTOR,
+        ]),
+    },
+    slave: Residents {
+        docks: DockSet::of(&SLAVE.docks()),
+        tasks: TaskSet::of(&[
+            TaskCode::CONSOLE,
+            TaskCode::joint(SLAVE_AXES[0]),
+            TaskCode::dock(SLAVE.usart0),
+            TaskCode::dock(SLAVE.usart1),
+            TaskCode::dock(SLAVE.timer3),
+            TaskCode::POWER,
+            TaskCode::SLAVE_TEMPERATURE,
+            TaskCode::SLAVE_INSPECTOR,
+        ]),
+    },
+};
