@@ -22,6 +22,7 @@ use tasks::message::{Address, Letter, Message, TaskCode};
 use crate::change::{Change, Links};
 use crate::deed::Deed;
 use crate::hash::Fnv;
+use crate::pose::Angles;
 use crate::random::Random;
 use crate::robot::Robot;
 use crate::scenario::Event;
@@ -299,6 +300,10 @@ impl Robot for Native {
 
     fn acceleration(&self, module: usize) -> [f64; 3] {
         self.modules[module].acceleration
+    }
+
+    fn angles(&self, module: usize) -> Angles {
+        self.angles(module)
     }
 
     fn links(&self) -> LinkTotals {
