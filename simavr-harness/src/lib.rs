@@ -61,5 +61,6 @@ pub use repair::usart::{Character, UsartCounts};
 pub use robot::{Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Face, Terrain, Wiring, WiringError};
+pub use terrain::ground;
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};
