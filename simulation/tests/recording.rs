@@ -120,8 +120,8 @@ fn modules_come_to_know_their_neighbours_and_forget_them() {
     let at_dock = wiring.peer(detached).unwrap();
     let recording = recorded(vec![at(1_000, Change::Detach(detached))], 2_000);
     let known = |until: usize, module: usize| {
-        let views = recording.views.iter().filter(|view| view.look <= until && view.module == module);
-        views.last().map(|&View { docks, .. }| docks)
+        let of_module = |view: &&View| view.look <= until && view.module == module;
+        recording.views.iter().rfind(of_module).map(|&View { docks, .. }| docks)
     };
     let attached = |module: usize| {
         let mut docks = DockSet::EMPTY;

@@ -93,8 +93,8 @@ export class Browser {
         return (await this.ask("/element", { using: "css selector", value: selector }))[ELEMENT];
     }
 
-    async press(key) {
-        const actions = [{ type: "keyDown", value: key }, { type: "keyUp", value: key }];
+    async press(keys) {
+        const actions = [...keys].flatMap((value) => [{ type: "keyDown", value }, { type: "keyUp", value }]);
         await this.ask("/actions", { actions: [{ type: "key", id: "keyboard", actions }] });
     }
 
