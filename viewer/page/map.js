@@ -61,8 +61,8 @@ export class Map {
 
     /** The module nearest to a place of the map. */
     pick(x, y) {
-        const far = this.places.map(([its, others]) => Math.hypot(its - x, others - y));
-        const nearest = far.indexOf(Math.min(...far));
-        return far[nearest] < 24 ? nearest : null;
+        const far = ([its, others]) => Math.hypot(its - x, others - y);
+        const near = this.places.reduce((best, place, module) => (far(place) < far(this.places[best]) ? module : best), 0);
+        return far(this.places[near]) < 24 ? near : null;
     }
 }

@@ -3,7 +3,6 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 
 const NUMBERS = 10;
-const NO_PEER = null;
 
 /** How many of `list`, which is in the order of `at`, are not later than `time`. */
 export function until(list, time, at = (item) => item.at) {
@@ -35,7 +34,7 @@ export class Run {
         this.views = byModule(views, this.modules);
         this.leaving = byModule(hormones, this.modules, (passage) => passage.from.module);
         this.wirings = about.wirings.map(({ seconds, pairs }) => {
-            const peers = Array.from({ length: this.modules }, () => Array(6).fill(NO_PEER));
+            const peers = Array.from({ length: this.modules }, () => Array(6).fill(null));
             for (const [one, its, other, others] of pairs) {
                 peers[one][its] = { module: other, dock: others };
                 peers[other][others] = { module: one, dock: its };
@@ -93,7 +92,7 @@ export class Run {
     }
 
     /** The hormones that are on their way, or were within so many seconds. */
-    under_way(time, linger) {
+    underWay(time, linger) {
         const first = until(this.hormones, time - linger - Math.min(this.longest, 0.5), (passage) => passage.sent);
         const end = until(this.hormones, time, (passage) => passage.sent);
         const lasts = ({ sent, arrived }) => (arrived ?? sent) + linger >= time;

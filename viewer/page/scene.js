@@ -9,13 +9,15 @@ import { Camera } from "./camera.js";
 import { THEMES, ofLetter, ofType } from "./colours.js";
 import { dock, parts, turn } from "./geometry.js";
 import { ground } from "./ground.js";
-import { hub, joint, yoke } from "./shapes.js";
+import { box, hub, joint, yoke } from "./shapes.js";
 
 /** For how long a hormone is seen where it came to, and a lost frame where it left, in seconds at the pace of who looks. */
 const LINGER = 0.22;
 /** The spheres of a hormone, with those that trail behind it. */
 const TRAIL = 5;
 const MOST_HORMONES = 4000;
+/** Of more modules each is four plain boxes. */
+const MOST_DETAILED = 400;
 
 export class Picture {
     /** `isSmooth` says whether edges are smoothed: else where that costs little. */
@@ -54,7 +56,9 @@ export class Picture {
     addModules() {
         const metal = new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0.12 });
         const hubs = new MeshStandardMaterial({ vertexColors: true, roughness: 0.5, metalness: 0.35 });
-        const shapes = [[hub(true), hubs], [hub(false), hubs], [yoke(true), metal], [yoke(false), metal]];
+        const isPlain = this.run.modules > MOST_DETAILED;
+        const parts = isPlain ? [box(-1), box(1), box(1), box(-1)] : [hub(true), hub(false), yoke(true), yoke(false)];
+        const shapes = parts.map((part, index) => [part, index < 2 ? hubs : metal]);
         this.hubs = hubs;
         this.meshes = shapes.map(([geometry, material]) => {
             const mesh = new InstancedMesh(geometry, material, this.run.modules);
@@ -169,7 +173,7 @@ export class Picture {
     send(time, pace) {
         let count = 0;
         this.travelling = 0;
-        for (const passage of this.run.under_way(time, LINGER * pace)) {
+        for (const passage of this.run.underWay(time, LINGER * pace)) {
             const { from, to, sent, arrived, letter } = passage;
             // One that was lost goes no further than its dock.
             const takes = arrived === null ? 0.004 : Math.max(arrived - sent, 1e-6);
@@ -231,9 +235,8 @@ export class Picture {
 
     /** How far apart docks are drawn that hold each other, at most, in mm. */
     dockError(time) {
-        const errors = this.run.wiring(time).pairs.map(([one, its, other, others]) =>
-            1000 * dock(its, this.frames[one], PLACE).distanceTo(dock(others, this.frames[other], THERE)));
-        return Math.max(0, ...errors);
+        return this.run.wiring(time).pairs.reduce((most, [one, its, other, others]) =>
+            Math.max(most, 1000 * dock(its, this.frames[one], PLACE).distanceTo(dock(others, this.frames[other], THERE))), 0);
     }
 }
 

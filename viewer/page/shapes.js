@@ -42,8 +42,7 @@ function disc(radius, thickness, axis) {
 
 /** A dock's face: a dark plate with four bright sockets. */
 function face(axis, sign) {
-    const at = { x: [0, 0, 0], y: [0, 0, 0], z: [0, 0, 0] }[axis];
-    at["xyz".indexOf(axis)] = sign * SHELL;
+    const at = [..."xyz"].map((its) => (its === axis ? sign * SHELL : 0));
     const plate = painted(disc(0.021, 0.0025, axis).translate(...at), 0.16);
     const middle = painted(disc(0.007, 0.0034, axis).translate(...at), 0.75);
     return [plate, middle];
@@ -71,6 +70,10 @@ export function hub(isFront) {
     const seam = disc(0.0392, 0.003, "x").translate(sign * 0.0405, 0, 0);
     return mergeGeometries([painted(block, 0.8), painted(ring, 0.55), painted(seam, 1.6)]);
 }
+
+/** Half a cube on one side of its joint, as the physical world has it. */
+export const box = (sign) =>
+    painted(new BoxGeometry(SHELL, 2 * SHELL, 2 * SHELL).translate((sign * SHELL) / 2, 0, 0), 1);
 
 /** What is drawn between two docks that hold each other: a frame round both faces, in the plane of y and z. */
 export const joint = () => new BoxGeometry(0.0036, 2 * SHELL + 0.003, 2 * SHELL + 0.003);
