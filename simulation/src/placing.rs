@@ -23,7 +23,7 @@ impl Wiring {
         self.placings_bent(|module| self.angles_at_rest(module))
     }
 
-    /// Where they lie with such angles of each module: likewise, whatever is below them.
+    /// Likewise where nothing bears them, with these angles of each module.
     pub fn placings_bent(&self, angles: impl Fn(usize) -> Angles) -> Vec<Placing> {
         let angles: Vec<Angles> = (0..self.modules()).map(angles).collect();
         let mut placings: Vec<Placing> =

@@ -4,6 +4,7 @@
 mod recorder;
 
 use hormone::data::Data;
+use hormone::module_type::ModuleType;
 use tasks::dock::DockSet;
 
 use crate::deed::Deed;
@@ -25,7 +26,7 @@ pub struct Recording {
     pub deeds: Vec<Deed>,
     /// Hormones on their ways between modules, in the order in which they were sent.
     pub hormones: Vec<Passage>,
-    /// When what a module knows of its neighbours was another than before, in order.
+    /// When what a module knows of its neighbours and itself was another than before, in order.
     pub views: Vec<View>,
     /// Frames that links have lost, in order. `None` where nobody counts them.
     pub losses: Option<Vec<Loss>>,
@@ -47,7 +48,7 @@ pub struct Passage {
     pub arrived: Option<u64>,
 }
 
-/// What a module knows of its neighbours.
+/// What a module knows of its neighbours and itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct View {
     /// The number of the look at which that was seen.
@@ -55,6 +56,8 @@ pub struct View {
     pub module: usize,
     /// The docks at which it has found one.
     pub docks: DockSet,
+    /// What it takes itself for; `None` while it has not begun, or has no power.
+    pub module_type: Option<ModuleType>,
 }
 
 /// Frames that a link has lost between two looks.

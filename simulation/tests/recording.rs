@@ -3,8 +3,10 @@
 use hormone::action::Action;
 use hormone::event::Event as Behaviour;
 use hormone::gait::GaitName;
+use hormone::module_type::ModuleType;
 use simulation::{
     Change, Event, Face, Links, MILLISECOND, Native, Placing, Recording, Robot, Run, Scenario, Shape, View,
+    Wiring,
 };
 use tasks::dock::Dock::{Back, Front, Left};
 use tasks::dock::{Dock, DockSet};
@@ -134,9 +136,23 @@ fn modules_come_to_know_their_neighbours_and_forget_them() {
         assert_eq!(known(24, module), Some(attached(module)), "{module}");
     }
     assert_eq!(known(50, at_dock.module), Some(DockSet::EMPTY));
+    let module_type = |until: usize, module: usize| {
+        let of_module = |view: &&View| view.look <= until && view.module == module;
+        recording.views.iter().rfind(of_module)?.module_type
+    };
+    assert_eq!((module_type(24, 0), module_type(24, 2)), (Some(ModuleType::Head), Some(ModuleType::LeftLeg)));
+    assert_eq!(module_type(50, at_dock.module), Some(ModuleType::Other));
     let [(0, first), (then, second)] = &recording.wirings[..] else { panic!("{:?}", recording.wirings) };
     assert_eq!((first, *then), (&wiring, 1_000 * MILLISECOND));
     assert_eq!(second.peer(detached), None);
+}
+
+#[test]
+fn a_module_that_never_had_neighbours_knows_what_it_is() {
+    let mut run = Run::new(Native::new(Wiring::new(1), 1, 0), Vec::new(), 1_000 * MILLISECOND);
+    run.record(EVERY);
+    let views = finish(run, 500).finish_recording().unwrap().views;
+    assert_eq!(views.last().map(|view| view.module_type), Some(Some(ModuleType::Other)), "{views:?}");
 }
 
 #[test]

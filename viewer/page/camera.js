@@ -3,8 +3,8 @@
 import { Box3, MathUtils, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-/** By name: from where, in lengths of the robot but for one longer than `most` m, and how far behind its front one
- * looks at most, likewise. */
+/** By name: from where, in lengths of the robot but for one longer than `most` m, and how far behind its
+ * front one looks at most, likewise. */
 const VIEWS = [
     { name: "head", from: [0.5, -0.46, 0.34], near: [0.9, -0.7, 0.55], behind: 0.32, most: 2.4 },
     { name: "whole", from: [0.36, -0.86, 0.6], near: [0.6, -1.1, 0.8], behind: Infinity, most: Infinity },
@@ -16,7 +16,12 @@ export class Camera {
     constructor(camera, canvas, changed) {
         this.camera = camera;
         this.controls = new OrbitControls(camera, canvas);
-        Object.assign(this.controls, { enableDamping: false, minDistance: 0.12, maxDistance: 400, maxPolarAngle: 1.62 });
+        Object.assign(this.controls, {
+            enableDamping: false,
+            minDistance: 0.12,
+            maxDistance: 400,
+            maxPolarAngle: 1.62,
+        });
         this.controls.addEventListener("change", changed);
         this.follows = true;
         this.view = 0;
@@ -30,7 +35,7 @@ export class Camera {
         const { from, near, behind, most } = VIEWS[this.view];
         const box = bounds(run, time);
         const size = box.getSize(new Vector3());
-        const length = Math.max(size.x, size.y, 0.45);
+        const length = Math.max(size.x, size.y, 0.36);
         const short = MathUtils.clamp((1.6 - length) / 1.1, 0, 1);
         // Upright windows see less from side to side.
         const wide = Math.max(1, 1.25 / this.camera.aspect);

@@ -1,4 +1,5 @@
-// A module as rigid bodies, as plants/src/geometry.rs has it: x to the Front, y to the Left, z to the Up. In metres.
+// A module as rigid bodies, as plants/src/geometry.rs has it: x to the Front, y to the Left, z to the Up.
+// In metres.
 
 import { Matrix4, Quaternion, Vector3 } from "three";
 
@@ -22,11 +23,17 @@ for (const dock of DOCKS) dock.turned = new Quaternion().setFromUnitVectors(new 
 const MOVE = new Matrix4();
 
 /** The frames of a module's four parts: both at the roll, and both halves with docks. */
-export function parts({ frame, angles: [front, roll, back] }, into = Array.from({ length: 4 }, () => new Matrix4())) {
+export function parts(
+    { frame, angles: [front, roll, back] },
+    into = Array.from({ length: 4 }, () => new Matrix4()),
+) {
     const [frontRoll, backRoll, frontHalf, backHalf] = into;
     frontRoll.copy(frame).multiply(MOVE.makeTranslation(HALF, 0, 0));
     frontHalf.copy(frontRoll).multiply(MOVE.makeRotationY(-radians(front)));
-    backRoll.copy(frame).multiply(MOVE.makeRotationX(radians(roll))).multiply(MOVE.makeTranslation(-HALF, 0, 0));
+    backRoll
+        .copy(frame)
+        .multiply(MOVE.makeRotationX(radians(roll)))
+        .multiply(MOVE.makeTranslation(-HALF, 0, 0));
     backHalf.copy(backRoll).multiply(MOVE.makeRotationY(radians(back)));
     return into;
 }
@@ -34,7 +41,10 @@ export function parts({ frame, angles: [front, roll, back] }, into = Array.from(
 /** The middle of a dock's face. */
 export function dock(number, [, , frontHalf, backHalf], into = new Vector3()) {
     const { isFront, out } = DOCKS[number];
-    return into.copy(out).multiplyScalar(HALF).applyMatrix4(isFront ? frontHalf : backHalf);
+    return into
+        .copy(out)
+        .multiplyScalar(HALF)
+        .applyMatrix4(isFront ? frontHalf : backHalf);
 }
 
 /** How a dock is turned: its x points outwards. */

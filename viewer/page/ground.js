@@ -1,8 +1,17 @@
 // What the robot moves on.
 
 import {
-    BoxGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments, EdgesGeometry, Mesh, MeshStandardMaterial, PlaneGeometry,
-    RepeatWrapping, SRGBColorSpace,
+    BoxGeometry,
+    CanvasTexture,
+    Group,
+    LineBasicMaterial,
+    LineSegments,
+    EdgesGeometry,
+    Mesh,
+    MeshStandardMaterial,
+    PlaneGeometry,
+    RepeatWrapping,
+    SRGBColorSpace,
 } from "three";
 
 /** How far it is drawn, in m each way. */

@@ -1,12 +1,13 @@
 // The page: plays a recording.
 
-import { THEMES, ofLetter, ofType } from "./colours.js";
+import { THEMES } from "./colours.js";
 import { showDetails } from "./details.js";
 import { boxes } from "./ground.js";
+import { head, showFacts } from "./head.js";
 import { Map } from "./map.js";
-import { Run, until } from "./run.js";
+import { Run } from "./run.js";
 import { Picture } from "./scene.js";
-import { drawBand, drawTime, happened } from "./timeline.js";
+import { drawBand, drawTime } from "./timeline.js";
 import { Tree } from "./tree.js";
 import { inflated, unpack } from "./unpack.js";
 
@@ -22,8 +23,10 @@ function fail(error) {
 }
 
 async function load() {
-    if (!by("recording")) throw new Error("there is no recording in this page; make one with ./x sim --record FILE.html");
-    if (!("DecompressionStream" in window)) throw new Error("the browser is too old: it has no DecompressionStream");
+    if (!by("recording"))
+        throw new Error("there is no recording in this page; make one with ./x sim --record FILE.html");
+    if (!("DecompressionStream" in window))
+        throw new Error("the browser is too old: it has no DecompressionStream");
     const about = JSON.parse(by("about").textContent);
     return new Run(about, unpack(await inflated(by("recording").textContent), about));
 }
@@ -81,7 +84,8 @@ function begin(run) {
         picture.view.last = null;
         if (module !== null) {
             if (!tree.element.contains(document.activeElement)) tree.reveal(module);
-            if (picture.view.follows) picture.view.lookAt(run.place(module, state.time).applyMatrix4(picture.world.matrixWorld));
+            if (picture.view.follows)
+                picture.view.lookAt(run.place(module, state.time).applyMatrix4(picture.world.matrixWorld));
         }
         say(module === null ? "no module selected" : describe());
         shownDetails = -1;
@@ -169,7 +173,12 @@ function begin(run) {
         document.documentElement.style.setProperty("--footer", `${by("footer").offsetHeight}px`);
         const lowest = isNarrow.matches ? by("side") : by("footer");
         const right = isBare || isNarrow.matches ? 0 : by("side").offsetWidth;
-        picture.resize(canvas.clientWidth, height, right, isBare ? 0 : height - lowest.getBoundingClientRect().top);
+        picture.resize(
+            canvas.clientWidth,
+            height,
+            right,
+            isBare ? 0 : height - lowest.getBoundingClientRect().top,
+        );
         band = null;
         redraw();
     }
@@ -204,7 +213,8 @@ function begin(run) {
         if (!at) return;
         by("label").textContent = `${selected} ${run.type(selected, state.time)}`;
         const [x, y] = [at[0] * canvas.clientWidth, at[1] * canvas.clientHeight];
-        by("label").style.transform = `translate(-50%, -100%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+        by("label").style.transform =
+            `translate(-50%, -100%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }
 
     let last = performance.now();
@@ -239,7 +249,7 @@ function begin(run) {
         play(!wishes.has("t") && !matchMedia("(prefers-reduced-motion: reduce)").matches);
     }
 
-    setUp(run);
+    head(run, SPEEDS);
     obey(location.hash.slice(1));
     addEventListener("hashchange", () => obey(location.hash.slice(1)));
     requestAnimationFrame(tick);
@@ -247,64 +257,35 @@ function begin(run) {
     // What is drawn, for tests and for the curious.
     window.superbot = {
         describe: () => ({
-            time: state.time, isPlaying: state.isPlaying, speed: state.speed, selected: state.selected, theme: state.theme,
-            view: picture.view.view, follows: picture.view.follows,
-            hormones: picture.travelling, losing: picture.losing, links: picture.links.count, dockError: picture.dockError(state.time),
-            standing: run.about.ground ? boxes(run.about.ground) : [], slope: run.about.ground?.slope ?? null,
+            time: state.time,
+            isPlaying: state.isPlaying,
+            speed: state.speed,
+            selected: state.selected,
+            theme: state.theme,
+            view: picture.view.view,
+            follows: picture.view.follows,
+            hormones: picture.travelling,
+            losing: picture.losing,
+            links: picture.links.count,
+            dockError: picture.dockError(state.time),
+            standing: run.about.ground ? boxes(run.about.ground) : [],
+            slope: run.about.ground?.slope ?? null,
             triangles: picture.renderer.info.render.triangles,
             modules: Array.from({ length: run.modules }, (_, module) => ({
-                type: run.type(module, state.time), action: run.action(module, state.time),
-                at: run.place(module, state.time).toArray(), onScreen: picture.onScreen(module),
+                type: run.type(module, state.time),
+                action: run.action(module, state.time),
+                at: run.place(module, state.time).toArray(),
+                onScreen: picture.onScreen(module),
             })),
         }),
-        hormones: run.hormones, losses: run.losses,
-        seek, play, select, pace, obey,
+        hormones: run.hormones,
+        losses: run.losses,
+        seek,
+        play,
+        select,
+        pace,
+        obey,
     };
-}
-
-function setUp(run) {
-    const { about } = run;
-    const name = about.robot.replaceAll(/[-_]/g, " ");
-    by("title").textContent = `${name[0].toUpperCase()}${name.slice(1)} of ${run.modules}`;
-    document.title = `SuperBot: ${name} of ${run.modules}`;
-    by("seek").max = run.seconds;
-    by("speed").replaceChildren(...SPEEDS.map((speed) => new Option(speed < 0.1 ? `1/${Math.round(1 / speed)}` : `${speed}×`, speed)));
-    by("summary").textContent = about.summary;
-    if (about.faults.length) {
-        by("faults").hidden = false;
-        by("faults").textContent = about.faults.join("; ");
-    }
-    const types = new Set(run.types.flat().map(({ of }) => of));
-    const letters = new Set(run.hormones.map(({ letter }) => letter));
-    const entry = (colour, text, shape = "") => {
-        const item = document.createElement("li");
-        const swatch = document.createElement("i");
-        Object.assign(swatch, { className: shape });
-        swatch.style.background = colour;
-        item.append(swatch, text);
-        return item;
-    };
-    by("legend").replaceChildren(
-        ...[...types].sort().map((type) => entry(ofType(type), type)),
-        ...[...letters].sort().map((letter) => entry(ofLetter(letter), `hormone ${about.letters[letter]}`, "round")),
-    );
-}
-
-function showFacts(run, time) {
-    const delivered = run.delivered ??= run.hormones.map(({ arrived }) => arrived).filter((at) => at !== null).sort((a, b) => a - b);
-    const facts = [`${until(delivered, time, (at) => at)} hormones delivered`];
-    if (run.about.counts_losses && run.losses.length) {
-        const lost = run.losses.slice(0, until(run.losses, time)).reduce((sum, { frames }) => sum + frames, 0);
-        facts.push(`${lost} frames lost`);
-    }
-    if (run.about.ground) {
-        const way = run.place(0, time).x - run.place(0, 0).x;
-        facts.push(`${way.toFixed(2)} m ahead`);
-    } else {
-        facts.push("no world: joints alone");
-    }
-    const event = happened(run, time);
-    by("facts").textContent = facts.join(" · ") + (event ? ` — ${event}` : "");
 }
 
 load().then(begin).catch(fail);

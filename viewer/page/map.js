@@ -10,7 +10,9 @@ export class Map {
         Object.assign(this, { canvas, run, places: [] });
         // The way of the first module, ten points a second at most.
         const points = Math.min(Math.ceil(run.seconds * 10) + 1, 600);
-        this.way = Array.from({ length: points }, (_, index) => run.place(0, (run.seconds * index) / Math.max(1, points - 1)));
+        this.way = Array.from({ length: points }, (_, index) =>
+            run.place(0, (run.seconds * index) / Math.max(1, points - 1)),
+        );
         const all = [...this.way];
         for (const time of [0, run.seconds / 2, run.seconds]) {
             for (let module = 0; module < run.modules; module++) all.push(run.place(module, time));
@@ -33,7 +35,11 @@ export class Map {
         const [middle, across] = [(this.left + this.right) / 2, (this.low + this.high) / 2];
         const at = ({ x, y }) => [wide / 2 + (x - middle) * unit, high / 2 - (y - across) * unit];
         context.strokeStyle = context.fillStyle = theme.line;
-        for (const { at: [x, y], size, turn } of this.run.about.ground ? boxes(this.run.about.ground) : []) {
+        for (const {
+            at: [x, y],
+            size,
+            turn,
+        } of this.run.about.ground ? boxes(this.run.about.ground) : []) {
             context.save();
             context.translate(...at({ x, y }));
             context.rotate((-turn * Math.PI) / 180);
@@ -62,7 +68,10 @@ export class Map {
     /** The module nearest to a place of the map. */
     pick(x, y) {
         const far = ([its, others]) => Math.hypot(its - x, others - y);
-        const near = this.places.reduce((best, place, module) => (far(place) < far(this.places[best]) ? module : best), 0);
+        const near = this.places.reduce(
+            (best, place, module) => (far(place) < far(this.places[best]) ? module : best),
+            0,
+        );
         return far(this.places[near]) < 24 ? near : null;
     }
 }

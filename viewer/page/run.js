@@ -26,8 +26,11 @@ export class Run {
         Object.assign(this, { about, placings, hormones, losses });
         this.modules = about.modules;
         this.seconds = Math.max(0, (about.looks - 1) * about.every);
-        const of = (what) => byModule(deeds.filter((deed) => deed.what === what), this.modules);
-        this.types = of("type");
+        const of = (what) =>
+            byModule(
+                deeds.filter((deed) => deed.what === what),
+                this.modules,
+            );
         this.actions = of("action");
         this.madeGood = of("made good");
         this.generated = of("generated");
@@ -51,7 +54,11 @@ export class Run {
             (passage) => passage.to.module,
         );
         this.arriving.forEach((list) => list.sort((one, other) => one.arrived - other.arrived));
-        this.longest = hormones.reduce((most, { sent, arrived }) => Math.max(most, (arrived ?? sent) - sent), 0);
+        this.deliveries = hormones.flatMap(({ arrived }) => arrived ?? []).sort((one, other) => one - other);
+        this.longest = hormones.reduce(
+            (most, { sent, arrived }) => Math.max(most, (arrived ?? sent) - sent),
+            0,
+        );
     }
 
     wiring(time) {
@@ -64,7 +71,7 @@ export class Run {
     }
 
     type(module, time) {
-        return this.last(this.types, module, time)?.of ?? "Starting";
+        return this.last(this.views, module, time)?.type ?? "Starting";
     }
 
     action(module, time) {
@@ -93,7 +100,11 @@ export class Run {
 
     /** The hormones that are on their way, or were within so many seconds. */
     underWay(time, linger) {
-        const first = until(this.hormones, time - linger - Math.min(this.longest, 0.5), (passage) => passage.sent);
+        const first = until(
+            this.hormones,
+            time - linger - Math.min(this.longest, 0.5),
+            (passage) => passage.sent,
+        );
         const end = until(this.hormones, time, (passage) => passage.sent);
         const lasts = ({ sent, arrived }) => (arrived ?? sent) + linger >= time;
         return this.hormones.slice(first, end).filter(lasts);

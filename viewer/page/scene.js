@@ -1,9 +1,28 @@
 // The picture: modules, what passes between them, and the ground.
 
 import {
-    BackSide, Color, DirectionalLight, Fog, Group, HemisphereLight, InstancedMesh, Matrix4, Mesh, MeshBasicMaterial,
-    MeshStandardMaterial, PerspectiveCamera, Quaternion, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
-    NeutralToneMapping, DynamicDrawUsage, PCFShadowMap,
+    BackSide,
+    Color,
+    DirectionalLight,
+    Fog,
+    Group,
+    HemisphereLight,
+    InstancedMesh,
+    Matrix4,
+    Mesh,
+    MeshBasicMaterial,
+    MeshStandardMaterial,
+    PerspectiveCamera,
+    Quaternion,
+    Raycaster,
+    Scene,
+    SphereGeometry,
+    Vector2,
+    Vector3,
+    WebGLRenderer,
+    NeutralToneMapping,
+    DynamicDrawUsage,
+    PCFShadowMap,
 } from "three";
 import { Camera } from "./camera.js";
 import { THEMES, ofLetter, ofType } from "./colours.js";
@@ -11,7 +30,7 @@ import { dock, parts, turn } from "./geometry.js";
 import { ground } from "./ground.js";
 import { box, hub, joint, yoke } from "./shapes.js";
 
-/** For how long a hormone is seen where it came to, and a lost frame where it left, in seconds at the pace of who looks. */
+/** For how long a hormone is seen where it came to, and a lost frame where it left, in s of who looks. */
 const LINGER = 0.22;
 /** The spheres of a hormone, with those that trail behind it. */
 const TRAIL = 5;
@@ -38,8 +57,13 @@ export class Picture {
         this.addLights();
         this.addModules();
         this.addMarks();
-        this.places = Array.from({ length: run.modules }, () => ({ frame: new Matrix4(), angles: [0, 0, 0] }));
-        this.frames = Array.from({ length: run.modules }, () => Array.from({ length: 4 }, () => new Matrix4()));
+        this.places = Array.from({ length: run.modules }, () => ({
+            frame: new Matrix4(),
+            angles: [0, 0, 0],
+        }));
+        this.frames = Array.from({ length: run.modules }, () =>
+            Array.from({ length: 4 }, () => new Matrix4()),
+        );
     }
 
     addLights() {
@@ -57,7 +81,9 @@ export class Picture {
         const metal = new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0.12 });
         const hubs = new MeshStandardMaterial({ vertexColors: true, roughness: 0.5, metalness: 0.35 });
         const isPlain = this.run.modules > MOST_DETAILED;
-        const parts = isPlain ? [box(-1), box(1), box(1), box(-1)] : [hub(true), hub(false), yoke(true), yoke(false)];
+        const parts = isPlain
+            ? [box(-1), box(1), box(1), box(-1)]
+            : [hub(true), hub(false), yoke(true), yoke(false)];
         const shapes = parts.map((part, index) => [part, index < 2 ? hubs : metal]);
         this.hubs = hubs;
         this.meshes = shapes.map(([geometry, material]) => {
@@ -150,7 +176,7 @@ export class Picture {
         this.meshes[2].instanceColor.needsUpdate = this.meshes[3].instanceColor.needsUpdate = true;
     }
 
-    /** Frames where docks hold each other: green where both have found the other, red where frames were just lost. */
+    /** Marks docks that hold each other: green where both have found the other, red where frames were lost. */
     join(time, pace) {
         const losing = new Set();
         for (const { from } of this.run.lost(time, LINGER * pace)) losing.add(6 * from.module + from.dock);
@@ -158,7 +184,9 @@ export class Picture {
         for (const [one, its, other, others] of this.run.wiring(time).pairs) {
             const knows = (this.run.known(one, time) >> its) & (this.run.known(other, time) >> others) & 1;
             const isLosing = losing.has(6 * one + its) || losing.has(6 * other + others);
-            dock(its, this.frames[one], PLACE).add(dock(others, this.frames[other], THERE)).multiplyScalar(0.5);
+            dock(its, this.frames[one], PLACE)
+                .add(dock(others, this.frames[other], THERE))
+                .multiplyScalar(0.5);
             turn(its, this.frames[one], TURN);
             SIZE.setScalar(isLosing ? 1.12 : 1);
             this.links.setMatrixAt(count, MATRIX.compose(PLACE, TURN, SIZE));
@@ -213,7 +241,14 @@ export class Picture {
         this.sun.position.copy(target).add(THERE.set(-0.35, -0.75, 1.15).multiplyScalar(2 * reach));
         this.sun.target.position.copy(target);
         const { camera } = this.sun.shadow;
-        Object.assign(camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.05, far: 6 * reach });
+        Object.assign(camera, {
+            left: -reach,
+            right: reach,
+            top: reach,
+            bottom: -reach,
+            near: 0.05,
+            far: 6 * reach,
+        });
         camera.updateProjectionMatrix();
         Object.assign(this.scene.fog, { near: 3 * reach, far: 12 * reach });
     }
@@ -235,8 +270,19 @@ export class Picture {
 
     /** How far apart docks are drawn that hold each other, at most, in mm. */
     dockError(time) {
-        return this.run.wiring(time).pairs.reduce((most, [one, its, other, others]) =>
-            Math.max(most, 1000 * dock(its, this.frames[one], PLACE).distanceTo(dock(others, this.frames[other], THERE))), 0);
+        return this.run
+            .wiring(time)
+            .pairs.reduce(
+                (most, [one, its, other, others]) =>
+                    Math.max(
+                        most,
+                        1000 *
+                            dock(its, this.frames[one], PLACE).distanceTo(
+                                dock(others, this.frames[other], THERE),
+                            ),
+                    ),
+                0,
+            );
     }
 }
 
@@ -244,7 +290,9 @@ export class Picture {
 function hasGpu() {
     const context = document.createElement("canvas").getContext("webgl2");
     const names = context?.getExtension("WEBGL_debug_renderer_info");
-    return !/SwiftShader|llvmpipe|software/i.test(names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "");
+    return !/SwiftShader|llvmpipe|software/i.test(
+        names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "",
+    );
 }
 
 const OUTLINE = new Vector3(1.07, 1.07, 1.07);

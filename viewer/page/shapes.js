@@ -27,7 +27,12 @@ function rounded(reach, radius, thickness, y) {
     shape.absarc(0, 0, radius, -Math.PI / 2, Math.PI / 2, reach > 0);
     shape.lineTo(reach, radius);
     shape.closePath();
-    const settings = { depth: thickness - 2 * BEVEL, bevelThickness: BEVEL, bevelSize: BEVEL, bevelOffset: -BEVEL };
+    const settings = {
+        depth: thickness - 2 * BEVEL,
+        bevelThickness: BEVEL,
+        bevelSize: BEVEL,
+        bevelOffset: -BEVEL,
+    };
     const geometry = new ExtrudeGeometry(shape, { ...settings, bevelSegments: 1, curveSegments: 14 });
     // Extruded along z: bring that to y.
     return geometry.rotateX(Math.PI / 2).translate(0, y + thickness / 2 - BEVEL, 0);
@@ -51,13 +56,33 @@ function face(axis, sign) {
 /** The half with the Front dock, Left and Right; or that with Back, Up and Down. */
 export function yoke(isFront) {
     const sign = isFront ? 1 : -1;
-    const plates = [SHELL - PLATE / 2, PLATE / 2 - SHELL].map((y) => painted(rounded(sign * SHELL, SHELL, PLATE, y), 1));
-    const wall = new BoxGeometry(0.016, 2 * SHELL - 0.002, 2 * SHELL - 0.002).translate(sign * (SHELL - 0.008), 0, 0);
-    const sides = isFront ? [["y", 1], ["y", -1]] : [["z", 1], ["z", -1]];
+    const plates = [SHELL - PLATE / 2, PLATE / 2 - SHELL].map((y) =>
+        painted(rounded(sign * SHELL, SHELL, PLATE, y), 1),
+    );
+    const wall = new BoxGeometry(0.016, 2 * SHELL - 0.002, 2 * SHELL - 0.002).translate(
+        sign * (SHELL - 0.008),
+        0,
+        0,
+    );
+    const sides = isFront
+        ? [
+              ["y", 1],
+              ["y", -1],
+          ]
+        : [
+              ["z", 1],
+              ["z", -1],
+          ];
     const faces = [["x", sign], ...sides].flatMap(([axis, side]) => face(axis, side));
     // Docks at the top and at the bottom need something to sit on.
-    const bridges = isFront ? [] : [1, -1].map((side) => painted(
-        new BoxGeometry(0.03, 2 * SHELL - 0.004, 0.004).translate(0, 0, side * (SHELL - 0.003)), 1));
+    const bridges = isFront
+        ? []
+        : [1, -1].map((side) =>
+              painted(
+                  new BoxGeometry(0.03, 2 * SHELL - 0.004, 0.004).translate(0, 0, side * (SHELL - 0.003)),
+                  1,
+              ),
+          );
     return mergeGeometries([...plates, painted(wall, 0.94), ...faces, ...bridges]);
 }
 
@@ -75,5 +100,5 @@ export function hub(isFront) {
 export const box = (sign) =>
     painted(new BoxGeometry(SHELL, 2 * SHELL, 2 * SHELL).translate((sign * SHELL) / 2, 0, 0), 1);
 
-/** What is drawn between two docks that hold each other: a frame round both faces, in the plane of y and z. */
+/** What is drawn between two docks that hold each other: a frame round both, in the plane of y and z. */
 export const joint = () => new BoxGeometry(0.0036, 2 * SHELL + 0.003, 2 * SHELL + 0.003);

@@ -22,7 +22,12 @@ export function drawBand(canvas, run, theme) {
             if (!isBright(of)) return;
             context.fillStyle = ofType(run.type(module, at));
             const end = actions[index + 1]?.at ?? run.seconds;
-            context.fillRect(x(at), top + module * line, Math.max(1, x(end) - x(at)), Math.max(1, line - (line > 3 ? 1 : 0)));
+            context.fillRect(
+                x(at),
+                top + module * line,
+                Math.max(1, x(end) - x(at)),
+                Math.max(1, line - (line > 3 ? 1 : 0)),
+            );
         });
     }
     context.fillStyle = theme.lost;

@@ -13,13 +13,14 @@ function ordered(run, time) {
     const order = [];
     // Along the body first, and to the sides one deeper.
     const visit = (first, depth) => {
-        for (let module = first; module !== undefined && !found.has(module); ) {
+        for (let module = first; module !== undefined && !found.has(module);) {
             found.add(module);
             order.push({ module, depth });
             const behind = peers[module][BACK];
             for (let dock = 0; dock < 6; dock++) {
                 const peer = peers[module][dock];
-                if (peer && dock !== BACK && dock !== FRONT && !found.has(peer.module)) visit(peer.module, depth + 1);
+                if (peer && dock !== BACK && dock !== FRONT && !found.has(peer.module))
+                    visit(peer.module, depth + 1);
             }
             module = behind?.dock === FRONT ? behind.module : undefined;
         }
@@ -65,7 +66,8 @@ export class Tree {
                 item.lastChild.textContent = `${module} ${type}`;
             }
             const isSelected = String(module === selected);
-            if (item.getAttribute("aria-selected") !== isSelected) item.setAttribute("aria-selected", isSelected);
+            if (item.getAttribute("aria-selected") !== isSelected)
+                item.setAttribute("aria-selected", isSelected);
         });
         const focus = this.items.findIndex((item) => Number(item.dataset.module) === selected);
         this.items.forEach((item, index) => (item.tabIndex = index === Math.max(0, focus) ? 0 : -1));
@@ -89,6 +91,8 @@ export class Tree {
 
     /** Brings the selected module into sight. */
     reveal(selected) {
-        this.items.find((item) => Number(item.dataset.module) === selected)?.scrollIntoView({ block: "nearest" });
+        this.items
+            .find((item) => Number(item.dataset.module) === selected)
+            ?.scrollIntoView({ block: "nearest" });
     }
 }

@@ -34,7 +34,9 @@ export function unpack(bytes, about) {
         return () => (now += number()) * unit;
     };
     const [position, turn, angle] = about.units;
-    const units = [position, position, position].map((unit) => unit / 1000).concat(Array(4).fill(turn), Array(3).fill(angle));
+    const units = [position, position, position]
+        .map((unit) => unit / 1000)
+        .concat(Array(4).fill(turn), Array(3).fill(angle));
     // Look by look, module by module, number by number.
     const placings = new Float32Array(about.looks * about.modules * NUMBERS);
     for (let module = 0; module < about.modules; module++) {
@@ -64,7 +66,12 @@ export function unpack(bytes, about) {
         return deed;
     });
     const seen = clock(about.every);
-    const views = list(() => ({ at: seen(), module: number(), docks: number() }));
+    const views = list(() => ({
+        at: seen(),
+        module: number(),
+        docks: number(),
+        type: about.types[number() - 1],
+    }));
     const lost = clock(about.every);
     const losses = list(() => ({ at: lost(), from: face(), frames: number() }));
     if (place !== bytes.length) throw new Error("the recording is not whole");

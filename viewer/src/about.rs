@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use hormone::data::Data;
 use hormone::event::Event;
+use hormone::module_type::ModuleType;
 use serde::Serialize;
 use simulation::{CLOCK_HZ, Face, Recording, Wiring};
 use tasks::dock::Dock;
@@ -70,6 +71,7 @@ pub struct About<'a> {
     units: [f64; 3],
     docks: Vec<String>,
     letters: Vec<String>,
+    types: Vec<String>,
     /// By code, what a behaviour did.
     codes: BTreeMap<u8, [String; 2]>,
     wirings: Vec<Attached>,
@@ -98,6 +100,7 @@ impl<'a> About<'a> {
             units: [POSITION, TURN, ANGLE],
             docks: Dock::ALL.iter().map(|dock| format!("{dock:?}")).collect(),
             letters: (0..).map_while(Data::from_byte).map(|data| format!("{data:?}")).collect(),
+            types: (0..).map_while(ModuleType::from_byte).map(|it| format!("{it:?}")).collect(),
             codes: (0..=u8::MAX).filter_map(|code| Some((code, words(Event::from_byte(code)?)?))).collect(),
             wirings: recording.wirings.iter().map(|(at, wiring)| attached(*at, wiring)).collect(),
             happenings: recording.happenings.iter().map(|(at, text)| (seconds(*at), text.as_str())).collect(),

@@ -1,13 +1,14 @@
 //! A recording as bytes: whole numbers as varints (LEB128, the lowest seven bits first), those with a sign in
-//! zigzag (0, -1, 1, -2, ...), each but the first of a row as its difference from the one before. `page/unpack.js`
-//! reads them.
+//! zigzag (0, -1, 1, -2, ...), each but the first of a row as its difference from the one before.
+//! `page/unpack.js` reads them.
 //!
 //! 1. By module and by each of ten numbers a row over the looks: x, y, z in units of [`POSITION`], the
 //!    quaternion's x, y, z, w in units of [`TURN`], the angles of the joints in units of [`ANGLE`].
 //! 2. The hormones' number, and of each: microseconds since the one before, dock, letter, microseconds on the
 //!    way and 1, or 0 if it did not arrive.
 //! 3. The deeds' number, and of each: microseconds since the one before, module, code.
-//! 4. The views' number, and of each: looks since the one before, module, docks as bits.
+//! 4. The views' number, and of each: looks since the one before, module, docks as bits, type and 1
+//!    or 0 for none.
 //! 5. The losses' number, and of each: looks since the one before, dock, frames.
 //!
 //! A dock is six times its module and its own number.
@@ -50,6 +51,7 @@ pub fn pack(recording: &Recording) -> Vec<u8> {
         bytes.number(view.module as u64);
         let found = Dock::ALL.iter().filter(|dock| view.docks.contains(**dock));
         bytes.number(found.map(|dock| 1 << dock.index()).sum());
+        bytes.number(view.module_type.map_or(0, |module_type| module_type as u64 + 1));
     }
     let losses = recording.losses.as_deref().unwrap_or_default();
     bytes.number(losses.len() as u64);

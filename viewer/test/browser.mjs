@@ -1,4 +1,4 @@
-// A headless Chromium, driven through chromedriver by the WebDriver protocol (W3C), without anything but Node.
+// A headless Chromium, driven through chromedriver by the WebDriver protocol (W3C), with Node alone.
 
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -6,8 +6,16 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 const FLAGS = [
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--enable-unsafe-swiftshader",
+    "--hide-scrollbars",
     // Nothing is to be fetched, and nothing could be.
     "--host-resolver-rules=MAP * ~NOTFOUND",
 ];
@@ -35,7 +43,9 @@ export class Browser {
         const args = [...FLAGS, `--window-size=${width},${height}`, `--user-data-dir=${browser.profile}`];
         const chrome = { args, binary: process.env.CHROMIUM ?? "/usr/bin/chromium" };
         const logs = { "goog:loggingPrefs": { browser: "ALL" } };
-        const capabilities = { alwaysMatch: { browserName: "chrome", "goog:chromeOptions": chrome, ...logs } };
+        const capabilities = {
+            alwaysMatch: { browserName: "chrome", "goog:chromeOptions": chrome, ...logs },
+        };
         const { sessionId } = await browser.ask("", { capabilities });
         browser.address += `/${sessionId}`;
         return browser;
@@ -60,6 +70,12 @@ export class Browser {
         await this.until("return window.superbot || !document.getElementById('faults').hidden");
     }
 
+    /** Leaves the page. */
+    async blank() {
+        this.file = null;
+        await this.ask("/url", { url: "about:blank" });
+    }
+
     /** What a script returns. */
     run(script, ...args) {
         return this.ask("/execute/sync", { script, args });
@@ -81,8 +97,10 @@ export class Browser {
 
     /** What it has drawn: two frames later all is. */
     drawn() {
-        return this.run("return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => "
-            + "done(superbot.describe()))))");
+        return this.run(
+            "return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => " +
+                "done(superbot.describe()))))",
+        );
     }
 
     text(name) {
@@ -94,7 +112,10 @@ export class Browser {
     }
 
     async press(keys) {
-        const actions = [...keys].flatMap((value) => [{ type: "keyDown", value }, { type: "keyUp", value }]);
+        const actions = [...keys].flatMap((value) => [
+            { type: "keyDown", value },
+            { type: "keyUp", value },
+        ]);
         await this.ask("/actions", { actions: [{ type: "key", id: "keyboard", actions }] });
     }
 
@@ -107,9 +128,11 @@ export class Browser {
         await this.ask("/actions", { actions: [{ type: "pointer", id: "mouse", actions }] });
     }
 
-    resize(width, height) {
+    /** Gives the page this size, in CSS pixels, of which each is drawn with `scale` pixels. */
+    resize(width, height, scale = 1) {
         return this.ask("/goog/cdp/execute", {
-            cmd: "Emulation.setDeviceMetricsOverride", params: { width, height, deviceScaleFactor: 1, mobile: false },
+            cmd: "Emulation.setDeviceMetricsOverride",
+            params: { width, height, deviceScaleFactor: scale, mobile: false },
         });
     }
 

@@ -17,8 +17,8 @@ at = 0.5
 detach = "1.Back"
 `;
 
-/** Small, for no GPU is at hand. */
-const [WIDTH, HEIGHT] = [800, 600];
+/** Drawn with half of the pixels each way, for no GPU is at hand. */
+const [WIDTH, HEIGHT, SCALE] = [800, 600, 0.5];
 
 let browser, walk, course, native;
 
@@ -27,21 +27,25 @@ before(async () => {
     course = recorded("course", robotFile("course", COURSE), "--seconds", "1");
     native = recorded("native", "--engine", "host", "--modules", "18", "--seconds", "6");
     browser = await Browser.start();
-    await browser.resize(WIDTH, HEIGHT);
+    await browser.resize(WIDTH, HEIGHT, SCALE);
 });
 
 after(() => browser?.end());
 
 /** The colours of the picture round a place, each as red, green and blue. */
 function colours([x, y]) {
-    return browser.run(`
+    return browser.run(
+        `
         const canvas = document.getElementById("scene");
         const copy = document.createElement("canvas");
-        copy.width = copy.height = 25;
+        copy.width = copy.height = 13;
         const context = copy.getContext("2d");
-        context.drawImage(canvas, 12 - arguments[0] * canvas.width, 12 - arguments[1] * canvas.height);
-        const { data } = context.getImageData(0, 0, 25, 25);
-        return Array.from({ length: 625 }, (_, pixel) => [...data.slice(4 * pixel, 4 * pixel + 3)]);`, x, y);
+        context.drawImage(canvas, 6 - arguments[0] * canvas.width, 6 - arguments[1] * canvas.height);
+        const { data } = context.getImageData(0, 0, 13, 13);
+        return Array.from({ length: 169 }, (_, pixel) => [...data.slice(4 * pixel, 4 * pixel + 3)]);`,
+        x,
+        y,
+    );
 }
 
 test("it draws the robot as the run's report has it", async () => {
@@ -56,7 +60,10 @@ test("it draws the robot as the run's report has it", async () => {
     const ahead = scene.modules.reduce((sum, { at }) => sum + at[0], 0) / 10;
     await browser.run("superbot.seek(0)");
     const began = (await browser.drawn()).modules.reduce((sum, { at }) => sum + at[0], 0) / 10;
-    assert.ok(Math.abs(ahead - began - walk.report.distance_m) < 0.03, `${ahead - began} m: ${walk.report.distance_m}`);
+    assert.ok(
+        Math.abs(ahead - began - walk.report.distance_m) < 0.03,
+        `${ahead - began} m: ${walk.report.distance_m}`,
+    );
     assert.deepEqual(await browser.complaints(), []);
 });
 
@@ -70,7 +77,11 @@ test("modules have the colours of their types, before the ground", async () => {
     assert.ok(share(await round("Head"), isRed) > 0.15);
     assert.ok(share(await round("LeftLeg"), isGreen) > 0.15);
     assert.equal(share(await round("LeftLeg"), isRed), 0);
-    assert.equal(share(await colours([0.5, 0.1]), (pixel) => Math.max(...pixel) > 90), 0, "the ground is dark");
+    assert.equal(
+        share(await colours([0.5, 0.1]), (pixel) => Math.max(...pixel) > 90),
+        0,
+        "the ground is dark",
+    );
 });
 
 test("hormones travel from module to module, and are counted", async () => {
@@ -85,14 +96,17 @@ test("hormones travel from module to module, and are counted", async () => {
     assert.equal((await browser.drawn()).hormones, 0);
     await browser.press("\uE010"); // End
     await browser.drawn();
-    assert.match(await browser.text("facts"),
-        new RegExp(`^${arrived.filter(([, at]) => at <= 2.48).length} hormones`));
+    assert.match(
+        await browser.text("facts"),
+        new RegExp(`^${arrived.filter(([, at]) => at <= 2.48).length} hormones`),
+    );
 });
 
 test("frames that links lose are shown where, and counted", async () => {
     await browser.open(walk.page, "#t=0");
     const [first, sum] = await browser.run(
-        "return [superbot.losses[0], superbot.losses.reduce((sum, { frames }) => sum + frames, 0)]");
+        "return [superbot.losses[0], superbot.losses.reduce((sum, { frames }) => sum + frames, 0)]",
+    );
     assert.ok(sum > 10);
     await browser.run("superbot.seek(arguments[0])", first.at - 0.02);
     assert.equal((await browser.drawn()).losing, 0);
@@ -104,24 +118,26 @@ test("frames that links lose are shown where, and counted", async () => {
 });
 
 test("keys play, pause, seek, change speed, select, turn the view and the lights", async () => {
-    await browser.open(walk.page, "#t=1&theme=dark");
+    // Of four modules, for each key is followed by a picture.
+    await browser.open(course.page, "#t=0.2&theme=dark");
     const after = async (key) => {
         await browser.press(key);
         return browser.state();
     };
     assert.equal((await browser.state()).isPlaying, false);
     const near = (one, other) => assert.ok(Math.abs(one - other) < 1e-6, `${one} is not ${other}`);
-    near((await after(".")).time, 1.04);
-    near((await after(",")).time, 1);
-    near((await after("\uE014")).time, 2); // right
-    near((await after("\uE012")).time, 1); // left
+    near((await after(".")).time, 0.24);
+    near((await after(",")).time, 0.2);
+    near((await after("\uE014")).time, 1); // right
+    near((await after("\uE012")).time, 0); // left
+    near((await after("\uE010")).time, 1); // End
     near((await after("\uE011")).time, 0); // Home
     assert.equal((await after("-")).speed, 0.5);
     assert.equal((await after("+")).speed, 1);
     assert.equal((await after("n")).selected, 0);
     assert.equal((await after("n")).selected, 1);
     assert.equal((await after("p")).selected, 0);
-    assert.equal((await after("p")).selected, 9);
+    assert.equal((await after("p")).selected, 3);
     assert.equal((await after("\uE00C")).selected, null); // Escape
     assert.equal((await after("t")).theme, "light");
     assert.equal((await after("v")).view, 1);
@@ -161,8 +177,10 @@ test("a click selects a module and shows what it is, and one beside it none", as
 
 test("a click on the map selects the nearest module", async () => {
     await browser.open(walk.page, "#t=0&view=whole");
-    const box = await browser.run("const { right, top, height } = document.getElementById('map').getBoundingClientRect();"
-        + "return { right, middle: top + height / 2 }");
+    const box = await browser.run(
+        "const { right, top, height } = document.getElementById('map').getBoundingClientRect();" +
+            "return { right, middle: top + height / 2 }",
+    );
     await browser.click(box.right - 60, box.middle);
     assert.notEqual((await browser.drawn()).selected, null);
 });
@@ -172,18 +190,29 @@ test("who listens and types has all modules in a tree, and the time as a slider"
     await browser.run("document.getElementById('list').open = true");
     const computed = async (selector) => {
         const element = await browser.find(selector);
-        return [await browser.ask(`/element/${element}/computedrole`), await browser.ask(`/element/${element}/computedlabel`)];
+        return [
+            await browser.ask(`/element/${element}/computedrole`),
+            await browser.ask(`/element/${element}/computedlabel`),
+        ];
     };
     assert.deepEqual(await computed("#tree"), ["tree", "Modules of the robot"]);
     const levels = await browser.run(
-        "return [...document.querySelectorAll('[role=treeitem]')].map((item) => [item.innerText.trim(), item.ariaLevel])");
+        "return [...document.querySelectorAll('[role=treeitem]')]" +
+            ".map((item) => [item.innerText.trim(), item.ariaLevel])",
+    );
     assert.equal(levels.length, 10);
     for (const [name, level] of levels) assert.equal(level, /Leg/.test(name) ? "2" : "1", name);
     await browser.run("document.querySelector('[role=treeitem]').focus()");
     await browser.press("\uE015"); // down
     const { selected } = await browser.drawn();
-    assert.deepEqual(await computed("[aria-selected=true]"), ["treeitem", `${selected} ${levels[1][0].split(" ")[1]}`]);
-    assert.match(await browser.run("return document.getElementById('said').textContent"), new RegExp(`^Module ${selected}, `));
+    assert.deepEqual(await computed("[aria-selected=true]"), [
+        "treeitem",
+        `${selected} ${levels[1][0].split(" ")[1]}`,
+    ]);
+    assert.match(
+        await browser.run("return document.getElementById('said').textContent"),
+        new RegExp(`^Module ${selected}, `),
+    );
     assert.deepEqual(await computed("#seek"), ["slider", "Time"]);
     assert.equal(await browser.run("return document.getElementById('seek').ariaValueText"), "2.40 of 2.48 s");
     assert.match((await computed("#scene"))[1], /^The robot in 3D: Module \d, /);
@@ -213,11 +242,12 @@ test("without a world it says so, and walks where it stands", async () => {
 });
 
 test("it fits a phone", async () => {
-    await browser.resize(390, 780);
+    await browser.resize(390, 780, SCALE);
     try {
         await browser.open(walk.page, "#t=2.4&module=1&view=whole");
         const { width, outside, modules } = await browser.run(`
-            const outside = [...document.querySelectorAll("button, select, input, #title")].filter((control) => {
+            const controls = [...document.querySelectorAll("button, select, input, #title")];
+            const outside = controls.filter((control) => {
                 const { left, right, top, bottom, width } = control.getBoundingClientRect();
                 return left < 0 || right > innerWidth || top < 0 || bottom > innerHeight || width < 20;
             });
@@ -228,7 +258,7 @@ test("it fits a phone", async () => {
         const seen = modules.filter(({ onScreen: [x, y] }) => x > 0 && x < 1 && y > 0 && y < 0.55);
         assert.ok(seen.length >= 8, `${seen.length} modules are above what covers the picture`);
     } finally {
-        await browser.resize(WIDTH, HEIGHT);
+        await browser.resize(WIDTH, HEIGHT, SCALE);
     }
 });
 
@@ -245,12 +275,20 @@ test("it is as light or dark as the system", async () => {
 
 test("it fetches nothing, and may not", async () => {
     await browser.open(walk.page, "#t=0");
-    assert.deepEqual(await browser.run("return performance.getEntriesByType('resource').map(({ name }) => name)"), []);
-    const answer = await browser.run("return fetch('data:text/plain,1').then(() => 'fetched', () => 'refused')");
+    assert.deepEqual(
+        await browser.run("return performance.getEntriesByType('resource').map(({ name }) => name)"),
+        [],
+    );
+    const answer = await browser.run(
+        "return fetch('data:text/plain,1').then(() => 'fetched', () => 'refused')",
+    );
     assert.equal(answer, "refused");
 });
 
 test("a page without a recording says how to come by one", async () => {
     await browser.open(fileURLToPath(new URL("../page.html", import.meta.url)));
-    assert.match(await browser.run("return document.getElementById('faults').textContent"), /\.\/x sim --record FILE\.html/);
+    assert.match(
+        await browser.run("return document.getElementById('faults').textContent"),
+        /\.\/x sim --record FILE\.html/,
+    );
 });

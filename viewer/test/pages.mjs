@@ -14,7 +14,9 @@ export function recorded(name, ...args) {
     if (!simulator) throw new Error("SUPERBOT_SIM has to name the program superbot-sim");
     const page = join(folder, `${name}.html`);
     const json = join(folder, `${name}.json`);
-    const run = spawnSync(simulator, ["sim", ...args, "--record", page, "--json", json], { encoding: "utf8" });
+    const run = spawnSync(simulator, ["sim", ...args, "--record", page, "--json", json], {
+        encoding: "utf8",
+    });
     // 1: the robot did not do as it should, which shows.
     if (run.status !== 0 && run.status !== 1) throw new Error(run.stderr || String(run.error));
     return { page, report: JSON.parse(readFileSync(json, "utf8")) };

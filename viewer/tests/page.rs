@@ -119,6 +119,7 @@ fn all_that_was_recorded_is_in_the_page() {
         assert_eq!([now, next()], [view.look as u64, view.module as u64]);
         let docks = next();
         assert!(Dock::ALL.iter().all(|dock| (docks >> dock.index() & 1 == 1) == view.docks.contains(*dock)));
+        assert_eq!(next(), view.module_type.map_or(0, |it| it as u64 + 1));
     }
     let losses: Vec<u64> = numbers.collect();
     assert_eq!(losses, [2, 3, 7, 200, 96, 25, 200]);
@@ -138,6 +139,7 @@ fn what_is_said_of_the_run_can_be_read_and_ends_nothing() {
     );
     assert_eq!(about["ground"]["slope"], 10.0);
     assert_eq!(about["counts_losses"], true);
+    assert_eq!([&about["types"][0], &about["types"][7]], ["Head", "Alone"]);
     assert_eq!(about["codes"]["18"], serde_json::json!(["type", "LeftLeg"]));
     assert_eq!(about["codes"]["49"], serde_json::json!(["action", "Swing"]));
     assert_eq!(about["happenings"][1], serde_json::json!([2.5, "the power of module 3 fails"]));

@@ -110,10 +110,11 @@ fn run_robot<R: Robot>(
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
-    if let Some((record, recording)) = record.zip(run.finish_recording()) {
-        record.write(options, &report, &recording)?;
-    }
+    let recorded = record.zip(run.finish_recording());
+    let recorded = recorded.map(|(record, recording)| record.write(options, &report, &recording));
+    // Where the page can't be written any more, the figures are told all the same.
     tell(destination, &report)?;
+    recorded.transpose()?;
     if let to_come @ 1.. = run.events_to_come() {
         say(format_args!(
             "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use hormone::event::Event;
+use hormone::module_type::ModuleType;
 use hormone::topology::Neighbours;
 use tasks::dock::{Dock, DockSet};
 
@@ -19,8 +20,8 @@ pub struct Recorder {
     recording: Recording,
     /// The hormones under way: their places in the recording.
     under_way: HashMap<(Face, u64), usize>,
-    /// By module, what it knew of its neighbours at the last look.
-    known: Vec<DockSet>,
+    /// By module, what it knew of its neighbours and itself at the last look.
+    known: Vec<(DockSet, Option<ModuleType>)>,
     /// What each link had lost at the last look.
     lost: HashMap<Face, u64>,
     /// How a robot without a world lies, in degrees.
@@ -42,7 +43,7 @@ impl Recorder {
             wirings: vec![(0, robot.wiring().clone())],
             happenings: Vec::new(),
         };
-        let known = vec![DockSet::EMPTY; modules];
+        let known = vec![(DockSet::EMPTY, None); modules];
         Recorder { recording, under_way: HashMap::new(), known, lost: HashMap::new(), roll: 0.0 }
     }
 
@@ -86,10 +87,11 @@ impl Recorder {
 
     fn look_for_views(&mut self, robot: &impl Robot, look: usize) {
         for (module, known) in self.known.iter_mut().enumerate() {
-            let neighbours = robot.status(module).and_then(|status| status.neighbours());
-            let docks = docks(robot.is_on(module).then_some(neighbours).flatten());
-            if std::mem::replace(known, docks) != docks {
-                self.recording.views.push(View { look, module, docks });
+            let status = robot.status(module).filter(|_| robot.is_on(module));
+            let docks = docks(status.and_then(|status| status.neighbours()));
+            let module_type = status.map(|status| status.module_type);
+            if std::mem::replace(known, (docks, module_type)) != (docks, module_type) {
+                self.recording.views.push(View { look, module, docks, module_type });
             }
         }
     }
