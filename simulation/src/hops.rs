@@ -11,8 +11,8 @@ use crate::hardware::{MILLISECOND, wire_limit};
 use crate::wiring::{Face, Wiring};
 
 /// A hormone that has been handed to a link for longer than this and was not received is lost: more than all
-/// repetitions take and less than hormones lie apart.
-const LOST_AFTER: u64 = 250 * MILLISECOND;
+/// repetitions take and less than hormones lie apart. In cycles.
+pub const LOST_AFTER: u64 = 250 * MILLISECOND;
 
 /// A hormone on its way to the neighbour.
 struct Hop {

@@ -49,7 +49,7 @@ pub use file::FileError;
 pub use gait::Gait;
 pub use hardware::{CLOCK_HZ, MILLISECOND, START_UP, is_on_slave};
 pub use hash::fnv_1a;
-pub use hops::{Arrival, Hops};
+pub use hops::{Arrival, Hops, LOST_AFTER};
 pub use native::Native;
 pub use observer::Observer;
 pub use placing::Placing;

@@ -41,7 +41,7 @@ export function head(run, speeds) {
 
 /** Says how far it has come by a time. */
 export function showFacts(run, time) {
-    const facts = [`${until(run.deliveries, time, (at) => at)} hormones delivered`];
+    const facts = [`${until(run.deliveries, time, (at) => at)} hormones arrived`];
     if (run.about.counts_losses && run.losses.length) {
         const lost = run.losses
             .slice(0, until(run.losses, time))

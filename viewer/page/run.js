@@ -46,6 +46,8 @@ export class Run {
         });
         for (const passage of hormones) {
             const { module, dock } = passage.from;
+            // What was sent just before the end may have been on its way.
+            passage.isLost = passage.arrived === null && passage.sent + about.lost_after < about.seconds;
             passage.to = this.wiring(passage.sent).peers[module][dock];
         }
         this.arriving = byModule(

@@ -81,10 +81,10 @@ export class Picture {
         const metal = new MeshStandardMaterial({ vertexColors: true, roughness: 0.42, metalness: 0.12 });
         const hubs = new MeshStandardMaterial({ vertexColors: true, roughness: 0.5, metalness: 0.35 });
         const isPlain = this.run.modules > MOST_DETAILED;
-        const parts = isPlain
+        const geometries = isPlain
             ? [box(-1), box(1), box(1), box(-1)]
             : [hub(true), hub(false), yoke(true), yoke(false)];
-        const shapes = parts.map((part, index) => [part, index < 2 ? hubs : metal]);
+        const shapes = geometries.map((geometry, part) => [geometry, part < 2 ? hubs : metal]);
         this.hubs = hubs;
         this.meshes = shapes.map(([geometry, material]) => {
             const mesh = new InstancedMesh(geometry, material, this.run.modules);
@@ -125,7 +125,7 @@ export class Picture {
         this.sun.intensity = theme.sun;
         this.hubs.color.set(theme.hub);
         this.outline[0].material.color.set(theme.path);
-        if (this.floor) this.world.remove(this.floor);
+        if (this.floor) forget(this.world, this.floor);
         this.floor = ground(this.run.about.ground, theme);
         this.world.add(this.floor);
     }
@@ -202,8 +202,8 @@ export class Picture {
         let count = 0;
         this.travelling = 0;
         for (const passage of this.run.underWay(time, LINGER * pace)) {
-            const { from, to, sent, arrived, letter } = passage;
-            // One that was lost goes no further than its dock.
+            const { from, to, sent, arrived, letter, isLost } = passage;
+            // One that did not come goes no further than its dock.
             const takes = arrived === null ? 0.004 : Math.max(arrived - sent, 1e-6);
             const share = (time - sent) / takes;
             const fade = 1 - Math.max(0, time - sent - takes) / (LINGER * pace);
@@ -212,7 +212,7 @@ export class Picture {
             const start = START.setFromMatrixPosition(this.places[from.module].frame);
             const door = dock(from.dock, this.frames[from.module], DOOR);
             const end = END.setFromMatrixPosition(this.places[to.module].frame);
-            COLOUR.set(arrived === null ? this.theme.lost : ofLetter(letter));
+            COLOUR.set(isLost ? this.theme.lost : ofLetter(letter));
             for (let behind = 0; behind < TRAIL; behind++) {
                 const along = Math.min(share, 1) - 0.09 * behind * fade;
                 if (along < 0) break;
@@ -270,20 +270,23 @@ export class Picture {
 
     /** How far apart docks are drawn that hold each other, at most, in mm. */
     dockError(time) {
-        return this.run
-            .wiring(time)
-            .pairs.reduce(
-                (most, [one, its, other, others]) =>
-                    Math.max(
-                        most,
-                        1000 *
-                            dock(its, this.frames[one], PLACE).distanceTo(
-                                dock(others, this.frames[other], THERE),
-                            ),
-                    ),
-                0,
-            );
+        let most = 0;
+        for (const [one, its, other, others] of this.run.wiring(time).pairs) {
+            const place = dock(its, this.frames[one], PLACE);
+            most = Math.max(most, place.distanceTo(dock(others, this.frames[other], THERE)));
+        }
+        return 1000 * most;
     }
+}
+
+/** Takes something away for good. */
+function forget(world, group) {
+    world.remove(group);
+    group.traverse(({ geometry, material }) => {
+        geometry?.dispose();
+        material?.map?.dispose();
+        material?.dispose();
+    });
 }
 
 /** Whether more than a program draws. */

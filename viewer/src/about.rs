@@ -6,7 +6,7 @@ use hormone::data::Data;
 use hormone::event::Event;
 use hormone::module_type::ModuleType;
 use serde::Serialize;
-use simulation::{CLOCK_HZ, Face, Recording, Wiring};
+use simulation::{CLOCK_HZ, Face, LOST_AFTER, Recording, Wiring};
 use tasks::dock::Dock;
 
 use crate::pack::{ANGLE, POSITION, TURN};
@@ -69,6 +69,8 @@ pub struct About<'a> {
     every: f64,
     /// What the units of the bytes are: mm, of a whole turn's quaternion, degrees.
     units: [f64; 3],
+    /// After so many seconds on its way a hormone is lost.
+    lost_after: f64,
     docks: Vec<String>,
     letters: Vec<String>,
     types: Vec<String>,
@@ -98,6 +100,7 @@ impl<'a> About<'a> {
             looks: recording.placings.len() / modules.max(1),
             every: seconds(recording.every),
             units: [POSITION, TURN, ANGLE],
+            lost_after: seconds(LOST_AFTER),
             docks: Dock::ALL.iter().map(|dock| format!("{dock:?}")).collect(),
             letters: (0..).map_while(Data::from_byte).map(|data| format!("{data:?}")).collect(),
             types: (0..).map_while(ModuleType::from_byte).map(|it| format!("{it:?}")).collect(),

@@ -90,6 +90,8 @@ test("hormones travel from module to module, and are counted", async () => {
     const arrived = times.filter(([, at]) => at !== null);
     assert.equal(arrived.length, walk.report.hormones_delivered + walk.report.hormones_dropped);
     const [sent, came] = arrived[0];
+    const lost = await browser.run("return superbot.hormones.filter(({ isLost }) => isLost).length");
+    assert.equal(lost, walk.report.hormones_lost);
     await browser.run("superbot.seek(arguments[0])", (sent + came) / 2);
     assert.ok((await browser.drawn()).hormones >= 1);
     await browser.run("superbot.seek(arguments[0])", sent - 0.01);
