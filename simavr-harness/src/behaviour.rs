@@ -3,7 +3,8 @@
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
 use simulation::{
-    BridgeTotals, Change, Deed, Event, LinkTotals, Motion, Transcript, Trouble, Wiring, WiringError,
+    Angles, BridgeTotals, Change, Deed, Event, Face, LinkTotals, Motion, Placing, Transcript, Trouble,
+    Wiring, WiringError,
 };
 
 use crate::controller::Controller;
@@ -57,6 +58,18 @@ impl simulation::Robot for Engine {
 
     fn acceleration(&self, module: usize) -> [f64; 3] {
         self.robot().module(module).map_or([0.0; 3], |module| module.body().acceleration())
+    }
+
+    fn angles(&self, module: usize) -> Angles {
+        self.robot().module(module).map_or([0.0; 3], |module| module.body().angles())
+    }
+
+    fn placing(&self, module: usize) -> Option<Placing> {
+        self.robot().placing(module)
+    }
+
+    fn lost_frames(&self, from: Face) -> Option<u64> {
+        self.robot().link_counts(from).map(|counts| counts.lost_frames)
     }
 
     fn links(&self) -> LinkTotals {

@@ -67,5 +67,6 @@ pub use repair::usart::UsartCounts;
 pub use robot::{Event, LONGEST_WINDOW, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
+pub use terrain::ground;
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

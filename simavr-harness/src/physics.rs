@@ -137,6 +137,12 @@ impl Physics {
         self.world.place(module).to_array()
     }
 
+    /// Where a module is, and how it bends.
+    pub fn placing(&self, module: usize) -> Placing {
+        let angles = self.world.angles(module).map(f64::to_degrees);
+        Placing { frame: self.world.frame(module), angles }
+    }
+
     /// A hash of where all is and how it moves.
     pub fn state_hash(&self) -> u64 {
         fnv_1a(self.world.state().flat_map(f64::to_le_bytes))

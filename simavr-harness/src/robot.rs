@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Motion, Random, START_UP, Terminal, Terrain, Transcript, Wiring,
-    WiringError, fnv_1a,
+    Change, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal, Terrain, Transcript,
+    Wiring, WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
@@ -259,6 +259,11 @@ impl Robot {
     /// Where a module has its middle, in m, where there is a world.
     pub fn place(&self, module: usize) -> Option<[f64; 3]> {
         Some(self.physics.as_ref()?.place(module))
+    }
+
+    /// Where a module is and how it bends, where there is a world.
+    pub fn placing(&self, module: usize) -> Option<Placing> {
+        Some(self.physics.as_ref()?.placing(module))
     }
 
     /// The most that a module with two legs leaned so far, in degrees, where there is a world.

@@ -10,7 +10,8 @@ const WALL: f64 = 0.05;
 /// Millimetres in a metre.
 const MILLI: f64 = 1e-3;
 
-pub(crate) fn ground(terrain: &Terrain) -> Ground {
+/// The ground that a terrain makes.
+pub fn ground(terrain: &Terrain) -> Ground {
     let steps = |&Stair { from_m, height_mm, length_mm, number }: &Stair| Steps {
         from: from_m,
         height: height_mm * MILLI,

@@ -359,3 +359,46 @@ fn the_native_engine_has_neither_world_nor_images() {
     assert_refused(&run(&["sim", "--engine", "host", "--world", "ground"]), "leave --world out");
     assert_refused(&run(&["sim", "--engine", "host", "--core", "simavr"]), "leave --core out");
 }
+
+#[test]
+fn a_run_that_is_recorded_is_the_same_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let page = directory.path().join("run.html");
+    for robot in [&["chain", "--seconds", "0.5"][..], &["centipede", "--engine", "host", "--seconds", "2"]] {
+        let report = |record: &[&str]| {
+            let output = run(&[&["sim", "--loss", "0.1", "--json", "-"], robot, record].concat());
+            let mut report = json(&output);
+            for field in ["wall_seconds", "wall_ratio"] {
+                report[field].take();
+            }
+            report
+        };
+        assert_eq!(report(&[]), report(&["--record", page.to_str().unwrap()]));
+        let page = std::fs::read_to_string(&page).unwrap();
+        assert!(page.contains("id=\"about\">{\"robot\":\"") && page.contains("id=\"recording\">"));
+        assert!(page.len() < 1_000_000, "{}", page.len());
+    }
+}
+
+#[test]
+fn what_can_not_be_recorded_is_refused_before_it_runs() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let robot = at("robot.toml");
+    std::fs::write(&robot, "modules = 2\nshape = \"chain\"\n").unwrap();
+    let sim = |arguments: &[&str]| run(&[&["sim", "--engine", "host"], arguments].concat());
+    let record = |path: &str| sim(&["chain", "--record", path]);
+    assert_refused(&record("-"), "the standard output has the summary: give --record a file");
+    assert_refused(&record(&at("")), "give --record another path");
+    assert_refused(&record(&at("nowhere/run.html")), "give --record another path");
+    assert_refused(&sim(&[&robot, "--record", &robot]), "is the robot file: give --record another");
+    for name in ["run.json", "robot.toml"] {
+        let path = at(name);
+        let both = sim(&["chain", "--json", &path, "--record", &path]);
+        assert_refused(&both, "is for --json already: give --record another");
+    }
+    let large = sim(&["chain", "--modules", "1000", "--seconds", "101", "--record", &at("run.html")]);
+    assert_refused(&large, "record 100 s at most, or fewer modules");
+    let left: Vec<_> = std::fs::read_dir(&directory).unwrap().map(|file| file.unwrap().file_name()).collect();
+    assert_eq!(left, ["robot.toml"]);
+}

@@ -1,5 +1,7 @@
 //! What can happen to a robot while it runs.
 
+use std::fmt;
+
 use hormone::gait::{Gait, GaitName};
 use hormone::hormone::Hormone;
 use hormone::order::What;
@@ -92,4 +94,52 @@ impl Change {
             _ => None,
         }
     }
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Change::Attach(one, other) => write!(f, "{one} and {other} are attached"),
+            Change::Detach(face) => write!(f, "{face} is detached"),
+            Change::Swap(one, other) => write!(f, "modules {one} and {other} change places"),
+            Change::Reset { module, mcus: Mcus::Master } => {
+                write!(f, "the master of module {module} is reset")
+            }
+            Change::Reset { module, mcus: Mcus::Slave } => write!(f, "the slave of module {module} is reset"),
+            Change::Reset { module, mcus: Mcus::Both } => write!(f, "module {module} is reset"),
+            Change::Kill(module) => write!(f, "the power of module {module} fails"),
+            Change::Loss { links, probability } => {
+                write!(f, "{} % of frames lost {links}", percent(*probability))
+            }
+            Change::Noise { links, probability } => {
+                write!(f, "{} % of bytes changed {links}", percent(*probability))
+            }
+            Change::Obstacle { at, is_there: true } => write!(f, "an obstacle before {at}"),
+            Change::Obstacle { at, is_there: false } => write!(f, "the obstacle before {at} is taken away"),
+            Change::Roll(degrees) => write!(f, "the robot is turned to {degrees:.0} degrees"),
+            Change::Console(at) => write!(f, "the console is asked at {at}"),
+            Change::Command { at, .. } => match self.orders() {
+                Some((_, None)) => write!(f, "an order to stop at {at}"),
+                Some((_, Some(gait))) => match GaitName::from_byte(gait.name) {
+                    Some(name) => write!(f, "an order to walk by {name:?} at {at}"),
+                    None => write!(f, "an order to walk at {at}"),
+                },
+                None => write!(f, "a message to HORMONE at {at}"),
+            },
+        }
+    }
+}
+
+impl fmt::Display for Links {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Links::All => write!(f, "on all links"),
+            Links::From(face) => write!(f, "on the link from {face}"),
+        }
+    }
+}
+
+/// To a thousandth.
+fn percent(probability: f64) -> f64 {
+    (probability * 1e5).round() / 1e3
 }

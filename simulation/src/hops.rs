@@ -11,8 +11,8 @@ use crate::hardware::{MILLISECOND, wire_limit};
 use crate::wiring::{Face, Wiring};
 
 /// A hormone that has been handed to a link for longer than this and was not received is lost: more than all
-/// repetitions take and less than hormones lie apart.
-const LOST_AFTER: u64 = 250 * MILLISECOND;
+/// repetitions take and less than hormones lie apart. In cycles.
+pub const LOST_AFTER: u64 = 250 * MILLISECOND;
 
 /// A hormone on its way to the neighbour.
 struct Hop {
@@ -22,6 +22,15 @@ struct Hop {
     /// When the sending module's HORMONE took it up or generated it.
     taken_up: u64,
     sent: u64,
+}
+
+/// A hormone that has come to where it was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arrival {
+    /// The dock that it left by.
+    pub from: Face,
+    /// When it was handed to the link there, in cycles.
+    pub sent: u64,
 }
 
 /// What was seen of one module.
@@ -78,17 +87,15 @@ impl Hops {
         }
     }
 
-    /// Takes in the next deed.
-    pub fn take(&mut self, deed: &Deed, wiring: &Wiring) {
+    /// Takes in the next deed. Returns the hormone that came by it, if one did.
+    pub fn take(&mut self, deed: &Deed, wiring: &Wiring) -> Option<Arrival> {
         let &Deed { cycle, module, event } = deed;
         self.now = self.now.max(cycle);
-        let Some(seen) = self.modules.get_mut(module) else { return };
+        let seen = self.modules.get_mut(module)?;
         match event {
             Event::TopologyChanged(_) | Event::ActionBegun(_) => {}
             Event::HormoneDropped(dock) => {
-                if let Some(from) = wiring.peer(Face { module, dock }) {
-                    self.drop(from, cycle);
-                }
+                return self.drop(wiring.peer(Face { module, dock })?, cycle);
             }
             Event::HormoneGenerated(_) | Event::MadeGood(_) => seen.taken_up = cycle,
             Event::HormoneSent(dock, data) => {
@@ -104,15 +111,14 @@ impl Hops {
                     self.out_of_turn += 1;
                 }
                 let at = Face { module, dock };
-                if let Some(from) = wiring.peer(at) {
-                    self.receive(from, at, cycle, data);
-                }
+                return self.receive(wiring.peer(at)?, at, cycle, data);
             }
         }
+        None
     }
 
     /// A link delivers in order: what was sent before the one that came is lost.
-    fn receive(&mut self, from: Face, at: Face, cycle: u64, data: Data) {
+    fn receive(&mut self, from: Face, at: Face, cycle: u64, data: Data) -> Option<Arrival> {
         while let Some(hop) = self.under_way.get_mut(&from).and_then(VecDeque::pop_front) {
             if hop.data == data && hop.sent + LOST_AFTER >= cycle {
                 let latency = cycle.saturating_sub(hop.taken_up);
@@ -120,23 +126,25 @@ impl Hops {
                 self.latency_sum += latency;
                 self.latency_max = self.latency_max.max(latency);
                 self.wire_sum += wire_limit(from.dock, at.dock);
-                return;
+                return Some(Arrival { from, sent: hop.sent });
             }
             self.lost_before += 1;
             self.excused += u64::from(self.is_excused(from.module, &hop));
         }
+        None
     }
 
     /// The next one that came by this link was dropped.
-    fn drop(&mut self, from: Face, cycle: u64) {
+    fn drop(&mut self, from: Face, cycle: u64) -> Option<Arrival> {
         while let Some(hop) = self.under_way.get_mut(&from).and_then(VecDeque::pop_front) {
             if hop.sent + LOST_AFTER >= cycle {
                 self.dropped += 1;
-                return;
+                return Some(Arrival { from, sent: hop.sent });
             }
             self.lost_before += 1;
             self.excused += u64::from(self.is_excused(from.module, &hop));
         }
+        None
     }
 
     /// Something happened at `now` that concerns these modules, each until then.

@@ -7,6 +7,7 @@
 //! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
 //!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] what they do.
 //!   [`faults`] says what was not as it should be.
+//! - [`Recorder`]: what is kept of a run, to be looked at later.
 //! - [`arq`]: a link's protocol alone, on a line on which anything may happen.
 //!
 //! All time is in cycles of the robot's clock, 16 MHz, since power-up.
@@ -30,6 +31,7 @@ mod placing;
 mod pose;
 mod random;
 mod reach;
+mod recording;
 mod robot;
 mod run;
 mod scenario;
@@ -49,7 +51,7 @@ pub use file::FileError;
 pub use gait::Gait;
 pub use hardware::{CLOCK_HZ, MILLISECOND, START_UP, is_on_slave};
 pub use hash::fnv_1a;
-pub use hops::Hops;
+pub use hops::{Arrival, Hops, LOST_AFTER};
 pub use native::Native;
 pub use observer::Observer;
 pub use placing::Placing;
@@ -57,6 +59,7 @@ pub use plants::motion::Motion;
 pub use plants::trouble::{Moment, Trouble};
 pub use pose::{Angles, Facing};
 pub use random::Random;
+pub use recording::{Loss, Passage, Recorder, Recording, View};
 pub use robot::Robot;
 pub use run::Run;
 pub use scenario::{Event, Scenario};

@@ -6,6 +6,7 @@ use crate::deed::Deed;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
 use crate::hops::Hops;
+use crate::recording::Recorder;
 use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::wiring::{Face, Wiring};
@@ -17,6 +18,8 @@ pub struct Observer {
     pub gait: Gait,
     /// What the robot itself has changed of its wiring, in order.
     pub own_changes: Vec<Event>,
+    /// Who keeps the run, if anybody does.
+    pub recorder: Option<Recorder>,
     /// What has happened to it from outside.
     pub(crate) course: Course,
     disturbances: Vec<Disturbance>,
@@ -57,6 +60,7 @@ impl Observer {
             discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
             own_changes: Vec::new(),
+            recorder: None,
             course: Course::NEW,
             disturbances: Vec::new(),
             wiring: wiring.clone(),
@@ -89,7 +93,10 @@ impl Observer {
 
     fn take(&mut self, deed: &Deed) {
         self.reshape(deed.cycle);
-        self.hops.take(deed, &self.wiring);
+        let arrival = self.hops.take(deed, &self.wiring);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.take(deed, arrival);
+        }
         self.discovery.take(deed);
         self.gait.take(deed);
     }
@@ -105,6 +112,9 @@ impl Observer {
         self.reshape(at);
         // What the robot did, it could.
         let _ = change.apply(&mut self.wiring);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.changed(event, &self.wiring);
+        }
         self.gait.pass(at);
         if let Change::Loss { links, probability } = *change {
             self.muted.retain(|&face| links != Links::All && links != Links::From(face));

@@ -20,7 +20,12 @@ pub struct Placing {
 impl Wiring {
     /// Where all modules lie at power-up. The first of each body looks along x, with its Up above.
     pub fn placings(&self) -> Vec<Placing> {
-        let angles: Vec<Angles> = (0..self.modules()).map(|module| self.angles_at_rest(module)).collect();
+        self.placings_bent(|module| self.angles_at_rest(module))
+    }
+
+    /// Likewise where nothing bears them, with these angles of each module.
+    pub fn placings_bent(&self, angles: impl Fn(usize) -> Angles) -> Vec<Placing> {
+        let angles: Vec<Angles> = (0..self.modules()).map(angles).collect();
         let mut placings: Vec<Placing> =
             angles.iter().map(|&angles| Placing { frame: DAffine3::IDENTITY, angles }).collect();
         let mut is_found = vec![false; self.modules()];

@@ -4,10 +4,12 @@ use hormone::status::Status;
 
 use crate::change::Change;
 use crate::deed::Deed;
+use crate::placing::Placing;
+use crate::pose::Angles;
 use crate::scenario::Event;
 use crate::terminal::Transcript;
 use crate::totals::{BridgeTotals, LinkTotals};
-use crate::wiring::{Wiring, WiringError};
+use crate::wiring::{Face, Wiring, WiringError};
 use plants::motion::Motion;
 use plants::trouble::Trouble;
 
@@ -46,6 +48,20 @@ pub trait Robot {
     /// What a module's accelerometer reads along x, y and z of the half with the Front dock, in multiples of
     /// the acceleration of gravity.
     fn acceleration(&self, module: usize) -> [f64; 3];
+
+    /// The angles of a module's joints.
+    fn angles(&self, module: usize) -> Angles;
+
+    /// Where a module is and how it bends; `None` where there is no world.
+    fn placing(&self, _module: usize) -> Option<Placing> {
+        None
+    }
+
+    /// How many frames the link has lost that begins at a dock, since that was attached; `None` if it is not,
+    /// or nobody counts them.
+    fn lost_frames(&self, _from: Face) -> Option<u64> {
+        None
+    }
 
     /// What all links count.
     fn links(&self) -> LinkTotals;

@@ -2,6 +2,7 @@
 
 use crate::hardware::MILLISECOND;
 use crate::observer::Observer;
+use crate::recording::{Recorder, Recording};
 use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::wiring::WiringError;
@@ -32,7 +33,7 @@ impl<R: Robot> Run<R> {
     /// An event can't happen.
     pub fn step(&mut self, end: u64) -> Result<bool, WiringError> {
         let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
-        self.robot.run_until((self.robot.now() + Self::STEP).min(event).min(end));
+        self.run_until((self.robot.now() + Self::STEP).min(event).min(end));
         self.observer.look(&mut self.robot);
         let now = self.robot.now();
         while let Some(Event { change, .. }) = self.timeline.pop_if(|event| event.at <= now) {
@@ -40,6 +41,33 @@ impl<R: Robot> Run<R> {
             self.observer.changed(&Event { at: now, change });
         }
         Ok(now < end && self.robot.trouble().is_none())
+    }
+
+    /// Keeps from now on, at power-up, what the robot does, and looks at it once in so many cycles.
+    pub fn record(&mut self, every: u64) {
+        let mut recorder = Recorder::new(&self.robot, every);
+        recorder.look(&self.robot);
+        self.observer.recorder = Some(recorder);
+    }
+
+    /// What was kept; `None` if nothing was to be.
+    pub fn finish_recording(&mut self) -> Option<Recording> {
+        self.observer.recorder.take().map(Recorder::finish)
+    }
+
+    /// Runs the robot, with stops where the recorder looks at it: these change nothing.
+    fn run_until(&mut self, cycle: u64) {
+        while let Some(recorder) = &mut self.observer.recorder
+            && recorder.next_look() <= cycle
+        {
+            self.robot.run_until(recorder.next_look());
+            if self.robot.now() < recorder.next_look() {
+                // It can't go on.
+                return;
+            }
+            recorder.look(&self.robot);
+        }
+        self.robot.run_until(cycle);
     }
 
     /// How many events have not happened yet.

@@ -6,7 +6,7 @@ use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
 use simulation::{
-    BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus, Observer,
+    Angles, BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus, Observer,
     Robot, Shape, Wiring, WiringError,
 };
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
@@ -170,6 +170,10 @@ impl Robot for Script {
     fn acceleration(&self, _module: usize) -> [f64; 3] {
         let (y, z) = self.roll.to_radians().sin_cos();
         [0.0, y, z]
+    }
+
+    fn angles(&self, _module: usize) -> Angles {
+        [0.0; 3]
     }
 
     fn links(&self) -> LinkTotals {

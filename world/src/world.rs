@@ -322,6 +322,12 @@ impl World {
         errors.fold((0.0, 0.0), |(far, turned), (mm, degrees)| (far.max(mm), turned.max(degrees)))
     }
 
+    /// The frame of a module, in mm.
+    pub fn frame(&self, module: usize) -> DAffine3 {
+        let frame = weld::frame(&self.simulation, model::root(module));
+        DAffine3 { translation: frame.translation / MILLI, ..frame }
+    }
+
     /// Where a module has its middle, in m.
     pub fn place(&self, module: usize) -> DVec3 {
         self.simulation.pose(model::root(module)).0

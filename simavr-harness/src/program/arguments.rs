@@ -80,6 +80,10 @@ pub struct Sim {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
+    /// Record the run as one HTML file, in which any browser shows it, also without a network.
+    #[arg(long, value_name = "FILE.html")]
+    pub record: Option<PathBuf>,
+
     /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,

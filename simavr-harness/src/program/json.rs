@@ -32,10 +32,30 @@ impl Destination {
         if path == Path::new("-") {
             return Ok(Some(Destination::StandardOutput));
         }
+        Self::file(path, robot, "--json").map(Some)
+    }
+
+    /// Likewise, and `-` is a file as any other. `option` is what names it.
+    ///
+    /// # Errors
+    /// It can't be written to.
+    pub fn file(path: &Path, robot: Option<&Path>, option: &str) -> Result<Self, Box<dyn Error>> {
         if robot.is_some_and(|robot| is_same(robot, path)) {
-            return Err(format!("{} is the robot file: give --json another", path.display()).into());
+            return Err(format!("{} is the robot file: give {option} another", path.display()).into());
         }
-        Self::at(path).map(Some).map_err(|error| format!("can't write {}: {error}", path.display()).into())
+        Self::at(path).map_err(|error| {
+            format!("can't write {}: {error}; give {option} another path", path.display()).into()
+        })
+    }
+
+    /// Whether both are one file, which the one written last would overwrite.
+    pub fn is(&self, other: &Self) -> bool {
+        let path = |destination: &Self| match destination {
+            Destination::StandardOutput => None,
+            Destination::Stream(path, _) | Destination::File(path) => Some(path.clone()),
+        };
+        let [one, other] = [self, other].map(path);
+        one.zip(other).is_some_and(|(one, other)| one == other || is_same(&one, &other))
     }
 
     fn at(path: &Path) -> io::Result<Self> {
@@ -68,12 +88,19 @@ impl Destination {
     /// # Errors
     /// It can't be written.
     pub fn write(self, report: &impl Serialize) -> Result<(), Box<dyn Error>> {
-        let json = serde_json::to_string_pretty(report)? + "\n";
+        self.write_text(&(serde_json::to_string_pretty(report)? + "\n"))
+    }
+
+    /// Writes `text`.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn write_text(self, text: &str) -> Result<(), Box<dyn Error>> {
         let (path, written) = match self {
-            Destination::StandardOutput => return print(json),
-            Destination::Stream(path, mut stream) => (path, stream.write_all(json.as_bytes())),
+            Destination::StandardOutput => return print(text),
+            Destination::Stream(path, mut stream) => (path, stream.write_all(text.as_bytes())),
             Destination::File(path) => {
-                let written = write_beside(&path, json.as_bytes());
+                let written = write_beside(&path, text.as_bytes());
                 (path, written)
             }
         };

@@ -8,6 +8,7 @@ mod listing;
 mod module;
 mod output;
 mod period;
+mod record;
 mod report;
 mod sim;
 mod summary;

@@ -14,6 +14,7 @@ use super::arguments::{CoreName, EngineName, Sim, Source, WorldName};
 use super::display::Display;
 use super::json::{Destination, tell};
 use super::output::say;
+use super::record::{self, Record};
 use super::report::{Console, CpuLoad, Report};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
@@ -35,6 +36,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     };
     let destination = Destination::of(options.json.as_deref(), robot_file)?;
     let scenario = scenario(options)?;
+    let record = Record::of(options, robot_file, destination.as_ref(), &scenario)?;
     if scenario.terrain.is_some() && !has_world(options) {
         return Err(NO_WORLD.into());
     }
@@ -51,7 +53,8 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     match options.engine {
         EngineName::Simavr => {
             let robot = build_robot(&scenario, options)?;
-            run_robot(Engine::new(robot, options.threads), scenario, (options, destination), |engine| {
+            let engine = Engine::new(robot, options.threads);
+            run_robot(engine, scenario, options, (destination, record), |engine| {
                 Some(CpuLoad::of(engine.robot()))
             })
         }
@@ -71,7 +74,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
                 return Err("a console tells of programs that run: ask for --engine simavr".into());
             }
             let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
-            run_robot(robot, scenario, (options, destination), |_| None)
+            run_robot(robot, scenario, options, (destination, record), |_| None)
         }
     }
 }
@@ -79,7 +82,8 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
 fn run_robot<R: Robot>(
     robot: R,
     scenario: Scenario,
-    (options, destination): (&Sim, Option<Destination>),
+    options: &Sim,
+    (destination, record): (Option<Destination>, Option<Record>),
     cpu_load: impl Fn(&R) -> Option<CpuLoad>,
 ) -> Result<bool, Box<dyn Error>> {
     let Scenario { terrain, mut timeline, .. } = scenario;
@@ -89,6 +93,9 @@ fn run_robot<R: Robot>(
         timeline.insert(0, Event { at: 0, change });
     }
     let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
+    if record.is_some() {
+        run.record(record::EVERY);
+    }
     let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
     if let Some((modules, until)) = run.observer.gait.unjudged(end) {
         let seconds = until as f64 / f64::from(CLOCK_HZ);
@@ -109,7 +116,11 @@ fn run_robot<R: Robot>(
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
+    let recorded = record.zip(run.finish_recording());
+    let recorded = recorded.map(|(record, recording)| record.write(options, &report, &recording));
+    // Where the page can't be written any more, the figures are told all the same.
     tell(destination, &report)?;
+    recorded.transpose()?;
     if let to_come @ 1.. = run.events_to_come() {
         say(format_args!(
             "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"
@@ -121,7 +132,7 @@ fn run_robot<R: Robot>(
     Ok(report.faults().is_empty())
 }
 
-fn has_world(options: &Sim) -> bool {
+pub fn has_world(options: &Sim) -> bool {
     matches!(options.engine, EngineName::Simavr) && options.world != Some(WorldName::None)
 }
 

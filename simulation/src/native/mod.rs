@@ -25,6 +25,7 @@ use crate::change::{Change, Links};
 use crate::command::SENDS;
 use crate::deed::Deed;
 use crate::hash::Fnv;
+use crate::pose::Angles;
 use crate::random::Random;
 use crate::robot::Robot;
 use crate::scenario::Event;
@@ -304,6 +305,10 @@ impl Robot for Native {
 
     fn acceleration(&self, module: usize) -> [f64; 3] {
         self.modules[module].acceleration
+    }
+
+    fn angles(&self, module: usize) -> Angles {
+        self.angles(module)
     }
 
     fn links(&self) -> LinkTotals {

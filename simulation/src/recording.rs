@@ -1,0 +1,71 @@
+//! What is kept of a run, to be looked at later: where modules were, what behaviours did, what passed
+//! between modules, and what happened to the robot.
+
+mod recorder;
+
+use hormone::data::Data;
+use hormone::module_type::ModuleType;
+use tasks::dock::DockSet;
+
+use crate::deed::Deed;
+use crate::placing::Placing;
+use crate::wiring::{Face, Wiring};
+
+pub use recorder::Recorder;
+
+/// A run that is over.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The time between two looks, in cycles. The first is at power-up.
+    pub every: u64,
+    /// How many modules the robot has.
+    pub modules: usize,
+    /// Look by look, and of each look module by module.
+    pub placings: Vec<Placing>,
+    /// What behaviours did but for sending hormones and taking them up, in order.
+    pub deeds: Vec<Deed>,
+    /// Hormones on their ways between modules, in the order in which they were sent.
+    pub hormones: Vec<Passage>,
+    /// When what a module knows of its neighbours and itself was another than before, in order.
+    pub views: Vec<View>,
+    /// Frames that links have lost, in order. `None` where nobody counts them.
+    pub losses: Option<Vec<Loss>>,
+    /// The attachments at power-up, and after each change, in order.
+    pub wirings: Vec<(u64, Wiring)>,
+    /// What happened to the robot, in words, and when, in cycles.
+    pub happenings: Vec<(u64, String)>,
+}
+
+/// A hormone on its way between two modules.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// The dock that it left by.
+    pub from: Face,
+    pub data: Data,
+    /// When it was handed to the link there, in cycles.
+    pub sent: u64,
+    /// When the neighbour had it, in cycles; `None` if it did not come.
+    pub arrived: Option<u64>,
+}
+
+/// What a module knows of its neighbours and itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct View {
+    /// The number of the look at which that was seen.
+    pub look: usize,
+    pub module: usize,
+    /// The docks at which it has found one.
+    pub docks: DockSet,
+    /// What it takes itself for; `None` while it has not begun, or has no power.
+    pub module_type: Option<ModuleType>,
+}
+
+/// Frames that a link has lost between two looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Loss {
+    /// The number of the later look.
+    pub look: usize,
+    /// Where the link begins.
+    pub from: Face,
+    pub frames: u64,
+}

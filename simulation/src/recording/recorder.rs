@@ -1,0 +1,141 @@
+//! Keeps what a robot does as it runs.
+
+use std::collections::HashMap;
+
+use hormone::event::Event;
+use hormone::module_type::ModuleType;
+use hormone::topology::Neighbours;
+use tasks::dock::{Dock, DockSet};
+
+use super::{Loss, Passage, Recording, View};
+use crate::change::Change;
+use crate::deed::Deed;
+use crate::hops::Arrival;
+use crate::robot::Robot;
+use crate::scenario;
+use crate::wiring::{Face, Wiring};
+
+/// Keeps a robot's run. It changes nothing of the run, and of what observers see.
+pub struct Recorder {
+    recording: Recording,
+    /// The hormones under way: their places in the recording.
+    under_way: HashMap<(Face, u64), usize>,
+    /// By module, what it knew of its neighbours and itself at the last look.
+    known: Vec<(DockSet, Option<ModuleType>)>,
+    /// What each link had lost at the last look.
+    lost: HashMap<Face, u64>,
+    /// How a robot without a world lies, in degrees.
+    roll: f64,
+}
+
+impl Recorder {
+    /// Begins with a robot at power-up, at which it is to look once in so many cycles.
+    pub fn new(robot: &impl Robot, every: u64) -> Self {
+        let modules = robot.wiring().modules();
+        let recording = Recording {
+            every: every.max(1),
+            modules,
+            placings: Vec::new(),
+            deeds: Vec::new(),
+            hormones: Vec::new(),
+            views: Vec::new(),
+            losses: None,
+            wirings: vec![(0, robot.wiring().clone())],
+            happenings: Vec::new(),
+        };
+        let known = vec![(DockSet::EMPTY, None); modules];
+        Recorder { recording, under_way: HashMap::new(), known, lost: HashMap::new(), roll: 0.0 }
+    }
+
+    /// When it is to look next, in cycles.
+    pub fn next_look(&self) -> u64 {
+        self.looks() as u64 * self.recording.every
+    }
+
+    fn looks(&self) -> usize {
+        self.recording.placings.len() / self.recording.modules.max(1)
+    }
+
+    /// Looks at the robot, for which it is time.
+    pub fn look(&mut self, robot: &impl Robot) {
+        let look = self.looks();
+        self.look_for_losses(robot, look);
+        self.look_for_views(robot, look);
+        let modules = robot.wiring().modules();
+        let in_world: Option<Vec<_>> = (0..modules).map(|module| robot.placing(module)).collect();
+        let placings = in_world.unwrap_or_else(|| {
+            let roll = glam::DAffine3::from_rotation_x(-self.roll.to_radians());
+            let mut placings = robot.wiring().placings_bent(|module| robot.angles(module));
+            placings.iter_mut().for_each(|placing| placing.frame = roll * placing.frame);
+            placings
+        });
+        self.recording.placings.extend(placings);
+    }
+
+    fn look_for_losses(&mut self, robot: &impl Robot, look: usize) {
+        for from in robot.wiring().attached() {
+            let Some(lost) = robot.lost_frames(from) else { continue };
+            let losses = self.recording.losses.get_or_insert_default();
+            let before = self.lost.insert(from, lost).unwrap_or(0);
+            // Fewer than before: it was attached anew.
+            let frames = lost.checked_sub(before).unwrap_or(lost);
+            if frames > 0 {
+                losses.push(Loss { look, from, frames });
+            }
+        }
+    }
+
+    fn look_for_views(&mut self, robot: &impl Robot, look: usize) {
+        for (module, known) in self.known.iter_mut().enumerate() {
+            let status = robot.status(module).filter(|_| robot.is_on(module));
+            let docks = docks(status.and_then(|status| status.neighbours()));
+            let module_type = status.map(|status| status.module_type);
+            if std::mem::replace(known, (docks, module_type)) != (docks, module_type) {
+                self.recording.views.push(View { look, module, docks, module_type });
+            }
+        }
+    }
+
+    /// A behaviour has done something, and by that a hormone may have come.
+    pub fn take(&mut self, deed: &Deed, arrival: Option<Arrival>) {
+        let &Deed { cycle, module, event } = deed;
+        match event {
+            Event::HormoneSent(dock, data) => {
+                let from = Face { module, dock };
+                self.under_way.insert((from, cycle), self.recording.hormones.len());
+                self.recording.hormones.push(Passage { from, data, sent: cycle, arrived: None });
+            }
+            Event::HormoneReceived(..) => {}
+            _ => self.recording.deeds.push(*deed),
+        }
+        if let Some(Arrival { from, sent }) = arrival
+            && let Some(index) = self.under_way.remove(&(from, sent))
+        {
+            self.recording.hormones[index].arrived = Some(cycle);
+        }
+    }
+
+    /// Something has happened to the robot, which is wired so now.
+    pub fn changed(&mut self, event: &scenario::Event, wiring: &Wiring) {
+        if let Change::Roll(degrees) = event.change {
+            self.roll = degrees;
+        }
+        if self.recording.wirings.last().is_none_or(|(_, before)| before != wiring) {
+            self.recording.wirings.push((event.at, wiring.clone()));
+        }
+        self.recording.happenings.push((event.at, event.change.to_string()));
+    }
+
+    /// What it has kept.
+    pub fn finish(self) -> Recording {
+        self.recording
+    }
+}
+
+fn docks(neighbours: Option<Neighbours>) -> DockSet {
+    let mut docks = DockSet::EMPTY;
+    let neighbours = neighbours.into_iter().flatten();
+    let found = Dock::ALL.into_iter().zip(neighbours).filter(|(_, neighbour)| neighbour.is_some());
+    found.for_each(|(dock, _)| docks.insert(dock));
+    docks
+}
