@@ -30,7 +30,7 @@ fn in_qemu(machine: &Machine, name: &str, limit: Duration) -> Result<Vec<u8>, Hu
 }
 
 #[test]
-fn tasks_run_and_delays_end_in_the_same_order() {
+fn tasks_run_and_delays_end_in_the_same_order_in_qemu() {
     for machine in &MACHINES {
         for name in ["preemption", "semaphore", "queue", "timer"] {
             let seen = in_qemu(machine, name, PATIENCE);
@@ -42,7 +42,7 @@ fn tasks_run_and_delays_end_in_the_same_order() {
 /// QEMU has no pins: a timer interrupts once in each tick. When it does depends on the speed of the host, and
 /// so does how far the busy task comes meanwhile.
 #[test]
-fn an_interrupt_preempts_a_busy_task_and_leaves_its_registers() {
+fn an_interrupt_preempts_a_busy_task_and_leaves_its_registers_in_qemu() {
     const BEGUN: u8 = 1;
     const WOKEN: u8 = 2;
     const RIGHT: u8 = 3;
@@ -73,7 +73,7 @@ fn skip_over(machine: &Machine, instruction: &str, number: usize) -> std::path::
 /// the program does not go on. Prints what this QEMU does with each of them; a QEMU without the fault is
 /// welcome.
 #[test]
-fn a_skip_over_an_indirect_jump_is_what_qemu_takes_wrong() {
+fn a_skip_over_an_indirect_jump_goes_wrong_in_qemu() {
     const RIGHT: [&str; 3] = ["nop", "rjmp not_skipped", "rcall not_skipped"];
     const WRONG: [&str; 4] = ["ret", "reti", "ijmp", "icall"];
     for machine in &MACHINES {
