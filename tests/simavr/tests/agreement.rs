@@ -7,12 +7,8 @@ use std::fmt::Write;
 
 use hormone::event::Event as Did;
 use hormone::gait::GaitName;
-use hormone::status::Status;
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{
-    BridgeTotals, Change, Deed, Event, Face, LinkTotals, Mcus, Native, Random, Robot, Run, Shape, Wiring,
-    WiringError, faults,
-};
+use simulation::{Change, Event, Face, Mcus, Native, Random, Robot, Run, Shape, Wiring, faults};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
 
@@ -30,59 +26,6 @@ const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 /// How far apart the engines may be in when a module begins to act.
 const APART: u64 = 150 * MILLISECOND;
 
-/// A robot whose deeds are kept.
-struct Kept<R> {
-    robot: R,
-    deeds: Vec<Deed>,
-}
-
-impl<R: Robot> Robot for Kept<R> {
-    fn wiring(&self) -> &Wiring {
-        self.robot.wiring()
-    }
-    fn now(&self) -> u64 {
-        self.robot.now()
-    }
-    fn powered_up_at(&self, module: usize) -> u64 {
-        self.robot.powered_up_at(module)
-    }
-    fn is_on(&self, module: usize) -> bool {
-        self.robot.is_on(module)
-    }
-    fn change(&mut self, change: &Change) -> Result<(), WiringError> {
-        self.robot.change(change)
-    }
-    fn run_until(&mut self, cycle: u64) {
-        self.robot.run_until(cycle);
-    }
-    fn take_deeds(&mut self) -> Vec<Deed> {
-        let deeds = self.robot.take_deeds();
-        self.deeds.extend(deeds.iter().copied());
-        deeds
-    }
-    fn take_changes(&mut self) -> Vec<Event> {
-        self.robot.take_changes()
-    }
-    fn status(&self, module: usize) -> Option<Status> {
-        self.robot.status(module)
-    }
-    fn acceleration(&self, module: usize) -> [f64; 3] {
-        self.robot.acceleration(module)
-    }
-    fn links(&self) -> LinkTotals {
-        self.robot.links()
-    }
-    fn bridges(&self) -> BridgeTotals {
-        self.robot.bridges()
-    }
-    fn crashes(&self) -> Vec<String> {
-        self.robot.crashes()
-    }
-    fn state_hash(&self) -> u64 {
-        self.robot.state_hash()
-    }
-}
-
 /// What came of a robot.
 struct Outcome {
     /// A line for each module: whether it is on, its type, its neighbours and its gait.
@@ -93,15 +36,17 @@ struct Outcome {
 }
 
 fn outcome(robot: impl Robot, timeline: Vec<Event>) -> Outcome {
-    let mut run = Run::new(Kept { robot, deeds: Vec::new() }, timeline, 1_000 * MILLISECOND);
+    let mut run = Run::new(robot, timeline, 1_000 * MILLISECOND);
+    run.record(END);
     while run.step(END).expect("the timeline is possible") {}
-    let count = run.robot.wiring().modules();
+    let recording = run.finish_recording().expect("it was asked for");
+    let count = recording.modules;
     let describe = |module| {
         let status = run.robot.status(module).filter(|_| run.robot.is_on(module));
         format!("{:?}", status.map(|status| (status.module_type, status.neighbours(), status.gait)))
     };
     let mut actions = vec![Vec::new(); count];
-    for deed in run.robot.deeds.iter().filter(|deed| deed.cycle >= SETTLED) {
+    for deed in recording.deeds.iter().filter(|deed| deed.cycle >= SETTLED) {
         if let Did::ActionBegun(action) = deed.event {
             actions[deed.module].push((format!("{action:?}"), deed.cycle));
         }
