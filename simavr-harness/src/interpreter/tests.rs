@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use simulation::Random;
+use simulation::{CLOCK_HZ, Random};
 
 use super::instruction::decode;
 use super::*;
+use crate::execution;
 use crate::image::Image;
 use crate::mcu::Mcu;
 use crate::part::Part;
@@ -66,7 +67,7 @@ fn compare(part: &Part) -> usize {
         let before = Seen::of(ours);
         if run(ours, &program, &()) {
             executed.insert(opcode);
-            simavrs.run(1, &[], None);
+            execution::run(simavrs, 1, &[], None);
             let after = [ours, simavrs].map(Seen::of);
             assert_eq!(after[0], after[1], "{}: {opcode:#06x} from {before:?}", part.name);
         } else {
