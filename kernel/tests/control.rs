@@ -2,7 +2,9 @@
 
 mod log;
 
-use kernel::{Boot, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState, host};
+use kernel::{
+    Boot, Interrupt, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState, host,
+};
 use log::Log;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -272,6 +274,76 @@ fn a_delayed_and_a_ready_task_are_killed() {
         },
         |_, _| {},
     );
+}
+
+#[test]
+fn the_delay_of_a_killed_task_ends_no_other_on_its_stack() {
+    static STACK: Stack<0> = Stack::new();
+    static TICKS: Semaphore = Semaphore::new(0);
+    let start = |boot: &mut Boot| {
+        STACK.start(boot, Priority::P1, |task| task.delay(5)).unwrap();
+        let boss = |task: &mut Task| {
+            STACK.task().kill(task).unwrap();
+            // SAFETY: the kill is done, and the task had nothing on its stack but its delay.
+            assert!(unsafe { STACK.task().reuse(task) });
+            STACK
+                .start(task, Priority::P1, |task| {
+                    let begin = kernel::now(task);
+                    task.delay(10);
+                    (0..kernel::now(task).wrapping_sub(begin)).for_each(|_| TICKS.post(task));
+                })
+                .unwrap();
+            forever(task)
+        };
+        leak(Stack::<0>::new()).start(boot, Priority::P3, boss).unwrap();
+    };
+    host::run_for(20, start, |_, _| {});
+    host::run_for(
+        1,
+        |boot| {
+            let count = |task: &mut Task| assert_eq!((0..20).filter(|_| TICKS.try_wait(task)).count(), 10);
+            leak(Stack::<0>::new()).start(boot, Priority::P3, count).unwrap();
+        },
+        |_, _| {},
+    );
+}
+
+/// Whoever is killed while it waits leaves the queue, and those before and behind it stay, also where an ISR wakes
+/// some of them meanwhile.
+#[test]
+fn a_kill_finds_its_task_though_interrupts_wake_others_meanwhile() {
+    const WAITING: usize = 4;
+    for (section, posts) in (1..14).flat_map(|section| (1..=WAITING).map(move |posts| (section, posts))) {
+        for victim in 0..WAITING {
+            let shared = leak(Semaphore::new(0));
+            let stacks = leak([const { Stack::<0>::new() }; WAITING]);
+            let woken: &[AtomicBool; WAITING] = leak([const { AtomicBool::new(false) }; WAITING]);
+            let start = |boot: &mut Boot| {
+                for (stack, woken) in stacks.iter().zip(woken) {
+                    let body = move |task: &mut Task| {
+                        shared.wait(task);
+                        woken.store(true, Ordering::Relaxed);
+                        forever(task)
+                    };
+                    stack.start(boot, Priority::P4, body).unwrap();
+                }
+                let kill = move |task: &mut Task| {
+                    let post =
+                        move |interrupt: &mut Interrupt| (0..posts).for_each(|_| shared.post(interrupt));
+                    let kill = || stacks[victim].task().kill(task);
+                    host::interrupted(section, post, kill).unwrap();
+                    (0..WAITING).for_each(|_| shared.post(task));
+                    forever(task)
+                };
+                leak(Stack::<0>::new()).start(boot, Priority::P5, kill).unwrap();
+            };
+            host::run_for(2, start, |_, _| {});
+            let left = (0..WAITING).filter(|&number| number != victim);
+            let is_woken = |number: usize| woken[number].load(Ordering::Relaxed);
+            let place = format!("task {victim} killed, {posts} posts at section {section}");
+            assert!(left.map(is_woken).all(|is_woken| is_woken), "{place}: {woken:?}");
+        }
+    }
 }
 
 #[test]
