@@ -312,36 +312,40 @@ fn the_delay_of_a_killed_task_ends_no_other_on_its_stack() {
 /// some of them meanwhile.
 #[test]
 fn a_kill_finds_its_task_though_interrupts_wake_others_meanwhile() {
-    const WAITING: usize = 4;
-    for (section, posts) in (1..14).flat_map(|section| (1..=WAITING).map(move |posts| (section, posts))) {
-        for victim in 0..WAITING {
-            let shared = leak(Semaphore::new(0));
-            let stacks = leak([const { Stack::<0>::new() }; WAITING]);
-            let woken: &[AtomicBool; WAITING] = leak([const { AtomicBool::new(false) }; WAITING]);
-            let start = |boot: &mut Boot| {
-                for (stack, woken) in stacks.iter().zip(woken) {
-                    let body = move |task: &mut Task| {
-                        shared.wait(task);
-                        woken.store(true, Ordering::Relaxed);
+    const WAITING: usize = 5;
+    // Above the task that kills, so that they run at once; and below it, so that they stay ready.
+    for priority in [Priority::P4, Priority::P6] {
+        for (section, posts) in (1..16).flat_map(|section| (1..=WAITING).map(move |posts| (section, posts))) {
+            for victim in 0..WAITING {
+                let shared = leak(Semaphore::new(0));
+                let stacks = leak([const { Stack::<0>::new() }; WAITING]);
+                let woken: &[AtomicBool; WAITING] = leak([const { AtomicBool::new(false) }; WAITING]);
+                let start = |boot: &mut Boot| {
+                    for (stack, woken) in stacks.iter().zip(woken) {
+                        let body = move |task: &mut Task| {
+                            shared.wait(task);
+                            woken.store(true, Ordering::Relaxed);
+                            forever(task)
+                        };
+                        stack.start(boot, priority, body).unwrap();
+                    }
+                    let kill = move |task: &mut Task| {
+                        task.delay(1); // until all wait
+                        let post =
+                            move |interrupt: &mut Interrupt| (0..posts).for_each(|_| shared.post(interrupt));
+                        let kill = || stacks[victim].task().kill(task);
+                        host::interrupted(section, post, kill).unwrap();
+                        (0..WAITING).for_each(|_| shared.post(task));
                         forever(task)
                     };
-                    stack.start(boot, Priority::P4, body).unwrap();
-                }
-                let kill = move |task: &mut Task| {
-                    let post =
-                        move |interrupt: &mut Interrupt| (0..posts).for_each(|_| shared.post(interrupt));
-                    let kill = || stacks[victim].task().kill(task);
-                    host::interrupted(section, post, kill).unwrap();
-                    (0..WAITING).for_each(|_| shared.post(task));
-                    forever(task)
+                    leak(Stack::<0>::new()).start(boot, Priority::P5, kill).unwrap();
                 };
-                leak(Stack::<0>::new()).start(boot, Priority::P5, kill).unwrap();
-            };
-            host::run_for(2, start, |_, _| {});
-            let left = (0..WAITING).filter(|&number| number != victim);
-            let is_woken = |number: usize| woken[number].load(Ordering::Relaxed);
-            let place = format!("task {victim} killed, {posts} posts at section {section}");
-            assert!(left.map(is_woken).all(|is_woken| is_woken), "{place}: {woken:?}");
+                host::run_for(3, start, |_, _| {});
+                let left = (0..WAITING).filter(|&number| number != victim);
+                let is_woken = |number: usize| woken[number].load(Ordering::Relaxed);
+                let place = format!("task {victim} killed, {posts} posts at section {section}");
+                assert!(left.map(is_woken).all(|is_woken| is_woken), "{place}: {woken:?}");
+            }
         }
     }
 }
@@ -439,12 +443,12 @@ fn disturbed<R>(section: usize, wake: &'static Semaphore, call: impl FnOnce() ->
 
 #[test]
 fn a_search_is_right_though_another_task_suspends_one_meanwhile() {
-    const READY: usize = 4;
-    let cases = (1..8).flat_map(|section| (0..READY).map(move |suspended| (section, suspended)));
-    for (section, suspended) in cases {
-        for sought in 0..READY {
+    const MOST: usize = 4;
+    let cases = (1..8).flat_map(|section| (1..=MOST).map(move |ready| (section, ready)));
+    for (section, ready) in cases {
+        for (suspended, sought) in (0..ready).flat_map(|one| (0..ready).map(move |other| (one, other))) {
             let wake = leak(Semaphore::new(0));
-            let stacks = leak([const { Stack::<0>::new() }; READY]);
+            let stacks = &leak([const { Stack::<0>::new() }; MOST])[..ready];
             let start = |boot: &mut Boot| {
                 for stack in stacks {
                     stack.start(boot, Priority::P5, |task| forever(task)).unwrap();
@@ -469,25 +473,31 @@ fn a_task_that_is_being_started_is_none_yet_to_others() {
     for section in 1..8 {
         let wake = leak(Semaphore::new(0));
         let [started, starter] = [(); 2].map(|()| leak(Stack::<0>::new()));
-        let runs = leak(AtomicBool::new(false));
+        let [killed, first, second] = [(); 3].map(|()| leak(AtomicBool::new(false)));
+        let body = |runs: &'static AtomicBool| {
+            move |task: &mut Task| {
+                runs.store(true, Ordering::Relaxed);
+                forever(task)
+            }
+        };
         let start = |boot: &mut Boot| {
             start_when_woken(boot, wake, move |task| {
-                let is_suspended = started.task().suspend(task).is_ok();
-                task.delay(1);
-                let has_run = runs.load(Ordering::Relaxed);
-                assert_ne!(has_run, is_suspended, "suspended at section {section} of the start");
+                if started.task().kill(task).is_ok() {
+                    killed.store(true, Ordering::Relaxed);
+                    // SAFETY: the kill is done, and the task has not run.
+                    assert!(unsafe { started.task().reuse(task) });
+                    started.start(task, Priority::P6, body(second)).unwrap();
+                }
             });
-            let body = move |task: &mut Task| {
-                let body = |task: &mut Task| {
-                    runs.store(true, Ordering::Relaxed);
-                    forever(task)
-                };
-                disturbed(section, wake, || started.start(task, Priority::P6, body)).unwrap();
+            let start = move |task: &mut Task| {
+                disturbed(section, wake, || started.start(task, Priority::P6, body(first))).unwrap();
                 forever(task)
             };
-            starter.start(boot, Priority::P5, body).unwrap();
+            starter.start(boot, Priority::P5, start).unwrap();
         };
         host::run_for(3, start, |_, _| {});
+        let [killed, first, second] = [killed, first, second].map(|flag| flag.load(Ordering::Relaxed));
+        assert_eq!([first, second], [!killed, killed], "at section {section} of the start");
     }
 }
 
