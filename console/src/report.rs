@@ -75,7 +75,7 @@ kernel::flash! {
     ];
 
     /// The master's tasks, in the order of its inspector's list.
-    static MASTER_TASKS: [Word; 9] = [
+    static MASTER_TASKS: [Word; 11] = [
         word("joints"),
         word("receive"),
         word("bridge"),
@@ -83,7 +83,9 @@ kernel::flash! {
         word("send USART1"),
         word("send soft UART"),
         word("devices"),
-        word("behaviours"),
+        word("AC_RECV"),
+        word("AC_SEND"),
+        word("HORMONE"),
         word("inspector"),
     ];
 

@@ -16,9 +16,10 @@ use board::peripherals::{MasterSide, Peripherals};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
 use console::inspector::{self, Counts, Inspected};
+use hormone::behaviours::AdaptiveCommunication;
 use hormone::gait::GaitName;
 use hormone::status::Status;
-use hormone::task as behaviours;
+use hormone::task::{Shared, ac_receive, ac_send, hormone as rules};
 use kernel::{Boot, Context, MaskedCell, Mutex, Priority, Semaphore, Stack, Task, TaskHandle, Ticks};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
@@ -49,7 +50,7 @@ static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
 static MOTORS: Motors<2> = Motors::new();
 #[unsafe(no_mangle)]
-static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P4, Status::POWER_UP);
+static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P6, Status::POWER_UP);
 
 /// Posted when something has come in at a dock.
 static RECEIVED: Semaphore = Semaphore::new(0);
@@ -61,14 +62,17 @@ static DEVICES: Mailbox = Mailbox::new(6);
 static DEVICES_DUTY: Duty = Duty::new();
 /// How late the devices' task may be before the watchdog is no longer fed, in ticks of 1 ms.
 const LATE: Ticks = 2 * devices::ALIVE;
-static BEHAVIOURS: Mailbox = Mailbox::new(8);
+static ADAPTIVE_COMMUNICATION: Shared = Shared::new(Priority::P4, AdaptiveCommunication::new(0));
+static AC_RECEIVE: Mailbox = Mailbox::new(6);
+static AC_SEND: Mailbox = Mailbox::new(0);
+static HORMONE: Mailbox = Mailbox::new(8);
 static INSPECTOR: Mailbox = Mailbox::new(1);
 
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
     tasks: &[
-        (TaskCode::AC_RECEIVE, &BEHAVIOURS),
-        (TaskCode::HORMONE, &BEHAVIOURS),
+        (TaskCode::AC_RECEIVE, &AC_RECEIVE),
+        (TaskCode::HORMONE, &HORMONE),
         (TaskCode::MASTER_INSPECTOR, &INSPECTOR),
     ],
     devices: &DEVICES,
@@ -88,15 +92,17 @@ mod stack {
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<211> = Stack::new();
+    pub static MOTORS: Stack<213> = Stack::new();
     pub static DEVICES: Stack<248> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
-    pub static BEHAVIOURS: Stack<430> = Stack::new();
+    pub static AC_RECEIVE: Stack<140> = Stack::new();
+    pub static AC_SEND: Stack<122> = Stack::new();
+    pub static HORMONE: Stack<356> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 
 /// All tasks, for the inspector: in the order in which the console names them.
-static TASKS: [TaskHandle; 9] = [
+static TASKS: [TaskHandle; 11] = [
     stack::MOTORS.task(),
     stack::RECEIVE.task(),
     stack::BRIDGE.task(),
@@ -104,7 +110,9 @@ static TASKS: [TaskHandle; 9] = [
     stack::SEND_USART1.task(),
     stack::SEND_SOFT_UART.task(),
     stack::DEVICES.task(),
-    stack::BEHAVIOURS.task(),
+    stack::AC_RECEIVE.task(),
+    stack::AC_SEND.task(),
+    stack::HORMONE.task(),
     stack::INSPECTOR.task(),
 ];
 
@@ -185,9 +193,18 @@ fn start(boot: &mut Boot) -> Option<()> {
 
     let mut feeder = board.watchdog.start(boot);
     let api = Api::new(&OFFICE, mark);
-    stack::BEHAVIOURS
+    stack::AC_RECEIVE
         .start(boot, Priority::P4, move |task| {
-            behaviours::run(task, &BEHAVIOURS, GaitName::Centipede, seed0, &MODULE_STATUS, api, move |task| {
+            ac_receive::run(task, &AC_RECEIVE, &AC_SEND, &ADAPTIVE_COMMUNICATION, api)
+        })
+        .ok()?;
+    stack::AC_SEND
+        .start(boot, Priority::P5, move |task| ac_send::run(task, &AC_SEND, &ADAPTIVE_COMMUNICATION, api))
+        .ok()?;
+    stack::HORMONE
+        .start(boot, Priority::P6, move |task| {
+            let views = (&ADAPTIVE_COMMUNICATION, &MODULE_STATUS);
+            rules::run(task, &HORMONE, GaitName::Centipede, seed0, views, api, move |task| {
                 if MOTORS.is_in_time(task) && DEVICES_DUTY.is_kept(task) {
                     feeder.feed();
                 }

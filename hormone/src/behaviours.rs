@@ -1,13 +1,15 @@
-//! The three behaviours of a module (paper, Figure 5) as one state machine. It takes messages and the time,
-//! and gives messages and events to a [`Module`].
+//! The three behaviours of a module (paper, Figure 5) as state machines. They take messages and the time, and
+//! give messages and events to a [`Module`].
 //!
-//! Whoever has a clock drives it: give it [each message](Behaviours::receive) to a behaviour as it comes;
-//! after these, and at [`poll_at`](Behaviours::poll_at), [`poll`](Behaviours::poll) it.
+//! [`Behaviours`] holds all three, for whoever drives them one after the other: give it
+//! [each message](Behaviours::receive) to a behaviour as it comes; after these, and at
+//! [`poll_at`](Behaviours::poll_at), [`poll`](Behaviours::poll) it. On the MCU each has
+//! [a task of its own](crate::task).
 
-mod ac_receive;
-mod ac_send;
+pub mod ac_receive;
+pub mod ac_send;
 mod docks;
-mod hormone;
+pub mod hormone;
 mod joints;
 
 use tasks::message::{Held, TaskCode};
@@ -20,9 +22,7 @@ use crate::status::Status;
 use crate::time::until;
 use crate::topology::Topology;
 
-pub use ac_receive::LOOK;
-
-/// AC_SEND and AC_RECV: the topology, and when which dock is probed.
+/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed.
 pub struct AdaptiveCommunication {
     topology: Topology,
     schedule: Schedule,
@@ -32,30 +32,43 @@ pub struct AdaptiveCommunication {
     look_at: u16,
     /// Whether HORMONE does not know the topology yet.
     is_news: bool,
+    /// Messages to AC_RECV that are no probes.
+    malformed: u16,
 }
 
 impl AdaptiveCommunication {
     /// A module that has heard nothing, at `now`.
-    #[inline(never)] // else a copy of it would stay on the stack
-    pub fn new(now: u16) -> Self {
+    pub const fn new(now: u16) -> Self {
         AdaptiveCommunication {
             topology: Topology::new(),
             schedule: Schedule::new(now),
             probe_at: now,
             look_at: now,
             is_news: false,
+            malformed: 0,
         }
     }
 
     /// Looks for silent neighbours, tells HORMONE what is new, and probes docks: each if it is time.
     pub fn poll(&mut self, now: u16, module: &mut impl Module) {
-        self.look(now, module);
-        self.probe(now, module);
+        if let (Some(neighbours), _) = self.look(now)
+            && !ac_receive::tell(&neighbours, module)
+        {
+            self.tell_again();
+        }
+        while let (Some(probe), _) = self.due_probe(now) {
+            ac_send::send(probe, module);
+        }
     }
 
     /// Milliseconds from `now` until [`poll`](Self::poll) has something to do.
     pub fn next_due(&self, now: u16) -> u16 {
-        until(self.look_at, now).min(until(self.probe_at, now))
+        self.next_look(now).min(until(self.probe_at, now))
+    }
+
+    /// Messages to AC_RECV that could not be read, and were ignored. Wraps.
+    pub fn malformed(&self) -> u16 {
+        self.malformed
     }
 }
 
@@ -79,8 +92,8 @@ impl Behaviours {
     pub fn receive(&mut self, now: u16, message: impl Held, module: &mut impl Module) {
         if message.letter().to().task() == TaskCode::HORMONE {
             self.hormone.receive(now, message, module);
-        } else if self.adaptive_communication.receive(now, message.letter()).is_none() {
-            self.hormone.malformed(now);
+        } else {
+            self.adaptive_communication.receive(now, message.letter());
         }
     }
 
@@ -105,8 +118,8 @@ impl Behaviours {
     }
 
     /// HORMONE's view of the module.
-    pub fn status(&self) -> &Status {
-        self.controller().status()
+    pub fn status(&self) -> Status {
+        self.hormone.status(self.adaptive_communication.malformed)
     }
 }
 

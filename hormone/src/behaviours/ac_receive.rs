@@ -5,19 +5,22 @@ use tasks::message::{Address, Letter, Message, TaskCode};
 use super::AdaptiveCommunication;
 use crate::module::Module;
 use crate::probe::Probe;
-use crate::time::reached;
-use crate::topology::to_bytes;
+use crate::time::{reached, until};
+use crate::topology::{Neighbours, to_bytes};
 
 /// How often silent neighbours are looked for, in ticks of 1 ms; see
 /// [`Topology::expire`](crate::topology::Topology::expire).
 pub const LOOK: u16 = 20;
 
 impl AdaptiveCommunication {
-    /// Takes in a message from a neighbour. `None` if it is no probe.
+    /// Takes in a message from a neighbour. Returns whether AC_SEND has a probe to send at once.
     #[inline(never)]
-    pub fn receive(&mut self, now: u16, message: &Letter) -> Option<()> {
-        let dock = message.from().dock()?;
-        let probe = Probe::from_payload(message.payload())?;
+    pub fn receive(&mut self, now: u16, message: &Letter) -> bool {
+        let probe = Probe::from_payload(message.payload());
+        let (Some(dock), Some(probe)) = (message.from().dock(), probe) else {
+            self.malformed = self.malformed.wrapping_add(1);
+            return false;
+        };
         let heard = self.topology.heard(dock, probe, now);
         if heard.answer {
             self.schedule.hurry(dock);
@@ -27,29 +30,40 @@ impl AdaptiveCommunication {
             self.is_news = true;
             self.look_at = now;
         }
-        Some(())
+        heard.answer
     }
 
-    /// Looks for silent neighbours if it is time, and tells HORMONE what is new.
+    /// Looks for silent neighbours if it is time. Returns what HORMONE is to be [told](tell), if that is new,
+    /// and whether AC_SEND has a probe to send at once.
     #[inline(never)]
-    pub(super) fn look(&mut self, now: u16, module: &mut impl Module) {
-        if reached(self.look_at, now) {
-            self.look_at = now.wrapping_add(LOOK);
-            self.is_news |= self.topology.expire(now);
-            self.schedule.set_quick(self.topology.lossy(now), now);
-            self.probe_at = now;
-            if self.is_news {
-                // What finds no room now is told at the next look.
-                self.is_news = !self.tell(module);
-            }
+    pub fn look(&mut self, now: u16) -> (Option<Neighbours>, bool) {
+        if !reached(self.look_at, now) {
+            return (None, false);
         }
+        self.look_at = now.wrapping_add(LOOK);
+        let is_news = self.is_news | self.topology.expire(now);
+        self.is_news = false;
+        let hurries = self.schedule.set_quick(self.topology.lossy(now), now);
+        if hurries {
+            self.probe_at = now;
+        }
+        (is_news.then(|| self.topology.neighbours()), hurries)
     }
 
-    /// Sends the topology to HORMONE. Returns whether that is done.
-    fn tell(&self, module: &mut impl Module) -> bool {
-        let to = Address::here(TaskCode::HORMONE);
-        let from = Address::here(TaskCode::AC_RECEIVE);
-        Message::new(to, from, &to_bytes(&self.topology.neighbours()))
-            .is_ok_and(|message| module.send(message).is_ok())
+    /// What HORMONE was to be told found no room: the next look says it again.
+    pub fn tell_again(&mut self) {
+        self.is_news = true;
     }
+
+    /// Milliseconds from `now` until the next [`look`](Self::look).
+    pub fn next_look(&self, now: u16) -> u16 {
+        until(self.look_at, now)
+    }
+}
+
+/// Sends the topology to HORMONE. Returns whether that is done.
+pub fn tell(neighbours: &Neighbours, module: &mut impl Module) -> bool {
+    let to = Address::here(TaskCode::HORMONE);
+    let from = Address::here(TaskCode::AC_RECEIVE);
+    Message::new(to, from, &to_bytes(neighbours)).is_ok_and(|message| module.send(message).is_ok())
 }

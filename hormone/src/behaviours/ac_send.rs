@@ -4,24 +4,29 @@ use tasks::message::{Address, Message, TaskCode};
 
 use super::AdaptiveCommunication;
 use crate::module::Module;
-use crate::time::reached;
+use crate::probe::Probe;
+use crate::time::{reached, until};
 
 impl AdaptiveCommunication {
-    /// Probes the docks whose time has come.
+    /// A probe whose time has come, and the milliseconds from `now` until there may be one to ask for: 0 for
+    /// at once.
     #[inline(never)]
-    pub(super) fn probe(&mut self, now: u16, module: &mut impl Module) {
-        if !reached(self.probe_at, now) {
-            return;
+    pub fn due_probe(&mut self, now: u16) -> (Option<Probe>, u16) {
+        let mut probe = None;
+        if reached(self.probe_at, now) {
+            probe = self.schedule.due(now).map(|dock| self.topology.probe(dock, now));
+            self.probe_at = now.wrapping_add(self.schedule.next_due(now));
         }
-        while let Some(dock) = self.schedule.due(now) {
-            let probe = self.topology.probe(dock, now);
-            let to = Address::beyond(dock, TaskCode::AC_RECEIVE);
-            let from = Address::here(TaskCode::AC_RECEIVE);
-            if let Ok(message) = Message::datagram(to, from, &[probe.to_byte()]) {
-                // One that finds no room is lost like one on the wire: the next probe makes up for it.
-                let _ = module.send(message);
-            }
-        }
-        self.probe_at = now.wrapping_add(self.schedule.next_due(now));
+        (probe, until(self.probe_at, now))
+    }
+}
+
+/// Sends a probe by its dock.
+pub fn send(probe: Probe, module: &mut impl Module) {
+    let to = Address::beyond(probe.dock, TaskCode::AC_RECEIVE);
+    let from = Address::here(TaskCode::AC_RECEIVE);
+    if let Ok(message) = Message::datagram(to, from, &[probe.to_byte()]) {
+        // One that finds no room is lost like one on the wire: the next probe makes up for it.
+        let _ = module.send(message);
     }
 }

@@ -13,6 +13,7 @@ use crate::gait::Gait;
 use crate::hormone::Hormone;
 use crate::module::Module;
 use crate::sense::Sense;
+use crate::status::Status;
 use crate::time::{LONGEST, reached, until};
 use crate::topology;
 
@@ -61,9 +62,8 @@ impl Behaviour {
         self.due = now;
     }
 
-    /// Counts a message to a behaviour that could not be read. A flood of them shall not keep the module
-    /// busy.
-    pub fn malformed(&mut self, now: u16) {
+    /// Counts a message that could not be read. A flood of them shall not keep the module busy.
+    fn malformed(&mut self, now: u16) {
         self.controller.malformed();
         if until(self.due, now) > SHOWN_WITHIN {
             self.due = now.wrapping_add(SHOWN_WITHIN);
@@ -90,6 +90,12 @@ impl Behaviour {
     /// Milliseconds from `now` until there is something to do.
     pub fn next_due(&self, now: u16) -> u16 {
         until(self.due, now)
+    }
+
+    /// Its view of the module, whose AC_RECV could not read `malformed` messages.
+    pub fn status(&self, malformed: u16) -> Status {
+        let status = *self.controller.status();
+        Status { malformed: status.malformed.wrapping_add(malformed), ..status }
     }
 
     /// What it decides by.

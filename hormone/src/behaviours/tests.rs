@@ -3,6 +3,7 @@ use tasks::message::{Address, Letter, Message};
 use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 
+use super::ac_receive::LOOK;
 use super::*;
 use crate::action::Action;
 use crate::data::Data::{self, A, B};
@@ -12,6 +13,7 @@ use crate::hormone::Hormone;
 use crate::pace::Pace;
 use crate::probe::Probe;
 use crate::sense::Sense;
+use crate::time::until;
 use crate::topology::{Neighbours, to_bytes};
 
 /// A module that keeps what its behaviours send.
@@ -176,12 +178,12 @@ fn joints_are_told_again_once_there_is_room_and_then_what_is_new_alone() {
 fn what_devices_report_is_no_topology_and_what_cannot_be_read_is_counted() {
     let (mut behaviours, mut here, now) = (behaviours(), Here::default(), 65_500);
     behaviours.receive(now, leg(), &mut here);
-    let before = *behaviours.status();
+    let before = behaviours.status();
     let sensor = Sense::ALL[0].sensor();
     let report = Report::Value(sensor, 5).to_payload();
     let from = Address::here(Request::Read(sensor).task());
     behaviours.receive(now, letter(TaskCode::HORMONE, from, &report), &mut here);
-    let after = *behaviours.status();
+    let after = behaviours.status();
     assert_eq!((after.topology_changes, after.malformed), (before.topology_changes, before.malformed));
     for (to, payload) in [(TaskCode::HORMONE, [0xff; 5]), (TaskCode::AC_RECEIVE, [0xff; 5])] {
         let from = Address::beyond(Dock::Back, to);

@@ -52,7 +52,7 @@ impl Hash for Module {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.is_on.hash(state);
         let Status { hormones_received, hormones_sent, topology_changes, neighbours, action, .. } =
-            *self.behaviours.status();
+            self.behaviours.status();
         (hormones_received, hormones_sent, topology_changes, neighbours, action as u8).hash(state);
         self.poll_at.hash(state);
         self.ports.iter().for_each(|port| port.hash(state));
@@ -93,7 +93,7 @@ impl Module {
 
     /// What the module says of itself; `None` while its master's program does not run yet.
     pub fn status(&self, now: u64) -> Option<Status> {
-        (self.live_since[Mcu::Master as usize] <= now).then(|| *self.behaviours.status())
+        (self.live_since[Mcu::Master as usize] <= now).then(|| self.behaviours.status())
     }
 
     /// Where the joints were told to be last; `None` if they were told nothing yet.

@@ -131,7 +131,7 @@ fn probe(task: &mut Task, api: Api) -> Never {
     loop {
         while let Some(message) = AC_RECEIVE.take(task) {
             let time = now(task);
-            let _ = behaviour.receive(time, &message);
+            behaviour.receive(time, &message);
         }
         let time = now(task);
         behaviour.poll(time, &mut Here { task, api });

@@ -15,7 +15,7 @@ const PAINT: u8 = 0xa5;
 const CONTROL_BLOCK: usize = 6;
 
 /// What the console calls the tasks, and their stacks' names in the images, with their priorities.
-const MASTER: [(&str, &str, u16); 9] = [
+const MASTER: [(&str, &str, u16); 11] = [
     ("joints", "MOTORS", 0),
     ("receive", "RECEIVE", 1),
     ("bridge", "BRIDGE", 1),
@@ -23,7 +23,9 @@ const MASTER: [(&str, &str, u16); 9] = [
     ("send USART1", "SEND_USART1", 2),
     ("send soft UART", "SEND_SOFT_UART", 2),
     ("devices", "DEVICES", 3),
-    ("behaviours", "BEHAVIOURS", 4),
+    ("AC_RECV", "AC_RECEIVE", 4),
+    ("AC_SEND", "AC_SEND", 5),
+    ("HORMONE", "HORMONE", 6),
     ("inspector", "INSPECTOR", 7),
 ];
 const SLAVE: [(&str, &str, u16); 9] = [
@@ -88,7 +90,7 @@ fn counts(module: &Module, controller: Controller, symbol: &str, fields: usize) 
 fn numbers(module: &Module) -> BTreeMap<(String, usize), u16> {
     let mut numbers = BTreeMap::new();
     for (controller, title, tasks) in
-        [(Controller::Master, "master", &MASTER), (Controller::Slave, "slave", &SLAVE)]
+        [(Controller::Master, "master", &MASTER[..]), (Controller::Slave, "slave", &SLAVE)]
     {
         for &(task, stack, priority) in tasks {
             let bytes = read(module, controller, &format!("stack::{stack}"));
@@ -245,7 +247,7 @@ fn a_master_that_does_not_answer_is_told_of() {
     ask(&mut engine, 0, Dock::Up);
     let text = listen(&mut engine).text;
     assert!(text.contains("\nno answer from the master\nslave: awake for "), "{text}");
-    assert!(!text.contains("behaviours") && text.contains("\nconsole                6 "), "{text}");
+    assert!(!text.contains("HORMONE") && text.contains("\nconsole                6 "), "{text}");
 }
 
 /// Where a terminal was a module is attached, in the midst of a text: to that module it is no request.

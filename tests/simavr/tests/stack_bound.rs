@@ -38,7 +38,7 @@ fn of_the_robot() {
         (controller, stacks(Part::ATMEGA128, &image, Some(&notes(name))))
     });
     // Their tasks, and the kernel's.
-    assert_eq!(stacks.each_ref().map(|(_, stacks)| stacks.len()), [10, 10]);
+    assert_eq!(stacks.each_ref().map(|(_, stacks)| stacks.len()), [12, 10]);
     for module in 0..MODULES {
         for (controller, stacks) in &stacks {
             paint(robot.module_mut(module).expect("the module is there").mcu_mut(*controller), stacks);
