@@ -71,9 +71,53 @@ impl Mailbox {
     pub fn cancel_alarm(&'static self, task: &mut Task) {
         self.timer.cancel(task);
     }
+}
 
-    /// Messages refused for want of room, up to 65,535.
-    pub fn refused(&self, task: &mut Task) -> u16 {
-        self.queue.refused(task)
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use kernel::{Priority, Stack, host, now};
+    use std::sync::Mutex;
+    use std::vec::Vec;
+
+    #[test]
+    fn an_alarm_wakes_the_task_unless_it_is_unset_and_a_second_one_does_not_put_it_off() {
+        static MAILBOX: Mailbox = Mailbox::new(0);
+        static STACK: Stack<96> = Stack::new();
+        static WOKEN: Mutex<Vec<Ticks>> = Mutex::new(Vec::new());
+        host::run_for(
+            100,
+            |boot| {
+                let body = move |task: &mut Task| {
+                    let note = |task: &mut Task| {
+                        MAILBOX.wait(task);
+                        WOKEN.lock().expect("no test panicked with it").push(now(task));
+                    };
+                    MAILBOX.wake_in(task, 10);
+                    MAILBOX.wake_within(task, 20); // the first stays
+                    note(task);
+                    MAILBOX.wake_within(task, 20); // there is none
+                    note(task);
+                    MAILBOX.wake_in(task, 10);
+                    MAILBOX.wake_in(task, 40); // takes its place
+                    note(task);
+                    MAILBOX.wake_in(task, 10);
+                    MAILBOX.cancel_alarm(task);
+                    note(task); // never
+                };
+                STACK
+                    .start(boot, Priority::P0, move |task| {
+                        body(task);
+                        loop {
+                            task.delay(kernel::LONGEST);
+                        }
+                    })
+                    .expect("the stack is free");
+            },
+            |_, _| {},
+        );
+        assert_eq!(*WOKEN.lock().expect("no test panicked with it"), [10, 30, 70]);
     }
 }
