@@ -10,6 +10,10 @@ use kernel::flash::Flash;
 use simulation::{MILLISECOND, Native, Random, Run, Scenario, Wiring, faults};
 use tasks::dock::Dock;
 
+mod table;
+
+use table::{RULES, WALK, centipede_docks, mutants, table, walks};
+
 const SECOND: u64 = 1000 * MILLISECOND;
 
 /// What is wrong with the robot in a file after so many seconds.
@@ -93,11 +97,6 @@ fn an_inert_event_hides_no_fault() {
 }
 
 /// The attachments of a centipede, as a robot file has them.
-fn centipede_docks(modules: usize) -> String {
-    let wiring = simulation::Shape::Centipede.wiring(modules).expect("it is long enough");
-    wiring.attachments().map(|(one, other)| format!("[\"{one}\", \"{other}\"],")).collect()
-}
-
 #[test]
 fn an_event_after_the_end_changes_nothing() {
     for (file, is_right) in
@@ -170,59 +169,25 @@ fn a_robot_that_is_too_long_for_the_run_is_not_passed() {
     assert_eq!(verdict("shape = \"centipede\"\nmodules = 1000", 5), [""; 0]);
 }
 
-/// The table of the centipede's gait, as the paper has it, and for legs that lie on their backs.
-fn table() -> [Rule; 14] {
-    let rules = GaitName::Centipede.gait().rules;
-    let table: Vec<Rule> = rules.iter().collect();
-    table.try_into().expect("the test knows each rule")
-}
-
-fn gait_of(rules: [Rule; 14]) -> Gait {
+fn gait_of(rules: [Rule; RULES]) -> Gait {
     // SAFETY: not on the AVR.
     let rules: &'static Flash<[Rule]> = Box::leak(Box::new(unsafe { Flash::new(rules) }));
     Gait { rules, ..GaitName::Centipede.gait() }
 }
 
-/// A centipede with legs at its head too; turned over in the middle of the run.
-fn walks() -> String {
-    let docks = centipede_docks(14);
-    format!(
-        "modules = 16\ndocks = [{docks}[\"0.Left\", \"14.Back\"], [\"0.Right\", \"15.Back\"]]\n\
-         [[event]]\nat = 5.1\nroll = 180"
-    )
-}
-
 #[test]
 fn the_table_itself_is_right() {
-    assert_eq!(verdict_by(gait_of(table()), &walks(), 9), [""; 0]);
+    assert_eq!(verdict_by(gait_of(table()), &walks(), WALK), [""; 0]);
 }
 
-/// Each rule does something else, sends something else, elsewhere, or nothing, or is not there.
 #[test]
 fn every_mutant_of_every_rule_is_found() {
     let mut count = 0;
-    for place in 0..table().len() {
-        let rule = table()[place];
-        let mut mutants: Vec<Rule> = [Straight, Swing, Holding, SwingOver, HoldingOver]
-            .into_iter()
-            .filter(|&action| action != rule.action())
-            .map(|action| rule.perform(action))
-            .collect();
-        for data in [A, B] {
-            if let Some(send) = rule.sends(data, 2).filter(|_| rule.covers(data, 2)) {
-                let other = if send.data == A { B } else { A };
-                let docks = if send.docks == BACK { LEFT_RIGHT_BACK } else { BACK };
-                mutants.push(rule.send(other, send.docks));
-                // What a spine sends to its sides, too, nobody hears.
-                mutants.extend((send.docks != BACK).then(|| rule.send(send.data, docks)));
-            }
-        }
-        // In its place stands another rule once more.
-        mutants.push(table()[(place + 1) % 14]);
-        for mutant in mutants {
+    for place in 0..RULES {
+        for mutant in mutants(place) {
             let mut rules = table();
-            rules[place] = mutant;
-            let faults = verdict_by(gait_of(rules), &walks(), 9);
+            let rule = std::mem::replace(&mut rules[place], mutant);
+            let faults = verdict_by(gait_of(rules), &walks(), WALK);
             assert!(
                 faults.iter().any(|it| it.contains("the gait was wrong")),
                 "{mutant:?} for {rule:?}: {faults:?}"
