@@ -1,6 +1,6 @@
 //! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`. Those of a
 //! module are in
-//! [`module`].
+//! [`module`], that of the simulator itself in [`simulator`].
 //!
 //! Cycles are those of the ATmega128, the response to an interrupt included, the marks around a stretch
 //! not. Where a figure is measured more than once, the worst counts.
@@ -12,6 +12,7 @@ mod interrupts;
 mod listing;
 mod masked;
 pub mod module;
+pub mod simulator;
 mod stretches;
 mod table;
 

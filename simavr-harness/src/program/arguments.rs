@@ -146,7 +146,7 @@ pub struct Period {
 
 #[derive(Args)]
 pub struct Bench {
-    /// What to measure: the kernel's figures, or those of a module.
+    /// What to measure: the kernel's figures, those of a module, or how fast the simulator is.
     #[arg(value_enum, default_value = "kernel")]
     pub subject: Subject,
 
@@ -250,4 +250,5 @@ fn probability(text: &str) -> Result<f64, String> {
 pub enum Subject {
     Kernel,
     Module,
+    Simulator,
 }

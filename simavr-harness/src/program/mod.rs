@@ -11,6 +11,7 @@ mod period;
 mod record;
 mod report;
 mod sim;
+mod simulator;
 mod summary;
 mod terrain;
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use simavr_harness::Image;
-use simavr_harness::bench::{self, Counted};
-use superbot_tests_simavr::test_images;
+use simavr_harness::bench::{self, Counted, simulator};
+use superbot_tests_simavr::{images, test_images};
 
 /// A line for each figure: its name, and the most that it may be.
 const LIMITS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/expected/bench.txt");
@@ -63,4 +63,18 @@ fn flash_is_the_kernels_or_the_programs() {
 fn limit(line: &str) -> (&str, u64) {
     let (name, value) = line.split_once(' ').expect("a line is a name and a figure");
     (name, value.parse().expect("a figure is a number"))
+}
+
+#[test]
+fn the_simulators_speed_is_that_of_whole_programs() {
+    let paces = simulator::measure(&images()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(paces.len(), 4);
+    for pace in &paces {
+        assert!(pace.ratio() > 0.0 && pace.ratio().is_finite(), "{pace:?}");
+        // These programs hardly sleep, and an instruction takes one cycle to five.
+        let Some(instructions) = pace.instructions else { continue };
+        let cycles = pace.simulated_seconds * f64::from(simulation::CLOCK_HZ);
+        let each = cycles / instructions as f64;
+        assert!((1.0..5.0).contains(&each), "{}: {each} cycles an instruction", pace.program);
+    }
 }

@@ -1,0 +1,143 @@
+//! How fast the simulator executes instructions: by the interpreter of the harness, and by simavr's own.
+//!
+//! Both run the same programs to the same state, one after the other in each round, so what else the machine
+//! has to do meets both. The quickest round counts.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::{BenchError, unmeasurable};
+use crate::engine::Engine;
+use crate::image::Image;
+use crate::mcu::{Mcu, State};
+use crate::module::Images;
+use crate::part::Part;
+use crate::robot::RobotBuilder;
+use simulation::{CLOCK_HZ, Shape};
+
+/// How often each program runs by each interpreter.
+const ROUNDS: usize = 3;
+
+/// How many modules the robot has, and for how many cycles it runs.
+const MODULES: usize = 10;
+const ROBOT_RUNS: u64 = 2 * CLOCK_HZ as u64;
+
+/// Programs of one MCU, under the directory of the images, and for how many cycles each runs at most.
+const PROGRAMS: [(&str, &str, u64); 3] = [
+    ("computes", "tests/canary-3/canary.elf", 40_000_000),
+    ("switches tasks", "tests/bench_tasks.elf", 40_000_000),
+    ("sends and receives", "tests/bench_queue.elf", 40_000_000),
+];
+
+/// How long a program takes by either interpreter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pace {
+    pub program: &'static str,
+    /// Instructions that it executes; `None` for a robot, whose MCUs are not stepped.
+    pub instructions: Option<u64>,
+    /// Simulated time, in s.
+    pub simulated_seconds: f64,
+    /// Wall time by the interpreter of the harness, in s, in the quickest round,
+    pub decoded_seconds: f64,
+    /// and by simavr's own.
+    pub simavr_seconds: f64,
+}
+
+impl Pace {
+    /// How many times faster the interpreter of the harness is.
+    pub fn ratio(&self) -> f64 {
+        self.simavr_seconds / self.decoded_seconds
+    }
+}
+
+/// Measures all programs whose images lie in `directory`. On one thread.
+///
+/// # Errors
+/// An image is not there, or both interpreters don't come to the same state.
+pub fn measure(directory: &Path) -> Result<Vec<Pace>, BenchError> {
+    let mut paces = Vec::new();
+    for (program, path, cycles) in PROGRAMS {
+        paces.push(of_program(program, &directory.join(path), cycles)?);
+    }
+    paces.push(of_robot(directory)?);
+    Ok(paces)
+}
+
+/// The image as the harness executes it, and as simavr does.
+fn both(path: &Path) -> Result<[Arc<Image>; 2], BenchError> {
+    Ok([Arc::new(Image::load(path)?), Arc::new(Image::load(path)?.undecoded())])
+}
+
+fn of_program(program: &'static str, path: &Path, cycles: u64) -> Result<Pace, BenchError> {
+    let images = both(path)?;
+    let start = |image: &Arc<Image>| Mcu::new(Part::ATMEGA128, Arc::clone(image), 1);
+    let [decoded, simavr] = quickest(program, &images, |image| {
+        let mut mcu = start(image)?;
+        let begin = Instant::now();
+        mcu.run_until(cycles);
+        Ok((begin.elapsed(), mcu.state_hash()))
+    })?;
+    let mut mcu = start(&images[0])?;
+    let mut instructions = 0;
+    while mcu.cycle() < cycles && mcu.state() == State::Running {
+        let awake = mcu.awake_cycles();
+        mcu.step();
+        instructions += u64::from(mcu.awake_cycles() != awake);
+    }
+    let simulated_seconds = cycles as f64 / f64::from(CLOCK_HZ);
+    Ok(Pace {
+        program,
+        instructions: Some(instructions),
+        simulated_seconds,
+        decoded_seconds: decoded,
+        simavr_seconds: simavr,
+    })
+}
+
+/// A centipede that walks, without a world.
+fn of_robot(directory: &Path) -> Result<Pace, BenchError> {
+    let program = "a centipede of ten";
+    let [master, slave] =
+        ["firmware-master.elf", "firmware-slave.elf"].map(|name| both(&directory.join(name)));
+    let ([master, left_master], [slave, left_slave]) = (master?, slave?);
+    let robots = [Images { master, slave }, Images { master: left_master, slave: left_slave }];
+    let wiring =
+        Shape::Centipede.wiring(MODULES).map_err(|error| unmeasurable("robot", error.to_string()))?;
+    let [decoded, simavr] = quickest(program, &robots, |images| {
+        let robot = RobotBuilder::wired(images.clone(), &wiring).seed(1).build()?;
+        let mut engine = Engine::new(robot, 1);
+        let begin = Instant::now();
+        engine.run_until(ROBOT_RUNS);
+        Ok((begin.elapsed(), engine.robot().state_hash()))
+    })?;
+    let simulated_seconds = ROBOT_RUNS as f64 / f64::from(CLOCK_HZ);
+    Ok(Pace {
+        program,
+        instructions: None,
+        simulated_seconds,
+        decoded_seconds: decoded,
+        simavr_seconds: simavr,
+    })
+}
+
+/// The shortest time, in s, that each of `subjects` takes to run.
+fn quickest<T>(
+    program: &str,
+    subjects: &[T; 2],
+    run: impl Fn(&T) -> Result<(Duration, u64), BenchError>,
+) -> Result<[f64; 2], BenchError> {
+    let mut shortest = [f64::INFINITY; 2];
+    for _ in 0..ROUNDS {
+        let [one, other] = [run(&subjects[0])?, run(&subjects[1])?];
+        if one.1 != other.1 {
+            return Err(unmeasurable("interpreters", format!("{program}: they come to different states")));
+        }
+        for (shortest, (took, _)) in shortest.iter_mut().zip([one, other]) {
+            *shortest = shortest.min(took.as_secs_f64());
+        }
+    }
+    Ok(shortest)
+}
