@@ -341,7 +341,12 @@ fn a_robot_that_was_told_to_walk_and_does_not_ends_with_status_1() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("does not walk"), "{message}");
-    assert_eq!(json(&output)["world"], "ground");
+    let report = json(&output);
+    assert_eq!(report["world"], "ground");
+    // It stands: of no way there are no parts.
+    assert!(report["distance_m"].as_f64().is_some_and(|distance| distance.abs() < 0.001), "{report:#}");
+    assert!(report["sideways_percent"].is_null() && report["slip_percent"].is_null(), "{report:#}");
+    assert!(report["metres_per_charge"].is_null(), "{report:#}");
 }
 
 #[test]

@@ -12,6 +12,9 @@ use simulation::{
 
 use super::arguments::{CoreName, EngineName, Sim, WorldName};
 
+/// A robot that has come less far, in m, stands: what is said in parts of its way would be chance.
+const STANDS_M: f64 = 0.001;
+
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
 pub struct Report {
@@ -206,6 +209,7 @@ impl Report {
         let ms = |cycles: u64| cycles as f64 / MILLISECOND as f64;
         let us = |cycles: f64| cycles * 1000.0 / MILLISECOND as f64;
         let motion = robot.motion();
+        let walked = motion.filter(|motion| motion.distance.hypot(motion.sideways) >= STANDS_M);
         let finite = |value: f64| value.is_finite().then_some(value);
         Report {
             engine: options.engine,
@@ -238,12 +242,12 @@ impl Report {
             world: if motion.is_some() { WorldName::Ground } else { WorldName::None },
             distance_m: motion.map(|motion| motion.distance),
             body_lengths: motion.map(|motion| motion.distance / motion.length),
-            sideways_percent: motion.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
+            sideways_percent: walked.and_then(|it| finite(100.0 * (it.sideways / it.distance).abs())),
             heading_degrees: motion.map(|motion| motion.heading),
-            slip_percent: motion.and_then(|it| finite(100.0 * it.slip)),
+            slip_percent: walked.and_then(|it| finite(100.0 * it.slip)),
             tilt_degrees_max: robot.tilt(),
             charge_percent_max: robot.charge_used().map(|used| 100.0 * used),
-            metres_per_charge: motion
+            metres_per_charge: walked
                 .zip(robot.charge_used())
                 .and_then(|(motion, used)| finite(motion.distance / used)),
             trouble: robot.trouble().map(Broken::of),

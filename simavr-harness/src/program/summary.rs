@@ -57,20 +57,23 @@ impl fmt::Display for Report {
             )?;
         }
         if let Some(distance) = self.distance_m {
+            // No -0.000.
+            let distance = (1000.0 * distance).round() / 1000.0 + 0.0;
             let percent = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.1} %"));
             writeln!(
                 f,
                 "motion     {distance:.3} m ahead, {:.2} body lengths, {} sideways, heading {:+.1} degrees, {} slip, \
                  leaning by {:.0} degrees at most",
-                self.body_lengths.unwrap_or_default(),
+                (100.0 * self.body_lengths.unwrap_or_default()).round() / 100.0 + 0.0,
                 percent(self.sideways_percent),
                 self.heading_degrees.unwrap_or_default(),
                 percent(self.slip_percent),
                 self.tilt_degrees_max.unwrap_or_default()
             )?;
         }
-        if let (Some(used), Some(metres)) = (self.charge_percent_max, self.metres_per_charge) {
-            writeln!(f, "battery    {used:.2} % of a charge used at most: {metres:.0} m per charge")?;
+        if let Some(used) = self.charge_percent_max {
+            let far = self.metres_per_charge.map_or_else(String::new, |it| format!(": {it:.0} m per charge"));
+            writeln!(f, "battery    {used:.2} % of a charge used at most{far}")?;
         }
         if !self.varied_percent.is_empty() {
             let varied = self.varied_percent.iter().map(|(name, percent)| format!("{name} by {percent} %"));
