@@ -527,7 +527,9 @@ fn a_ring_is_open_once_its_leader_has_been_head_for_a_while() {
         let _ = attach(&mut leader, &HEAD, 3_000);
         leader
     };
-    let run = |leader: &mut Controller, to: u16| (3_000..to).for_each(|now| drop(leader.timer(now)));
+    let run = |leader: &mut Controller, to: u16| {
+        (3_000..to).for_each(|now| _ = leader.timer(now));
+    };
     let mut flickers = open();
     run(&mut flickers, 3_500);
     let _ = attach(&mut flickers, &SPINE, 3_500);
