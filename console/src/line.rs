@@ -8,54 +8,43 @@ use ufmt::uWrite;
 pub const LENGTH: usize = 80;
 
 /// A line that is being written. What goes beyond its length is left out.
-pub struct Line {
-    text: [u8; LENGTH],
-    length: usize,
-}
-
-impl Default for Line {
-    fn default() -> Self {
-        Self::new()
-    }
-}
+#[derive(Default)]
+pub struct Line(heapless::Vec<u8, LENGTH>);
 
 impl Line {
     /// An empty line.
     pub const fn new() -> Self {
-        Line { text: [0; LENGTH], length: 0 }
+        Line(heapless::Vec::new())
     }
 
     /// What is written.
     pub fn text(&self) -> &[u8] {
-        self.text.get(..self.length).unwrap_or(&[])
+        &self.0
     }
 
     /// Nothing is written any more.
     pub fn clear(&mut self) {
-        self.length = 0;
+        self.0.clear();
     }
 
     pub fn push(&mut self, character: u8) {
-        if let Some(slot) = self.text.get_mut(self.length) {
-            *slot = character;
-            self.length += 1;
-        }
+        let _ = self.0.push(character);
     }
 
     /// What `write` writes, and before it as many spaces as make it `width` characters.
     pub fn right(&mut self, width: usize, write: impl FnOnce(&mut Line) -> Result<(), Infallible>) {
-        let start = self.length;
+        let start = self.0.len();
         let Ok(()) = write(self);
-        let end = self.length;
-        let spaces = width.saturating_sub(end - start);
-        for _ in 0..spaces {
+        let end = self.0.len();
+        for _ in 0..width.saturating_sub(end - start) {
             self.push(b' ');
         }
+        let length = self.0.len();
         // From the last character on, each moves by as much as was pushed.
-        for index in (start..self.length).rev() {
-            let before = index.checked_sub(self.length - end).filter(|&before| before >= start);
-            let character = before.and_then(|before| self.text.get(before)).copied().unwrap_or(b' ');
-            if let Some(slot) = self.text.get_mut(index) {
+        for index in (start..length).rev() {
+            let before = index.checked_sub(length - end).filter(|&before| before >= start);
+            let character = before.and_then(|before| self.0.get(before)).copied().unwrap_or(b' ');
+            if let Some(slot) = self.0.get_mut(index) {
                 *slot = character;
             }
         }

@@ -76,7 +76,7 @@ mod stack {
     pub static MOTORS: Stack<169> = Stack::new();
     pub static DEVICES: Stack<291> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
-    pub static CONSOLE: Stack<622> = Stack::new();
+    pub static CONSOLE: Stack<624> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 

@@ -52,17 +52,7 @@ pub enum Hormone {
 }
 
 /// A hormone as the bytes of a message.
-pub struct Payload {
-    bytes: [u8; LONGEST],
-    length: usize,
-}
-
-impl Payload {
-    /// The bytes.
-    pub fn bytes(&self) -> &[u8] {
-        self.bytes.get(..self.length).unwrap_or(&self.bytes)
-    }
-}
+pub type Payload = heapless::Vec<u8, LONGEST>;
 
 impl Hormone {
     /// How links carry it: of beats that were not sent yet, the last one alone matters.
@@ -98,7 +88,9 @@ impl Hormone {
                 ([ELECTION << 4, low, high, hops], 4)
             }
         };
-        Payload { bytes, length }
+        let mut payload = Payload::from_array(bytes);
+        payload.truncate(length);
+        payload
     }
 
     /// The hormone in `payload`, or `None` if it is not exactly one of those in the table above.
@@ -146,20 +138,20 @@ mod tests {
     #[test]
     fn the_layout_is_the_documented_one() {
         let pace = Pace { name: 1, data: Data::B, is_made_good: false, rhythm: 0x5A, lifetime: None };
-        assert_eq!(Hormone::Pace(pace).to_payload().bytes(), [0x11, 0x5A]);
+        assert_eq!(Hormone::Pace(pace).to_payload().as_slice(), [0x11, 0x5A]);
         let made_good = Pace { is_made_good: true, ..pace };
-        assert_eq!(Hormone::Pace(made_good).to_payload().bytes(), [0x19, 0x5A]);
+        assert_eq!(Hormone::Pace(made_good).to_payload().as_slice(), [0x19, 0x5A]);
         let limited = Pace { lifetime: NonZeroU8::new(6), ..pace };
-        assert_eq!(Hormone::Pace(limited).to_payload().bytes(), [0x11, 0x5A, 6]);
+        assert_eq!(Hormone::Pace(limited).to_payload().as_slice(), [0x11, 0x5A, 6]);
         let order = Order { what: What::Walk(2, Period::OWN), serial: 3 };
-        assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xD2, 3, 127]);
+        assert_eq!(Hormone::Order(order).to_payload().as_slice(), [0xD2, 3, 127]);
         assert_eq!(Hormone::from_payload(&[0xD2, 3, 255]), Some(Hormone::Order(order)));
         let standing = Standing { number: 0x0102, gait: 9, period: Period::from_byte(80).unwrap() };
-        assert_eq!(Hormone::Standing(standing, false).to_payload().bytes(), [0xC9, 2, 1, 80]);
-        assert_eq!(Hormone::Standing(standing, true).to_payload().bytes(), [0xC9, 2, 1, 0xD0]);
+        assert_eq!(Hormone::Standing(standing, false).to_payload().as_slice(), [0xC9, 2, 1, 80]);
+        assert_eq!(Hormone::Standing(standing, true).to_payload().as_slice(), [0xC9, 2, 1, 0xD0]);
         let order = Order { what: What::Steer(Course::Right, NonZeroU8::MAX), ..order };
-        assert_eq!(Hormone::Order(order).to_payload().bytes(), [0xE2, 3, 255]);
-        assert_eq!(Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().bytes(), [0xF0, 2, 0x81, 7]);
+        assert_eq!(Hormone::Order(order).to_payload().as_slice(), [0xE2, 3, 255]);
+        assert_eq!(Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().as_slice(), [0xF0, 2, 0x81, 7]);
     }
 
     #[test]
@@ -188,7 +180,7 @@ mod tests {
                 for (payload, is_one) in payloads {
                     let hormone = Hormone::from_payload(payload);
                     assert_eq!(hormone.is_some(), is_one, "{payload:?}");
-                    assert!(hormone.is_none_or(|hormone| hormone.to_payload().bytes() == payload));
+                    assert!(hormone.is_none_or(|hormone| hormone.to_payload().as_slice() == payload));
                 }
             }
         }

@@ -34,7 +34,7 @@ pub(crate) fn is_deaf_while_it_sends(dock: Dock) -> bool {
 /// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
     let pace = Pace { name: 1, data: Data::A, is_made_good: false, rhythm: 0, lifetime: None };
-    let payload = Hormone::Pace(pace).to_payload().bytes().len() as u64;
+    let payload = Hormone::Pace(pace).to_payload().as_slice().len() as u64;
     // Control, epoch and CRC-16 beside the payload; of COBS the delimiter.
     let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);
     // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and

@@ -328,7 +328,7 @@ fn a_command_reaches_hormone_through_a_free_dock() {
         rhythm: 0,
         lifetime: None,
     };
-    let payload = Hormone::Pace(pace).to_payload().bytes().to_vec();
+    let payload = Hormone::Pace(pace).to_payload().as_slice().to_vec();
     let command = Change::Command { at: face(1, Left), payload };
     robot.change(&command).unwrap();
     robot.run_until(SECOND / 4 + 10 * MILLISECOND);

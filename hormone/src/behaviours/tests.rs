@@ -81,7 +81,7 @@ fn leg() -> Letter {
 fn beat(data: Data, dock: Dock) -> Letter {
     let pace = Pace { name: GaitName::Centipede as u8, data, is_made_good: false, rhythm: 0, lifetime: None };
     let from = Address::beyond(dock, TaskCode::HORMONE);
-    letter(TaskCode::HORMONE, from, Hormone::Pace(pace).to_payload().bytes())
+    letter(TaskCode::HORMONE, from, Hormone::Pace(pace).to_payload().as_slice())
 }
 
 /// Runs `ticks` milliseconds, polled when it is time and at no other. Returns how often.

@@ -70,7 +70,7 @@ fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn
     let period =
         hormone::period::Period::of_milliseconds(period_ms).ok_or("no such Period can be ordered")?;
     let order = Order { what: What::Walk(GaitName::Centipede as u8, period), serial: 1 };
-    let payload = Hormone::Order(order).to_payload().bytes().to_vec();
+    let payload = Hormone::Order(order).to_payload().as_slice().to_vec();
     let at = Face { module: 0, dock: Dock::Front };
     engine.robot_mut().change(&Change::Command { at, payload })?;
     let mut look = |seconds: u64| {

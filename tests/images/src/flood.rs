@@ -182,7 +182,7 @@ fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
             lifetime: None,
         };
         let hormone = Hormone::Pace(pace).to_payload();
-        let payload = if count.is_multiple_of(HORMONE) { hormone.bytes() } else { &[0xff; MAX_PAYLOAD] };
+        let payload = if count.is_multiple_of(HORMONE) { hormone.as_slice() } else { &[0xff; MAX_PAYLOAD] };
         if let Ok(message) = Message::new(to, from, payload) {
             // One that finds no room is one of too many.
             let _ = api.send(task, message);

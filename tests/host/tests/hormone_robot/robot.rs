@@ -298,7 +298,7 @@ impl Robot {
     /// A remote control at `module` orders the robot about.
     pub fn order(&mut self, module: usize, order: Order) {
         let payload = Hormone::Order(order).to_payload();
-        self.receive(module, letter(TaskCode::HORMONE, Address::here(TaskCode::CONSOLE), payload.bytes()));
+        self.receive(module, letter(TaskCode::HORMONE, Address::here(TaskCode::CONSOLE), payload.as_slice()));
     }
 
     /// The gait that `module` walks by.
