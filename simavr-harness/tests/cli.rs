@@ -407,3 +407,42 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
     let left: Vec<_> = std::fs::read_dir(&directory).unwrap().map(|file| file.unwrap().file_name()).collect();
     assert_eq!(left, ["robot.toml"]);
 }
+
+/// What the program draws on a terminal of this size, or in a pipe if there is none.
+fn drawn(terminal: Option<(usize, usize)>, no_color: bool) -> String {
+    let program = env!("CARGO_BIN_EXE_superbot-sim");
+    let run = format!("'{program}' {} 2>&1 >/dev/null", QUICK.join(" "));
+    let mut command = match terminal {
+        Some((rows, columns)) => {
+            let mut script = Command::new("script"); // of the essential package bsdutils
+            script.args(["-qec", &format!("stty rows {rows} cols {columns}; {run}"), "/dev/null"]);
+            script
+        }
+        None => {
+            let mut shell = Command::new("sh");
+            shell.args(["-c", &run]);
+            shell
+        }
+    };
+    command.env("TERM", "xterm-256color").env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
+    if no_color {
+        command.env("NO_COLOR", "1");
+    }
+    let output = command.stdin(Stdio::null()).output().expect("it can be run");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn a_terminal_shows_a_table_and_a_pipe_a_line_a_second() {
+    const RED: &str = "\x1b[31m";
+    let wide = drawn(Some((24, 100)), false);
+    assert!(wide.contains("100 %, 0 s left, 2.00 of 2.00 s"), "{wide:?}");
+    assert!(wide.contains(RED) && wide.contains("changes"), "{wide:?}");
+    let narrow = drawn(Some((6, 30)), false);
+    assert!(narrow.contains("action") && !narrow.contains("changes"), "{narrow:?}");
+    assert!(narrow.contains("... 3 more"), "{narrow:?}");
+    let plain = drawn(Some((24, 100)), true);
+    assert!(plain.contains("Head") && !plain.contains(RED), "{plain:?}");
+    let lines = drawn(None, false);
+    assert!(!lines.contains('\x1b') && lines.lines().count() == 2, "{lines:?}");
+}

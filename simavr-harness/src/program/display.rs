@@ -1,29 +1,40 @@
-//! The robot as it runs: a progress line, and a line for each module.
+//! The robot as it runs: how far it is, and on a terminal a table of its modules.
 
 use std::io::{self, IsTerminal};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use hormone::module_type::ModuleType;
 use simulation::{CLOCK_HZ, Robot, Run};
+use terminal::{Style, Term, truncate_str};
 
 use super::output::say;
+use super::table::{self, Row};
 
-/// The most modules that get a line each; of a longer robot the first are shown.
-const LINES: usize = 20;
+/// The most lines of the table: what is above shall stay in sight.
+const LINES: usize = 22;
 
 /// How often a display that is no terminal gets a progress line, in simulated seconds.
 const PROGRESS: f64 = 1.0;
 
+/// A terminal is drawn on no more often.
+const DRAWN_EVERY: Duration = Duration::from_millis(100);
+
+/// How many characters the bar takes.
+const BAR: usize = 20;
+
 /// A picture of the robot on the standard error, drawn over itself on a terminal.
 pub struct Display {
     is_on: bool,
-    is_terminal: bool,
-    lines: usize,
+    terminal: Option<Term>,
+    /// When it was drawn, and how many lines it has.
+    drawn: Option<(Instant, usize)>,
     next_progress: f64,
 }
 
 impl Display {
     pub fn new(is_on: bool) -> Self {
-        Display { is_on, is_terminal: io::stderr().is_terminal(), lines: 0, next_progress: PROGRESS }
+        let terminal = io::stderr().is_terminal().then(Term::stderr);
+        Display { is_on, terminal, drawn: None, next_progress: PROGRESS }
     }
 
     pub fn show(&mut self, run: &Run<impl Robot>, end: u64, wall: Duration) {
@@ -40,8 +51,20 @@ impl Display {
             wall.as_secs_f64(),
             observer.hops.delivered
         );
-        if self.is_terminal {
-            self.draw(robot, &progress);
+        if let Some(terminal) = &self.terminal {
+            if now < end && self.drawn.is_some_and(|(drawn, _)| drawn.elapsed() < DRAWN_EVERY) {
+                return;
+            }
+            let (height, width) = terminal.size();
+            let progress = format!("{} {}", bar(now as f64 / end as f64, wall), progress.trim_start());
+            let mut lines = vec![truncate_str(&progress, width.into(), "").into_owned()];
+            // A line stays free for the cursor.
+            let height = usize::from(height).saturating_sub(2).min(LINES);
+            let number = robot.wiring().modules();
+            lines.extend(table::lay_out(number, |module| row(robot, module), width.into(), height));
+            let before = self.drawn.map_or(0, |(_, lines)| lines);
+            draw(terminal, before, &lines);
+            self.drawn = Some((Instant::now(), lines.len()));
         } else if seconds(now) >= self.next_progress || now == end {
             self.next_progress = seconds(now) + PROGRESS;
             say(format_args!("{progress}\n"));
@@ -50,40 +73,54 @@ impl Display {
 
     /// Leaves the last picture where it stands.
     pub fn finish(&mut self) {
-        self.lines = 0;
-    }
-
-    fn draw(&mut self, robot: &impl Robot, progress: &str) {
-        let mut picture = String::new();
-        if self.lines > 0 {
-            picture += &format!("\x1b[{}A", self.lines); // back to the first line
-        }
-        picture +=
-            &format!("{progress}\x1b[K\n module  type      hormone  action    topology changes\x1b[K\n");
-        let modules = robot.wiring().modules();
-        let shown = modules.min(LINES);
-        for module in 0..shown {
-            picture += &line(robot, module);
-        }
-        self.lines = shown + 2;
-        if shown < modules {
-            picture += &format!("    ... {} more\x1b[K\n", modules - shown);
-            self.lines += 1;
-        }
-        say(picture);
+        self.drawn = None;
     }
 }
 
-fn line(robot: &impl Robot, module: usize) -> String {
+/// How much of the run is done, and how long the rest takes if it goes on like that.
+fn bar(done: f64, wall: Duration) -> String {
+    let full = (done * BAR as f64) as usize;
+    let left = wall.as_secs_f64() * (1.0 / done - 1.0);
+    let left = if left.is_finite() { format!("{left:.0} s left") } else { "- left".into() };
+    format!("[{}{}] {:3.0} %, {left},", "=".repeat(full), " ".repeat(BAR - full), 100.0 * done)
+}
+
+/// Draws `lines` over the `before` lines that were drawn last. A terminal that is gone is not drawn on.
+fn draw(terminal: &Term, before: usize, lines: &[String]) {
+    let _ = terminal.clear_last_lines(before);
+    let _ = terminal.write_line(&lines.join("\n"));
+}
+
+/// The fields of a module, as [`table::FIELDS`] lists them.
+fn row(robot: &impl Robot, module: usize) -> Row {
+    let plain = Style::new();
     let Some(status) = robot.status(module) else {
-        return format!("{module:7}  (starting)\x1b[K\n");
+        let rest = ["(starting)", "", "", ""].map(|text| (text.into(), plain.clone().dim()));
+        let [module_type, action, hormone, changes] = rest;
+        return [(module.to_string(), plain), module_type, action, hormone, changes];
     };
+    let is_right = robot.is_right(module);
+    let (mark, style) = if is_right { ("", plain.clone()) } else { ("?", plain.clone().red().bold()) };
     let hormone = status.hormone().map_or("-".into(), |data| format!("{data:?}"));
-    let mark = if robot.is_right(module) { ' ' } else { '?' };
-    format!(
-        "{module:7}{mark} {:9} {hormone:8} {:9} {}\x1b[K\n",
-        format!("{:?}", status.module_type),
-        format!("{:?}", status.action),
-        status.topology_changes
-    )
+    [
+        (format!("{module}{mark}"), style),
+        (format!("{:?}", status.module_type), of_type(status.module_type)),
+        (format!("{:?}", status.action), plain.clone()),
+        (hormone, plain.clone()),
+        (status.topology_changes.to_string(), plain),
+    ]
+}
+
+/// The colours that the page of a run has for modules, as far as terminals have them.
+fn of_type(module_type: ModuleType) -> Style {
+    let style = Style::new();
+    match module_type {
+        ModuleType::Head => style.red(),
+        ModuleType::Tail => style.magenta(),
+        ModuleType::LeftLeg => style.green(),
+        ModuleType::RightLeg => style.cyan(),
+        ModuleType::Spine => style.blue(),
+        ModuleType::Branch => style.yellow(),
+        _ => style,
+    }
 }

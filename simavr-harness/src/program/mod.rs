@@ -13,6 +13,7 @@ mod report;
 mod sim;
 mod simulator;
 mod summary;
+mod table;
 mod terrain;
 
 use std::process::ExitCode;
