@@ -46,10 +46,12 @@ impl ModuleType {
     /// The type whose rules a module with these neighbours follows. Table 1 has the head send to its left and
     /// right too, where by its definition nobody can be. So one that has nobody in front and its back at a
     /// front goes by the head's rules whatever hangs on it beside: a body that is cut before a branch walks
-    /// on. One that has nobody at all acts by the rules of a module alone.
+    /// on. One that bears a leg at each side and has nobody behind goes by the branch's, as the pelvis of a
+    /// human does. One that has nobody at all acts by the rules of a module alone.
     pub fn acting(neighbours: &Neighbours) -> ModuleType {
         match (ModuleType::of(neighbours), neighbours) {
             (ModuleType::Other, [None, Some(Front), ..]) => ModuleType::Head,
+            (ModuleType::Other, [Some(Back), None, Some(Back), Some(Back), None, None]) => ModuleType::Branch,
             (ModuleType::Other, [None, None, None, None, None, None]) => ModuleType::Alone,
             (module_type, _) => module_type,
         }
@@ -138,15 +140,17 @@ mod tests {
     }
 
     #[test]
-    fn only_a_head_beside_whom_something_hangs_and_a_module_alone_act_as_another_type() {
+    fn only_a_head_beside_whom_something_hangs_a_pelvis_and_a_module_alone_act_as_another_type() {
         for number in 0..7_u32.pow(6) {
             let neighbours: Neighbours =
                 std::array::from_fn(|dock| Dock::from_index((number / 7_u32.pow(dock as u32) % 7) as u8));
             let leads = neighbours[0].is_none() && neighbours[1] == Some(Front);
             let is_alone = neighbours.iter().all(Option::is_none);
-            let expected = match (leads, is_alone) {
-                (true, _) => ModuleType::Head,
-                (_, true) => ModuleType::Alone,
+            let is_pelvis = neighbours == [Some(Back), None, Some(Back), Some(Back), None, None];
+            let expected = match (leads, is_alone, is_pelvis) {
+                (true, ..) => ModuleType::Head,
+                (_, true, _) => ModuleType::Alone,
+                (.., true) => ModuleType::Branch,
                 _ => ModuleType::of(&neighbours),
             };
             assert_eq!(ModuleType::acting(&neighbours), expected);

@@ -168,6 +168,39 @@ fn a_robot_file_is_run_through_its_changes() {
 }
 
 #[test]
+fn modules_have_the_images_that_a_robot_file_names() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mixed");
+    std::fs::create_dir_all(&directory).expect("the directory can be made");
+    for name in ["firmware-master.elf", "firmware-slave.elf"] {
+        std::fs::copy(images().join(name), directory.join(name)).expect("./x build leaves it");
+    }
+    std::fs::write(directory.join("text.elf"), "no program").expect("the file can be written");
+    let file = directory.join("robot.toml");
+    let run_with = |image: &str, options: &[&str]| {
+        std::fs::write(&file, format!("modules = 2\nshape = \"chain\"\n{image}"))
+            .expect("the file can be written");
+        let robot = ["sim", file.to_str().expect("the path is text"), "--seconds", "2", "--world", "none"];
+        run(&[&robot, options].concat())
+    };
+    let hash = |image: &str| {
+        let output = run_with(image, &["--json", "-"]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        json(&output)["state_hash"].clone()
+    };
+    let same = "[[image]]\nmodules = [1]\nmaster = \"firmware-master.elf\"\nslave = \"firmware-slave.elf\"";
+    assert_eq!(hash(""), hash(same));
+
+    let refused = |image: &str, advice: &str| {
+        assert_refused(&run_with(&format!("[[image]]\nmodules = [1]\n{image}"), &[]), advice);
+    };
+    refused("master = \"gone.elf\"", "mixed/gone.elf: `master` and `slave` of an [[image]] are paths from");
+    refused("slave = \"text.elf\"", "text.elf: not an ELF file");
+    refused("master = \"firmware-slave.elf\"", "module 1: the master's image has no MODULE_STATUS");
+    let output = run_with(same, &["--engine", "host"]);
+    assert_refused(&output, "take each [[image]] out, or ask for --engine simavr");
+}
+
+#[test]
 fn a_console_is_asked_and_what_it_tells_is_reported() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../robots/console.toml");
     let output = run(&["sim", file, "--seconds", "5", "--json", "-"]);

@@ -1,5 +1,6 @@
 //! Robots from TOML files; docs/simulator.md has the format.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use serde::Deserialize;
@@ -10,6 +11,7 @@ use toml::Spanned;
 
 use crate::change::{Change, Links, Mcus};
 use crate::hardware::CLOCK_HZ;
+use crate::images::OtherImages;
 use crate::scenario::{Event, Scenario};
 use crate::shape::Shape;
 use crate::terrain::{Load, Terrain};
@@ -29,6 +31,8 @@ struct File {
     #[serde(default)]
     docks: Vec<Spanned<Pair<Face>>>,
     world: Option<Spanned<Terrain>>,
+    #[serde(default)]
+    image: Vec<Spanned<OtherImages>>,
     #[serde(default)]
     event: Vec<Spanned<EventTable>>,
 }
@@ -73,6 +77,7 @@ impl Scenario {
             |span: Range<usize>, message: &dyn std::fmt::Display| FileError(point_at(text, span, message));
         let wiring = file.wiring().map_err(|(span, message)| at(span, &message))?;
         let terrain = file.terrain().map_err(|(span, message)| at(span, &message))?;
+        let images = file.images(&wiring).map_err(|(span, message)| at(span, &message))?;
         let mut events = Vec::new();
         for table in file.event {
             let span = table.span();
@@ -85,7 +90,8 @@ impl Scenario {
         for (span, event) in &events {
             event.change.apply(&mut wired).map_err(|error| at(span.clone(), &error))?;
         }
-        Ok(Scenario { wiring, terrain, timeline: events.into_iter().map(|(_, event)| event).collect() })
+        let timeline = events.into_iter().map(|(_, event)| event).collect();
+        Ok(Scenario { wiring, terrain, images, timeline })
     }
 }
 
@@ -119,6 +125,14 @@ impl File {
             )),
             None => Ok(Some(world.get_ref().clone())),
         }
+    }
+
+    fn images(&self, wiring: &Wiring) -> Result<Vec<OtherImages>, (Range<usize>, String)> {
+        let mut flashed = BTreeSet::new();
+        for images in &self.image {
+            images.get_ref().check(wiring, &mut flashed).map_err(|message| (images.span(), message))?;
+        }
+        Ok(self.image.iter().map(|images| images.get_ref().clone()).collect())
     }
 }
 

@@ -1,6 +1,7 @@
 //! A robot, and what happens to it.
 
 use crate::change::Change;
+use crate::images::OtherImages;
 use crate::terrain::Terrain;
 use crate::wiring::Wiring;
 
@@ -10,6 +11,8 @@ pub struct Scenario {
     pub wiring: Wiring,
     /// `None` where nothing is said of it.
     pub terrain: Option<Terrain>,
+    /// Of modules that are flashed with others than the rest.
+    pub images: Vec<OtherImages>,
     /// In the order of time.
     pub timeline: Vec<Event>,
 }

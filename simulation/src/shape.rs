@@ -25,6 +25,9 @@ pub enum Shape {
     /// A module with a chain at each of its Front, Back, Left and Right, as even as can be, the Back of each
     /// arm's modules towards the middle but for the one at Back: the butterfly stroke.
     Cross,
+    /// Shoulders with an arm at each side, and behind them a pelvis with two legs (paper, Figure 1); modules
+    /// more than 6 are spines between them. It has no module for a head: the Front of the shoulders is free.
+    Human,
 }
 
 /// A shape needs more modules.
@@ -35,8 +38,15 @@ pub struct TooFewModules {
 }
 
 impl Shape {
-    pub const ALL: [Shape; 6] =
-        [Shape::Centipede, Shape::Chain, Shape::Ring, Shape::FourLegs, Shape::SixLegs, Shape::Cross];
+    pub const ALL: [Shape; 7] = [
+        Shape::Centipede,
+        Shape::Chain,
+        Shape::Ring,
+        Shape::FourLegs,
+        Shape::SixLegs,
+        Shape::Cross,
+        Shape::Human,
+    ];
 
     /// As robot files and the command line call it.
     pub fn name(self) -> &'static str {
@@ -47,6 +57,7 @@ impl Shape {
             Shape::FourLegs => "four-legs",
             Shape::SixLegs => "six-legs",
             Shape::Cross => "cross",
+            Shape::Human => "human",
         }
     }
 
@@ -59,6 +70,7 @@ impl Shape {
             Shape::FourLegs => 8,
             Shape::SixLegs => 11,
             Shape::Cross => 5,
+            Shape::Human => 6,
         }
     }
 
@@ -69,6 +81,7 @@ impl Shape {
             Shape::FourLegs => 8,
             Shape::SixLegs => 11,
             Shape::Cross => 5,
+            Shape::Human => 6,
         }
     }
 
@@ -89,6 +102,7 @@ impl Shape {
             Shape::Chain => centipede(modules, 0),
             Shape::Ring => ring(modules),
             Shape::Cross => cross(modules),
+            Shape::Human => human(modules),
         })
     }
 }
@@ -146,6 +160,21 @@ fn cross(modules: usize) -> Wiring {
     builder.0
 }
 
+fn human(modules: usize) -> Wiring {
+    let mut builder = Builder(Wiring::new(modules));
+    let pelvis = modules.saturating_sub(3);
+    for bearer in [0, pelvis] {
+        builder.attach((bearer, Left), (bearer + 1, Back));
+        builder.attach((bearer, Right), (bearer + 2, Back));
+    }
+    let mut last = 0;
+    for module in 3..=pelvis {
+        builder.attach((last, Back), (module, Front));
+        last = module;
+    }
+    builder.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,6 +227,20 @@ mod tests {
         let cross = Shape::Cross.wiring(Shape::Cross.usual_modules()).unwrap();
         use ModuleType::{Branch, Head, LeftLeg, RightLeg, Tail};
         assert_eq!([Head, Branch, LeftLeg, RightLeg, Tail].map(|of| count(&cross, of)), [1; 5]);
+    }
+
+    #[test]
+    fn a_human_has_arms_and_legs_whatever_the_length_of_its_trunk() {
+        use ModuleType::{Branch, Head, LeftLeg, Other, RightLeg, Spine};
+        for modules in 6..12 {
+            let human = Shape::Human.wiring(modules).unwrap();
+            assert_eq!(human.body(0).len(), modules);
+            let counts = [LeftLeg, RightLeg, Spine, Other].map(|of| count(&human, of));
+            assert_eq!(counts, [2, 2, modules - 6, 2], "{modules}");
+            let acting = |module: usize| ModuleType::acting(&human.neighbours(module));
+            assert_eq!([acting(0), acting(modules - 3)], [Head, Branch], "{modules}");
+        }
+        assert_eq!(Shape::Human.wiring(5), Err(TooFewModules { least: 6 }));
     }
 
     #[test]

@@ -82,6 +82,24 @@ fn a_hundred_modules_walk() {
 }
 
 #[test]
+fn a_human_moves_each_arm_with_the_leg_across() {
+    for (seed, modules) in (0..).zip([6, 6, 7, 9]) {
+        let run = run(robot(Shape::Human, modules, seed), "", 6);
+        assert_eq!(faults(&run), [""; 0]);
+        let gait = &run.observer.gait;
+        assert_eq!((gait.legs(), gait.has_pairs_of_legs()), (4, true));
+        let limbs = [1, 2, modules - 2, modules - 1];
+        let actions = limbs.map(|module| run.robot.status(module).unwrap().action);
+        let [left_arm, right_arm, left_leg, right_leg] = actions;
+        assert_eq!((left_arm, right_arm), (right_leg, left_leg));
+        assert!(matches!(
+            (left_arm, right_arm),
+            (Action::Swing, Action::Holding) | (Action::Holding, Action::Swing)
+        ));
+    }
+}
+
+#[test]
 fn a_hundred_modules_walk_while_three_frames_of_four_are_lost() {
     let run = run(robot(Shape::Centipede, 100, 1), "[[event]]\nat = 0\nloss = 0.75", 60);
     assert_eq!(faults(&run), [""; 0]);

@@ -1,7 +1,8 @@
 //! Robot files: what they say, and that their errors point at the line.
 
 use simulation::{
-    Block, Change, Event, Face, Links, Load, MILLISECOND, Mcus, Scenario, Shape, Stair, Terrain, Wall, Wiring,
+    Block, Change, Event, Face, Links, Load, MILLISECOND, Mcus, OtherImages, Scenario, Shape, Stair, Terrain,
+    Wall, Wiring,
 };
 use tasks::dock::Dock::{self, Back, Down, Front, Left, Right, Up};
 
@@ -165,9 +166,36 @@ fn error(text: &str, line: usize, shown: &str) -> String {
 }
 
 #[test]
+fn a_file_says_which_modules_have_other_images() {
+    let scenario = Scenario::from_toml(
+        r#"
+        modules = 5
+        [[image]]
+        modules = [3, 4]
+        master = "other/master.elf"
+        [[image]]
+        modules = [0]
+        master = "/images/master.elf"
+        slave = "slave.elf"
+        "#,
+    )
+    .unwrap();
+    let other = |modules: &[usize], master: &str, slave: Option<&str>| OtherImages {
+        modules: modules.into(),
+        master: Some(master.into()),
+        slave: slave.map(Into::into),
+    };
+    let expected =
+        [other(&[3, 4], "other/master.elf", None), other(&[0], "/images/master.elf", Some("slave.elf"))];
+    assert_eq!(scenario.images, expected);
+    assert_eq!(Scenario::from_toml("modules = 5").unwrap().images, []);
+}
+
+#[test]
 fn errors_point_at_the_line_and_say_what_to_do() {
     let chain = "shape = \"chain\"\nmodules = 5\n";
     let event = |fields: &str| format!("{chain}\n[[event]]\n{fields}\n");
+    let image = |fields: &str| format!("{chain}\n[[image]]\n{fields}\n");
     for (text, line, shown, advice) in [
         ("modules = 0", 1, "modules = 0", "give a number of modules from 1"),
         ("shape = \"six-legs\"\nmodules = 10", 2, "modules = 10", "at least 11 modules"),
@@ -218,6 +246,17 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\nconsole = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
         (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "roll, command and console"),
         (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
+        (&image("modules = []\nmaster = \"a.elf\""), 4, "[[image]]", "give `modules`"),
+        (&image("modules = [1]"), 4, "[[image]]", "give `master`, `slave` or both"),
+        (&image("modules = [4, 5]\nslave = \"a.elf\""), 4, "[[image]]", "there is no module 5"),
+        (&image("modules = [1, 1]\nslave = \"a.elf\""), 4, "[[image]]", "module 1 has other images already"),
+        (
+            &image("modules = [1]\nslave = \"a.elf\"\n[[image]]\nmodules = [2, 1]\nmaster = \"b.elf\""),
+            7,
+            "[[image]]",
+            "module 1 has other images already",
+        ),
+        (&image("module = 1"), 5, "module", "unknown field `module`"),
     ] {
         let error = error(text, line, shown);
         assert!(error.contains(advice), "{advice:?} is not in: {error}");

@@ -32,6 +32,7 @@ export const GALLERY = [
     gait("butterfly-stroke", 3.8),
     gait("four-legs", 4),
     gait("six-legs", 4),
+    gait("human", 4),
     gait("single", 3.5),
 ];
 

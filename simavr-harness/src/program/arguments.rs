@@ -31,8 +31,8 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Sim {
-    /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, or a robot file
-    /// (.toml).
+    /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, human, or a robot
+    /// file (.toml).
     #[arg(default_value = "centipede", value_parser = source)]
     pub robot: Source,
 
@@ -51,7 +51,7 @@ pub struct Sim {
     pub world: Option<WorldName>,
 
     /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs
-    /// 11, cross 5.
+    /// 11, cross 5, human 6.
     #[arg(long, value_parser = modules, allow_hyphen_values = true)]
     pub modules: Option<usize>,
 

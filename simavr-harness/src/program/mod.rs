@@ -3,6 +3,7 @@
 mod arguments;
 mod bench;
 mod display;
+mod images;
 mod json;
 mod listing;
 mod module;

@@ -14,9 +14,9 @@ use simulation::{Change, Face, MILLISECOND, Robot, Shape};
 use tasks::dock::Dock;
 
 use super::arguments::{Centipede, CoreName, Period};
+use super::images::load_images;
 use super::json::{Destination, tell};
 use super::output::say;
-use super::sim::load_images;
 use super::terrain::on_terrain;
 
 /// In ms.

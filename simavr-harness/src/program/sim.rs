@@ -2,16 +2,15 @@
 
 use std::error::Error;
 use std::io::IsTerminal;
-use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, Image, ImageError, Images, RobotBuilder};
+use simavr_harness::{Engine, RobotBuilder};
 use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
 
-use super::arguments::{CoreName, EngineName, Sim, Source, WorldName};
+use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
+use super::images::Flashed;
 use super::json::{Destination, tell};
 use super::output::say;
 use super::record::{self, Record};
@@ -72,6 +71,12 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             }
             if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
                 return Err("a console tells of programs that run: ask for --engine simavr".into());
+            }
+            if !scenario.images.is_empty() {
+                return Err(
+                    "the native engine executes no images: take each [[image]] out, or ask for --engine simavr"
+                        .into(),
+                );
             }
             let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
             run_robot(robot, scenario, options, (destination, record), |_| None)
@@ -141,7 +146,7 @@ fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
         Source::Shape(shape) => {
             let modules = options.modules.unwrap_or(shape.usual_modules());
             let wiring = shape.wiring(modules).map_err(|error| format!("{error}; see --modules"))?;
-            Ok(Scenario { wiring, terrain: None, timeline: Vec::new() })
+            Ok(Scenario { wiring, terrain: None, images: Vec::new(), timeline: Vec::new() })
         }
         Source::File(path) => {
             if options.modules.is_some() {
@@ -154,14 +159,6 @@ fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
     }
 }
 
-pub fn load_images(directory: &Path, core: CoreName) -> Result<Images, Box<dyn Error>> {
-    let load = |name| {
-        let image = Image::load(directory.join(name))?;
-        Ok::<_, ImageError>(Arc::new(if core == CoreName::Simavr { image.undecoded() } else { image }))
-    };
-    Ok(Images { master: load("firmware-master.elf")?, slave: load("firmware-slave.elf")? })
-}
-
 fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
     let Scenario { wiring, terrain, .. } = scenario;
     if wiring.modules() > SIMAVR_MODULES {
@@ -170,17 +167,13 @@ fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Rob
         )
         .into());
     }
-    let images = load_images(&options.images, options.core())?;
-    if images.master.symbol("MODULE_STATUS").is_none() {
-        return Err("the master's image has no MODULE_STATUS: build both with `./x build`".into());
-    }
-    for face in wiring.attached() {
-        images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
-    }
-    let builder = RobotBuilder::wired(images, wiring)
+    let Flashed { rest, others } = Flashed::load(scenario, options)?;
+    let builder = RobotBuilder::wired(rest, wiring)
         .seed(options.seed)
         .power_up_within(POWER_UP_WITHIN)
         .varied(&options.vary);
+    let builder =
+        others.into_iter().fold(builder, |builder, (module, images)| builder.program(module, images));
     let terrain = terrain.clone().unwrap_or_default();
     let builder = if has_world(options) { builder.on_terrain(&terrain) } else { builder };
     Ok(builder.build()?)

@@ -10,9 +10,10 @@ use simulation::{MILLISECOND, Robot, Run, Scenario};
 use tasks::dock::Dock;
 
 use super::arguments::{Centipede, CoreName, Terrain};
+use super::images::load_images;
 use super::json::{Destination, tell};
 use super::output::say;
-use super::sim::{POWER_UP_WITHIN, load_images};
+use super::sim::POWER_UP_WITHIN;
 
 /// By then legs have risen, and the robot walks evenly, in s.
 const RISEN: usize = 3;
@@ -144,7 +145,7 @@ pub fn on_terrain(
 
 fn track(options: &Terrain, images: &Images, row: &Row) -> Result<Track, Box<dyn Error>> {
     let file = format!("modules = {}\nshape = \"centipede\"\n{}", options.centipede.modules, row.file);
-    let Scenario { wiring, terrain, timeline } = Scenario::from_toml(&file)?;
+    let Scenario { wiring, terrain, timeline, .. } = Scenario::from_toml(&file)?;
     let engine = on_terrain(&options.centipede, images, &wiring, &terrain.unwrap_or_default())?;
     let mut run = Run::new(engine, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
     let mut places = Vec::new();

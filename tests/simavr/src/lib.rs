@@ -8,6 +8,7 @@ pub mod hormones;
 pub mod marks;
 pub mod model;
 pub mod qemu;
+pub mod rules;
 pub mod stacks;
 pub mod storm;
 pub mod sweep;

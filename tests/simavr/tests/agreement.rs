@@ -78,6 +78,7 @@ impl Pick {
             (Shape::FourLegs, 8..11),
             (Shape::SixLegs, 11..12),
             (Shape::Cross, 5..10),
+            (Shape::Human, 6..9),
         ];
         let which = self.below(shaped.len() + 1);
         let Some((shape, modules)) = shaped.get(which) else { return self.tree() };

@@ -3,46 +3,25 @@
 //!
 //! `SUPERBOT_RULES=all` tries them all, on two threads; some stand for them otherwise.
 
-#[path = "../../../simulation/tests/table/mod.rs"]
-mod table;
-
 use std::sync::Arc;
 use std::thread;
 
 use hormone::rule::Rule;
 use simavr_harness::{Engine, Image, Images, RobotBuilder};
 use simulation::{Run, Scenario, faults};
-use superbot_tests_simavr::{MILLISECOND, images};
-use table::{RULES, WALK, mutants, table, walks};
+use superbot_tests_simavr::rules::Master;
+use superbot_tests_simavr::rules::table::{RULES, WALK, mutants, table, walks};
+use superbot_tests_simavr::{MILLISECOND, firmware};
 
 const SECOND: u64 = 1_000 * MILLISECOND;
 
 /// One of so many is tried, unless all are.
 const EVERY: usize = 27;
 
-/// A rule as it lies in flash.
-const BYTES: usize = size_of::<Rule>();
-
-fn bytes(rule: Rule) -> [u8; BYTES] {
-    // SAFETY: a rule has six bytes of data and no room between them.
-    unsafe { std::mem::transmute(rule) }
-}
-
-/// The master's image and where the table begins in it. Fields stand in it as on the host, or it is not there.
-fn master() -> (Vec<u8>, usize) {
-    let file = std::fs::read(images().join("firmware-master.elf")).expect("./x build leaves it");
-    let whole: Vec<u8> = table().into_iter().flat_map(bytes).collect();
-    let places: Vec<usize> =
-        (0..file.len() - whole.len()).filter(|&at| file[at..].starts_with(&whole)).collect();
-    let &[place] = &places[..] else { panic!("the table lies at {places:?}") };
-    (file, place)
-}
-
 /// What is wrong with a robot whose modules have this image.
 fn verdict(master: &[u8]) -> Vec<String> {
-    let image = |file: &[u8]| Arc::new(Image::parse(file).expect("it is an image"));
-    let slave = std::fs::read(images().join("firmware-slave.elf")).expect("./x build leaves it");
-    let firmware = Images { master: image(master), slave: image(&slave) };
+    let master = Arc::new(Image::parse(master).expect("it is an image"));
+    let firmware = Images { master, ..firmware() };
     let Scenario { wiring, timeline, .. } = Scenario::from_toml(&walks()).expect("the file is right");
     let robot = RobotBuilder::wired(firmware, &wiring).seed(1).power_up_within(40 * MILLISECOND);
     let mut run = Run::new(Engine::new(robot.build().expect("it can be built"), 1), timeline, SECOND);
@@ -52,12 +31,12 @@ fn verdict(master: &[u8]) -> Vec<String> {
 
 #[test]
 fn the_table_as_it_is_is_right() {
-    assert_eq!(verdict(&master().0), [""; 0]);
+    assert_eq!(verdict(Master::read().file()), [""; 0]);
 }
 
 #[test]
 fn a_rule_that_is_changed_in_flash_is_found() {
-    let (file, start) = master();
+    let master = Master::read();
     let every =
         if std::env::var_os("SUPERBOT_RULES").is_some_and(|which| which == "all") { 1 } else { EVERY };
     let changes: Vec<(usize, Rule)> = (0..RULES)
@@ -65,10 +44,7 @@ fn a_rule_that_is_changed_in_flash_is_found() {
         .step_by(every)
         .collect();
     let found = |&(place, mutant): &(usize, Rule)| {
-        let mut file = file.clone();
-        let at = start + place * BYTES;
-        file[at..at + BYTES].copy_from_slice(&bytes(mutant));
-        let faults = verdict(&file);
+        let faults = verdict(&master.with(place, mutant));
         let is_found = faults.iter().any(|fault| fault.contains("the gait was wrong"));
         (!is_found).then(|| format!("{mutant:?} for {:?}: {faults:?}", table()[place]))
     };

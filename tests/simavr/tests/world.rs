@@ -105,7 +105,7 @@ fn modules_that_change_places_take_their_joints_with_them() {
 
 /// A robot from a file, at power-up.
 fn start(file: &str) -> Run<Engine> {
-    let Scenario { wiring, terrain, timeline } = Scenario::from_toml(file).unwrap();
+    let Scenario { wiring, terrain, timeline, .. } = Scenario::from_toml(file).unwrap();
     let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
     let robot = robot.on_terrain(&terrain.unwrap_or_default()).build().unwrap();
     Run::new(Engine::new(robot, 2), timeline, SECOND)
@@ -171,11 +171,12 @@ fn on_its_back_it_walks_on_at_half_its_speed_at_least() {
 }
 
 #[test]
-fn a_ring_rolls_and_a_chain_and_a_module_alone_crawl_half_a_body_length_at_least() {
+fn a_ring_rolls_and_a_chain_a_human_and_a_module_alone_crawl_half_a_body_length_at_least() {
     for file in [
         include_str!("../../../robots/gaits/rolling-track.toml"),
         include_str!("../../../robots/gaits/caterpillar.toml"),
         include_str!("../../../robots/gaits/single.toml"),
+        include_str!("../../../robots/gaits/human.toml"),
     ] {
         let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
         assert!(distance > length / 2.0, "{distance} m of {length}");

@@ -1,0 +1,76 @@
+//! Modules with another image walk along with the rest: here one whose table of rules is another.
+
+use std::sync::Arc;
+
+use hormone::action::Action::{self, Holding, Swing};
+use hormone::data::Data::A;
+use hormone::event::Event;
+use hormone::module_type::ModuleType::LeftLeg;
+use hormone::rule::received;
+use simavr_harness::{Engine, Image, Images, RobotBuilder};
+use simulation::{Deed, Robot, Run, Shape, faults};
+use superbot_tests_simavr::rules::{Master, table::table};
+use superbot_tests_simavr::{MILLISECOND, firmware};
+
+const MODULES: usize = 10;
+const END: u64 = 5_000 * MILLISECOND;
+
+/// The left legs of both branches: the second has another image.
+const LEGS: [usize; 2] = [2, 6];
+
+/// The images of a module that never lifts a left leg: its rule for A says Holding.
+fn lame() -> Images {
+    let swings = received(LeftLeg, A).perform(Swing);
+    let place = table().iter().position(|&rule| rule == swings).expect("left legs swing at A");
+    let master = Image::parse(&Master::read().with(place, swings.perform(Holding)));
+    Images { master: Arc::new(master.expect("it is an image")), ..firmware() }
+}
+
+/// A centipede of which these modules have the other image.
+fn robot(lame_modules: &[usize]) -> Engine {
+    let wiring = Shape::Centipede.wiring(MODULES).expect("it is long enough");
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1);
+    let robot = lame_modules.iter().fold(robot, |robot, &module| robot.program(module, lame()));
+    Engine::new(robot.build().expect("it can be built"), 2)
+}
+
+/// What it does.
+fn deeds(lame_modules: &[usize]) -> (Engine, Vec<Deed>) {
+    let mut engine = robot(lame_modules);
+    engine.run_until(END);
+    let deeds = engine.take_deeds();
+    (engine, deeds)
+}
+
+fn actions(deeds: &[Deed], module: usize) -> Vec<Action> {
+    let begun = |deed: &Deed| match deed.event {
+        Event::ActionBegun(action) if deed.module == module && action != Action::Rest => Some(action),
+        _ => None,
+    };
+    deeds.iter().filter_map(begun).collect()
+}
+
+#[test]
+fn who_has_another_image_acts_by_its_rules_and_all_others_walk_on() {
+    let [(_, alike), (engine, mixed)] = [deeds(&[]), deeds(&LEGS[1..])];
+    assert!((0..MODULES).all(|module| engine.is_right(module)));
+    for leg in LEGS {
+        let [before, now] = [&alike, &mixed].map(|deeds| actions(deeds, leg));
+        assert!(before.len() > 8 && before.contains(&Swing), "{before:?}");
+        let expected = if leg == LEGS[1] { vec![Holding; before.len()] } else { before };
+        assert_eq!(now, expected, "module {leg}");
+    }
+    // A leg sends to nobody: what all others do with their hormones does not change.
+    let others = |deeds: Vec<Deed>| {
+        deeds.into_iter().filter(|deed| deed.module != LEGS[1]).map(|deed| (deed.module, deed.event))
+    };
+    assert!(others(mixed).eq(others(alike)));
+}
+
+#[test]
+fn the_verdict_names_who_has_other_rules() {
+    let mut run = Run::new(robot(&LEGS[1..]), Vec::new(), 1_000 * MILLISECOND);
+    while run.step(END).expect("nothing happens") {}
+    let [fault] = &faults(&run, false)[..] else { panic!("{:?}", faults(&run, false)) };
+    assert!(fault.starts_with("the gait was wrong") && fault.contains("module 6 did"), "{fault}");
+}
