@@ -1,0 +1,677 @@
+//! The devices' task on its plants: latches, a joint, infrared and a battery. What is asked for is done and told,
+//! or refused.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use kernel::{Interrupt, Masked, Priority, Semaphore, Stack, Task, Ticks, host};
+use plants::dock::{Latch, reflected};
+use plants::joint::{Joint as Plant, counts};
+use tasks::device::{JointMotors, Peripherals, Quantity};
+use tasks::devices::task as devices;
+use tasks::dock::Dock;
+use tasks::docking::latch::{End, EndSwitches, Failure, State as LatchState};
+use tasks::mailbox::Mailbox;
+use tasks::message::{Address, Message, TaskCode};
+use tasks::motor::joint::{Description, Joint, Reading, State};
+use tasks::motor::potentiometer::Potentiometer;
+use tasks::motor::task::{self as motor, Motors};
+use tasks::motor::{Axis, FULL_DRIVE};
+use tasks::post_office::{PostOffice, Undelivered};
+use tasks::power::allowance::Allowance;
+use tasks::power::battery::Level;
+use tasks::power::charger;
+use tasks::power::switch::Switch;
+use tasks::request::{Report, Request};
+use tasks::router::{Mcu, Router, Source};
+use tasks::sensor::Sensor;
+use tasks::superbot::{MASTER, RESIDENCE, SLAVE};
+
+const HORMONE: TaskCode = TaskCode::HORMONE;
+
+const JOINT: Description = Description {
+    potentiometer: Potentiometer::new(512, 47),
+    lowest: -900,
+    highest: 900,
+    current_limit: 164,
+};
+
+/// What the devices of one MCU are in.
+struct World {
+    /// What was asked for and not read yet.
+    looked: Vec<Quantity>,
+    latches: [Latch; 3],
+    driven: [Option<End>; 3],
+    powered: [bool; 3],
+    tripped: u8,
+    emitters: bool,
+    charger: bool,
+    joint: Plant,
+    drive: i16,
+    /// Posted each millisecond while the joint is controlled.
+    period: Option<&'static Semaphore>,
+    /// What is before which dock: so many millimetres away, where the joint is at so many degrees.
+    before: Option<(Dock, f64, f64)>,
+    battery_mv: i16,
+    battery_temperature: i16,
+    /// Out of each dock here, in mA.
+    dock_ma: i16,
+    /// How often the task has shown that it is alive.
+    alive: u32,
+}
+
+type Shared = Arc<Mutex<World>>;
+
+impl World {
+    fn new() -> Shared {
+        Arc::new(Mutex::new(World {
+            looked: Vec::new(),
+            latches: [0; 3].map(|_| Latch::at(0.0)),
+            driven: [None; 3],
+            powered: [false; 3],
+            tripped: 0,
+            emitters: false,
+            charger: false,
+            joint: Plant::at(0.0),
+            drive: 0,
+            period: None,
+            before: None,
+            battery_mv: 7_400,
+            battery_temperature: 250,
+            dock_ma: 0,
+            alive: 0,
+        }))
+    }
+
+    /// A millisecond passes.
+    fn step(&mut self, interrupt: &mut Interrupt) {
+        for _ in 0..20 {
+            self.joint.step(f64::from(self.drive) / f64::from(FULL_DRIVE), 0.000_05);
+        }
+        for (latch, driven) in self.latches.iter_mut().zip(self.driven) {
+            latch.step(driven.map_or(0, |end| if end == End::Latched { 1 } else { -1 }), 0.001);
+        }
+        if let Some(period) = self.period {
+            period.post(interrupt);
+        }
+    }
+
+    fn value(&self, quantity: Quantity) -> i16 {
+        match quantity {
+            Quantity::Proximity(dock) => match self.before {
+                Some((seen, millimetres, facing)) if seen == dock && self.emitters => {
+                    reflected(millimetres, self.joint.degrees() - facing) as i16
+                }
+                _ => 0,
+            },
+            Quantity::LatchCurrent => {
+                let running = self.latches.iter().zip(self.driven).filter(|(_, driven)| driven.is_some());
+                running.map(|(latch, _)| (1000.0 * latch.amperes()) as i16).max().unwrap_or(0)
+            }
+            Quantity::Sensor(Sensor::BatteryVoltage) => self.battery_mv,
+            Quantity::Sensor(Sensor::BatteryTemperature) => self.battery_temperature,
+            Quantity::Sensor(Sensor::DockCurrent(_)) => self.dock_ma,
+            Quantity::Sensor(sensor) => 1000 + i16::from(sensor.code()),
+        }
+    }
+}
+
+fn at(world: &Shared) -> MutexGuard<'_, World> {
+    world.lock().expect("no test panicked with it")
+}
+
+/// The devices of the master, or with the battery those of the slave.
+struct Board<const BATTERY: bool>(Shared);
+
+impl<const BATTERY: bool> Board<BATTERY> {
+    fn place(dock: Dock) -> usize {
+        Self::docks().into_iter().position(|here| here == dock).expect("a dock of this MCU")
+    }
+}
+
+impl<const BATTERY: bool> Peripherals for Board<BATTERY> {
+    const HAS_BATTERY: bool = BATTERY;
+    const LATCH_CURRENT_LIMIT: i16 = 500;
+
+    fn docks() -> [Dock; 3] {
+        if BATTERY { SLAVE.docks() } else { MASTER.docks() }
+    }
+
+    fn look(&mut self, _: &mut Task, quantity: Quantity) {
+        let mut world = at(&self.0);
+        if !world.looked.contains(&quantity) {
+            world.looked.push(quantity);
+        }
+    }
+
+    fn seen(&mut self, _: &mut Task, quantity: Quantity) -> Option<i16> {
+        let mut world = at(&self.0);
+        let index = world.looked.iter().position(|looked| *looked == quantity)?;
+        world.looked.remove(index);
+        Some(world.value(quantity))
+    }
+
+    fn end_switches(&mut self, dock: Dock) -> EndSwitches {
+        let latch = &at(&self.0).latches[Self::place(dock)];
+        EndSwitches { is_released: latch.is_released(), is_latched: latch.is_latched() }
+    }
+
+    fn drive_latch(&mut self, dock: Dock, to: Option<End>) {
+        at(&self.0).driven[Self::place(dock)] = to;
+    }
+
+    fn set_power(&mut self, _: &mut Task, dock: Dock, is_on: bool) {
+        at(&self.0).powered[Self::place(dock)] = is_on;
+    }
+
+    fn take_tripped(&mut self, _: &mut Task) -> u8 {
+        std::mem::take(&mut at(&self.0).tripped)
+    }
+
+    fn set_emitters(&mut self, is_on: bool) {
+        at(&self.0).emitters = is_on;
+    }
+
+    fn set_charger(&mut self, is_on: bool) {
+        at(&self.0).charger = is_on;
+    }
+}
+
+struct Motor(Shared);
+
+impl JointMotors for Motor {
+    fn begin(&mut self, _: &mut Task, period: &'static Semaphore) {
+        at(&self.0).period = Some(period);
+    }
+
+    fn end(&mut self, _: &mut Task) {
+        at(&self.0).period = None;
+    }
+
+    fn look(&mut self, _: &mut Task) {}
+
+    fn reading(&self, _: &mut Task, _: usize) -> Reading {
+        let world = at(&self.0);
+        Reading {
+            potentiometer: counts(world.joint.potentiometer_volts()),
+            current: counts(world.joint.current_volts()),
+        }
+    }
+
+    fn drive(&self, _: &Masked, _: usize, drive: i16) {
+        at(&self.0).drive = drive;
+    }
+
+    fn done(&mut self) {}
+}
+
+/// Whoever asks the devices, and hears what they tell.
+struct Client<'a> {
+    task: &'a mut Task,
+    office: &'static PostOffice,
+    devices: &'static Mailbox,
+    /// Where all that devices tell ends up: HORMONE's mailbox, or the bridge's.
+    heard: &'static Mailbox,
+    world: Shared,
+}
+
+impl Client<'_> {
+    /// Asks a device on behalf of `client`, which is on the other MCU.
+    fn ask_for(&mut self, client: TaskCode, request: Request) {
+        let payload = request.to_payload();
+        let message = Message::new(Address::here(request.task()), Address::here(client), &payload);
+        let sent = self.office.deliver(self.task, message.expect("it is short"), Source::Bridge);
+        assert_eq!(sent, Ok(()), "{request:?}");
+    }
+
+    fn ask(&mut self, request: Request) {
+        self.ask_for(HORMONE, request);
+    }
+
+    /// What is told within so many ticks: to whom, and what.
+    fn within(&mut self, ticks: Ticks) -> Vec<(TaskCode, Told)> {
+        let mut told = Vec::new();
+        for _ in 0..ticks {
+            self.task.delay(1);
+            while let Some(letter) = self.heard.take(self.task) {
+                let what = Report::from_payload(letter.payload()).map(Told::Report);
+                let what = what.or(Request::from_payload(letter.payload()).map(Told::Request));
+                told.push((letter.to().task(), what.expect("a report or a request")));
+            }
+        }
+        told
+    }
+
+    /// As [`within`](Self::within), of what HORMONE is told.
+    fn reports(&mut self, ticks: Ticks) -> Vec<Report> {
+        let told = self.within(ticks).into_iter();
+        told.filter_map(|(to, told)| match told {
+            Told::Report(report) if to == HORMONE => Some(report),
+            _ => None,
+        })
+        .collect()
+    }
+
+    fn world(&self) -> MutexGuard<'_, World> {
+        at(&self.world)
+    }
+
+    /// Has the battery at this voltage, and waits until that is believed.
+    fn drain(&mut self, millivolts: i16) -> Vec<(TaskCode, Told)> {
+        self.world().battery_mv = millivolts;
+        self.within(1_400)
+    }
+
+    /// Turns the joint, so that it is known where it is.
+    fn turn(&mut self, angle: i16) {
+        self.ask(Request::Turn { axis: Axis::Back, angle, speed: 90 });
+        let told = self.reports(3_000);
+        assert!(told.contains(&Report::Joint(Axis::Back, State::Arrived)), "{told:?}");
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Told {
+    Report(Report),
+    Request(Request),
+}
+
+const fn mcu<const BATTERY: bool>() -> Mcu {
+    if BATTERY { Mcu::Slave } else { Mcu::Master }
+}
+
+/// Runs `script` beside the devices' task of one MCU and its joint's. Returns what came of the world.
+fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
+    fn forever<T>(value: T) -> &'static T {
+        Box::leak(Box::new(value))
+    }
+    let world = World::new();
+    let [devices, heard, nobody] = [6, 64, 0].map(|length| forever(Mailbox::new(length)));
+    let motors: &'static Motors<1> = forever(Motors::new());
+    let office = forever(PostOffice {
+        router: Router::new(mcu::<BATTERY>(), RESIDENCE),
+        tasks: if BATTERY { &[] } else { forever([(HORMONE, heard)]) },
+        devices,
+        links: &[],
+        bridge: if BATTERY { heard } else { nobody },
+    });
+    let axis = if BATTERY { Axis::Back } else { Axis::Front };
+    let done = Arc::new(Mutex::new(false));
+    let is_done = Arc::clone(&done);
+    let in_tick = Arc::clone(&world);
+    let of_task = Arc::clone(&world);
+    host::run_for(
+        60_000,
+        move |boot| {
+            let [board, motor, alive, of_script] = [0; 4].map(|_| Arc::clone(&of_task));
+            let stacks: [&'static Stack<4000>; 3] = [0; 3].map(|_| forever(Stack::new()));
+            let [joints, served, client] = stacks;
+            let run_joints = move |task: &mut Task| {
+                motor::run(task, motors, [Joint::new(JOINT)], Motor(motor), devices.semaphore())
+            };
+            joints.start(boot, Priority::P0, run_joints).expect("the stack is free");
+            let serve = move |task: &mut Task| {
+                devices::run(task, devices, Board::<BATTERY>(board), motors, [axis], office, move |_| {
+                    at(&alive).alive += 1;
+                })
+            };
+            served.start(boot, Priority::P3, serve).expect("the stack is free");
+            let play = move |task: &mut Task| {
+                let mut client = Client { task, office, devices, heard, world: of_script };
+                script(&mut client);
+                *is_done.lock().expect("no test panicked with it") = true;
+                // All tests take their letters from one pool: none may stay in a mailbox.
+                loop {
+                    client.within(1_000);
+                }
+            };
+            client.start(boot, Priority::P4, play).expect("the stack is free");
+        },
+        move |interrupt, _| at(&in_tick).step(interrupt),
+    );
+    assert!(*done.lock().expect("no test panicked with it"), "the script takes too long");
+    world
+}
+
+#[test]
+fn a_joint_tells_at_first_that_it_is_off_and_then_of_what_it_comes_to() {
+    let world = run::<true>(|client| {
+        assert_eq!(client.reports(10), [Report::Joint(Axis::Back, State::Off)]);
+        client.ask(Request::Turn { axis: Axis::Back, angle: 200, speed: 90 });
+        assert_eq!(client.reports(3_000), [Report::Joint(Axis::Back, State::Arrived)]);
+        assert!((client.world().joint.degrees() - 20.0).abs() < 1.0);
+
+        // Who asked last is told.
+        client.ask_for(TaskCode::AC_RECEIVE, Request::Turn { axis: Axis::Back, angle: 0, speed: 90 });
+        let told = client.within(3_000);
+        let arrived = Told::Report(Report::Joint(Axis::Back, State::Arrived));
+        assert_eq!(told, [(TaskCode::AC_RECEIVE, arrived)]);
+
+        client.ask(Request::Relax(Axis::Back));
+        assert_eq!(client.within(50).len(), 1, "it is off");
+        assert_eq!(client.world().drive, 0);
+    });
+    // Each 50 ms or sooner.
+    assert!(at(&world).alive >= 60_000 / 50);
+}
+
+#[test]
+fn a_joint_that_is_not_here_is_refused() {
+    run::<true>(|client| {
+        client.within(10);
+        // No router would send it here.
+        let request = Request::Turn { axis: Axis::Front, angle: 200, speed: 90 };
+        let payload = request.to_payload();
+        let (to, from) = (Address::here(TaskCode::joint(Axis::Front)), Address::here(HORMONE));
+        let message = Message::new(to, from, &payload).expect("it is short");
+        let letter = tasks::message::Letter::of(message);
+        let letter = kernel::Message::new(client.task, letter).ok().expect("there is a buffer");
+        client.devices.put(client.task, letter).ok().expect("there is room");
+        assert_eq!(client.reports(10), [Report::Refused(TaskCode::joint(Axis::Front))]);
+        assert_eq!(client.world().drive, 0);
+        let absent = Address::here(TaskCode::CONSOLE);
+        let to_nobody = Message::new(absent, from, &[]).expect("it is short");
+        assert_eq!(client.office.deliver(client.task, to_nobody, Source::Task), Err(Undelivered::Ignored));
+    });
+}
+
+#[test]
+fn sensors_are_read_four_at_a_time() {
+    run::<true>(|client| {
+        client.within(10);
+        let sensors = [
+            Sensor::BatteryVoltage,
+            Sensor::BatteryTemperature,
+            Sensor::DockCurrent(Dock::Up),
+            Sensor::SlaveTemperature,
+        ];
+        client.world().dock_ma = 77;
+        for (round, client_code) in [HORMONE, TaskCode::AC_RECEIVE].into_iter().enumerate() {
+            for sensor in sensors {
+                client.ask_for(client_code, Request::Read(sensor));
+            }
+            client.ask_for(client_code, Request::Read(Sensor::DockCurrent(Dock::Down)));
+            let mut told = client.within(20);
+            let refused = Report::Refused(TaskCode::dock(Dock::Down));
+            assert_eq!(told.remove(0), (client_code, Told::Report(refused)), "{round}");
+            let values = [7_400, 250, 77, 1018];
+            let expected = sensors.into_iter().zip(values);
+            let expected: Vec<_> = expected
+                .map(|(sensor, value)| (client_code, Told::Report(Report::Value(sensor, value))))
+                .collect();
+            assert_eq!(told, expected);
+        }
+    });
+}
+
+#[test]
+fn one_latch_moves_at_a_time_and_tells_when_it_is_there() {
+    run::<true>(|client| {
+        client.within(10);
+        client.ask(Request::Latch(Dock::Up, End::Latched));
+        assert_eq!(client.reports(100), []);
+        assert_eq!(client.world().driven, [None, Some(End::Latched), None]);
+        client.ask(Request::Latch(Dock::Down, End::Latched));
+        client.ask(Request::Approach(Dock::Back));
+        let refused = [Dock::Down, Dock::Back].map(|dock| Report::Refused(TaskCode::dock(dock)));
+        assert_eq!(client.reports(10), refused);
+        // The same dock may change its mind.
+        client.ask(Request::Latch(Dock::Up, End::Released));
+        assert_eq!(client.reports(2_500), [Report::Latch(Dock::Up, LatchState::At(End::Released))]);
+        assert_eq!(client.world().driven, [None; 3]);
+
+        client.ask(Request::Latch(Dock::Down, End::Latched));
+        assert_eq!(client.reports(2_500), [Report::Latch(Dock::Down, LatchState::At(End::Latched))]);
+        assert!(client.world().latches[2].is_latched() && client.world().latches[1].is_released());
+
+        client.world().latches[0].blocked_at = Some(0.5);
+        client.ask(Request::Latch(Dock::Back, End::Latched));
+        let jammed = LatchState::Failed(Failure::Jammed);
+        assert_eq!(client.reports(2_500), [Report::Latch(Dock::Back, jammed)]);
+        assert_eq!(client.world().driven, [None; 3]);
+    });
+}
+
+#[test]
+fn a_dock_is_found_with_the_joint_and_latched() {
+    run::<true>(|client| {
+        client.within(10);
+        client.ask(Request::Approach(Dock::Back));
+        assert_eq!(client.reports(10), [Report::Refused(TaskCode::dock(Dock::Back))], "where is the joint?");
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 3.0, 8.0));
+        client.ask(Request::Approach(Dock::Back));
+        assert_eq!(client.reports(20), []);
+        assert!(client.world().emitters);
+        // Meanwhile no other dock's motor may run, and the joint's turns are nobody's news.
+        client.ask(Request::Latch(Dock::Up, End::Latched));
+        assert_eq!(client.reports(10), [Report::Refused(TaskCode::dock(Dock::Up))]);
+        let latched = Report::Latch(Dock::Back, LatchState::At(End::Latched));
+        let told: Vec<Report> = (0..20).flat_map(|_| client.reports(1_000)).collect();
+        assert_eq!(told, [latched]);
+        let world = client.world();
+        assert!(!world.emitters && world.latches[0].is_latched());
+        assert!((world.joint.degrees() - 8.0).abs() < 2.0, "{}", world.joint.degrees());
+    });
+}
+
+#[test]
+fn where_no_dock_is_the_joint_goes_back() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        client.ask(Request::Approach(Dock::Back));
+        let told: Vec<Report> = (0..30).flat_map(|_| client.reports(1_000)).collect();
+        assert_eq!(told[0], Report::Lost(Dock::Back));
+        assert!(told[1..].iter().all(|told| matches!(told, Report::Joint(..))), "{told:?}");
+        let world = client.world();
+        assert!(!world.emitters && world.driven == [None; 3]);
+        assert!((world.joint.degrees() - 10.0).abs() < 1.0, "{}", world.joint.degrees());
+    });
+}
+
+#[test]
+fn an_order_to_the_latch_ends_the_search_of_its_dock() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.ask(Request::Approach(Dock::Back));
+        client.within(50);
+        client.ask(Request::Latch(Dock::Back, End::Latched));
+        let told = client.reports(3_000);
+        assert!(told.contains(&Report::Latch(Dock::Back, LatchState::At(End::Latched))), "{told:?}");
+        assert!(!told.contains(&Report::Lost(Dock::Back)), "{told:?}");
+        // And whoever else asks is served.
+        client.ask(Request::Latch(Dock::Up, End::Latched));
+        let told = client.reports(3_000);
+        assert!(told.contains(&Report::Latch(Dock::Up, LatchState::At(End::Latched))), "{told:?}");
+    });
+}
+
+#[test]
+fn a_joint_that_fails_in_a_search_ends_it() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 3.0, 8.0));
+        client.world().joint.surroundings.is_blocked = true;
+        client.ask(Request::Approach(Dock::Back));
+        let told: Vec<Report> = (0..10).flat_map(|_| client.reports(1_000)).collect();
+        assert_eq!(told[0], Report::Lost(Dock::Back), "{told:?}");
+        assert!(!client.world().emitters);
+    });
+}
+
+#[test]
+fn switches_close_open_trip_and_are_told_of() {
+    run::<true>(|client| {
+        client.within(10);
+        client.ask(Request::Power { dock: Dock::Up, is_on: true });
+        client.ask(Request::Power { dock: Dock::Down, is_on: true });
+        assert_eq!(client.reports(10), []);
+        assert_eq!(client.world().powered, [false, true, true]);
+        client.ask(Request::Power { dock: Dock::Down, is_on: false });
+        client.within(10);
+        assert_eq!(client.world().powered, [false, true, false]);
+        // Of the three the board has opened, one was closed.
+        client.world().tripped = 0b111;
+        assert_eq!(client.reports(60), [Report::Switch(Dock::Up, Switch::Tripped)]);
+        assert_eq!(client.world().powered, [false; 3]);
+        client.ask(Request::Power { dock: Dock::Up, is_on: true });
+        client.within(10);
+        client.world().tripped = 0b101;
+        assert_eq!(client.reports(60), []);
+        assert_eq!(client.world().powered, [false, true, false]);
+    });
+}
+
+/// What the other MCU is told when this is the level.
+fn allow(level: Level, is_charging: bool) -> (TaskCode, Told) {
+    (TaskCode::POWER_BEYOND, Told::Request(Request::Allow(Allowance { level, is_charging })))
+}
+
+#[test]
+fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.ask(Request::Power { dock: Dock::Up, is_on: true });
+        assert_eq!(client.within(600), [], "a good battery is no news");
+
+        let told = client.drain(6_900);
+        let battery = |level| (HORMONE, Told::Report(Report::Battery(level)));
+        let switch = |switch| (HORMONE, Told::Report(Report::Switch(Dock::Up, switch)));
+        assert_eq!(told[..3], [allow(Level::Low, false), battery(Level::Low), switch(Switch::Shed)]);
+        assert!(told[3..].iter().all(|told| *told == allow(Level::Low, false)), "{told:?}");
+        assert!(!told[3..].is_empty(), "the other MCU may have been reset: it is told again");
+        assert_eq!(client.world().powered, [false; 3]);
+        // What is closed now waits for power.
+        client.ask(Request::Power { dock: Dock::Down, is_on: true });
+        client.within(10);
+        assert_eq!(client.world().powered, [false; 3]);
+
+        // A latch that moves comes to rest where it is.
+        client.world().latches[1].blocked_at = None;
+        client.world().battery_mv = 6_600;
+        client.within(900);
+        client.ask(Request::Latch(Dock::Up, End::Latched));
+        let told = client.within(600);
+        assert!(told.contains(&battery(Level::VeryLow)), "{told:?}");
+        let stopped = (HORMONE, Told::Report(Report::Latch(Dock::Up, LatchState::Between)));
+        assert!(told.contains(&stopped), "{told:?}");
+        assert_eq!(client.world().driven, [None; 3]);
+        for request in [Request::Latch(Dock::Down, End::Latched), Request::Approach(Dock::Back)] {
+            client.ask(request);
+            assert_eq!(client.reports(10), [Report::Refused(request.task())]);
+        }
+
+        client.turn(300);
+        client.drain(6_300);
+        assert_eq!(client.world().drive, 0);
+        client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 90 });
+        assert_eq!(client.reports(10), [Report::Refused(TaskCode::joint(Axis::Back))]);
+
+        let told: Vec<_> = (0..5).flat_map(|_| client.drain(7_400)).collect();
+        for level in [Level::VeryLow, Level::Low, Level::Good] {
+            assert!(told.contains(&battery(level)), "{level:?}: {told:?}");
+        }
+        assert!(told.contains(&switch(Switch::Closed)), "{told:?}");
+        assert_eq!(client.world().powered, [false, true, true]);
+        client.turn(0);
+    });
+}
+
+#[test]
+fn a_search_ends_when_the_battery_gets_low() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.drain(6_900);
+        client.world().battery_mv = 6_600;
+        client.within(600);
+        client.ask(Request::Approach(Dock::Back));
+        client.within(50);
+        assert!(client.world().emitters);
+        client.within(900);
+        assert!(!client.world().emitters);
+        // The joint is nobody's again, and tells.
+        client.ask(Request::Turn { axis: Axis::Back, angle: 100, speed: 90 });
+        assert!(client.reports(3_000).contains(&Report::Joint(Axis::Back, State::Arrived)));
+    });
+}
+
+#[test]
+fn the_charger_counts_what_comes_in_at_the_docks_of_both_mcus() {
+    run::<true>(|client| {
+        client.within(10);
+        client.ask(Request::Charge { is_on: true });
+        let asked =
+            |dock: Dock| (TaskCode::dock(dock), Told::Request(Request::Read(Sensor::DockCurrent(dock))));
+        let mut told = client.within(10);
+        told.sort_by_key(|(to, _)| to.code());
+        let mut expected = MASTER.docks().map(asked).to_vec();
+        expected.push(allow(Level::Good, true));
+        expected.sort_by_key(|(to, _)| to.code());
+        assert_eq!(told, expected);
+        assert!(client.world().charger);
+
+        // 60 mA at a dock of the other MCU, and 10 at each here: 90, enough not to count as none.
+        let others = |client: &mut Client, looks: u32| {
+            let mut told = Vec::new();
+            for _ in 0..looks {
+                let current = Report::Value(Sensor::DockCurrent(Dock::Front), -60).to_payload();
+                let power = Address::here(TaskCode::POWER);
+                let message = Message::new(power, Address::here(TaskCode::dock(Dock::Front)), &current);
+                let sent = client.office.deliver(client.task, message.expect("short"), Source::Bridge);
+                assert_eq!(sent, Ok(()));
+                told.extend(client.reports(250));
+            }
+            told
+        };
+        client.world().dock_ma = -10;
+        assert_eq!(others(client, 12), []);
+        // What goes out is no charge.
+        client.world().dock_ma = 500;
+        assert_eq!(others(client, 12), [Report::Charger(charger::State::Failed)]);
+        assert!(!client.world().charger);
+
+        client.ask(Request::Charge { is_on: true });
+        client.within(10);
+        client.world().dock_ma = -200;
+        assert_eq!(client.reports(3_000), []);
+        client.world().battery_temperature = 500;
+        assert_eq!(client.reports(600), [Report::Charger(charger::State::Paused)]);
+        assert!(!client.world().charger);
+        client.world().battery_temperature = 250;
+        assert_eq!(client.reports(600), [Report::Charger(charger::State::Charging)]);
+        assert!(client.world().charger);
+        client.ask(Request::Charge { is_on: false });
+        assert_eq!(client.within(10), [allow(Level::Good, false)]);
+        assert!(!client.world().charger);
+    });
+}
+
+#[test]
+fn the_mcu_without_a_battery_does_what_the_other_allows() {
+    let world = run::<false>(|client| {
+        assert_eq!(client.reports(10), [Report::Joint(Axis::Front, State::Off)]);
+        client.ask(Request::Power { dock: Dock::Left, is_on: true });
+        client.ask(Request::Read(Sensor::AccelerationZ));
+        assert_eq!(client.reports(20), [Report::Value(Sensor::AccelerationZ, 1016)]);
+        assert_eq!(client.world().powered, [false, true, false]);
+        client.ask(Request::Latch(Dock::Right, End::Latched));
+        client.within(100);
+        client.ask(Request::Allow(Allowance { level: Level::VeryLow, is_charging: false }));
+        let told = client.reports(20);
+        assert!(told.contains(&Report::Switch(Dock::Left, Switch::Shed)), "{told:?}");
+        assert!(told.contains(&Report::Latch(Dock::Right, LatchState::Between)), "{told:?}");
+        // Docks may be closed however empty it is, if it is charged.
+        client.ask(Request::Allow(Allowance { level: Level::Empty, is_charging: true }));
+        assert!(client.reports(20).contains(&Report::Switch(Dock::Left, Switch::Closed)));
+        client.ask(Request::Turn { axis: Axis::Front, angle: 100, speed: 90 });
+        assert_eq!(client.reports(20), [Report::Refused(TaskCode::joint(Axis::Front))]);
+        client.ask(Request::Allow(Allowance::ALL));
+        client.ask(Request::Turn { axis: Axis::Front, angle: 100, speed: 90 });
+        assert_eq!(client.reports(3_000), [Report::Joint(Axis::Front, State::Arrived)]);
+    });
+    assert!(at(&world).alive >= 60_000 / 50);
+}
