@@ -44,6 +44,7 @@ mod robot;
 mod serial_pins;
 mod terrain;
 mod tilt;
+mod trace;
 mod variation;
 mod wires;
 
@@ -68,5 +69,6 @@ pub use robot::{Event, LONGEST_WINDOW, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
+pub use trace::{Holder, NotTraceable, Slice, TaskState, TaskTrace, Trace, Wait, vector_name};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

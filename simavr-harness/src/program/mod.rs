@@ -13,6 +13,7 @@ mod report;
 mod sim;
 mod summary;
 mod terrain;
+mod trace;
 
 use std::process::ExitCode;
 

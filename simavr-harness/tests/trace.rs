@@ -1,0 +1,180 @@
+//! `./x sim --trace`: a timeline is read as Perfetto reads it, and held against the summary.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Cycles in a microsecond, the unit of time in the file.
+const MICROSECOND: f64 = 16.0;
+
+fn images() -> PathBuf {
+    std::env::var_os("SUPERBOT_IMAGES")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from)
+}
+
+fn run(arguments: &[&str]) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    program.args(arguments).env("SUPERBOT_IMAGES", images()).output().expect("the program can be run")
+}
+
+/// A file that no other test writes.
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{name}", std::process::id()))
+}
+
+/// Runs with a trace, and returns the summary and the trace.
+fn traced(name: &str, arguments: &[&str]) -> (Value, Timeline) {
+    let path = file(name);
+    let path_text = path.to_str().expect("the path is text");
+    let output = run(&[&["sim"], arguments, &["--json", "-", "--trace", path_text]].concat());
+    let error = String::from_utf8_lossy(&output.stderr);
+    let report = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{error}"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|_| panic!("{error}"));
+    std::fs::remove_file(&path).expect("it can be removed");
+    (report, Timeline::of(&serde_json::from_str(&text).expect("the trace is JSON")))
+}
+
+/// A slice of a track.
+#[derive(Debug)]
+struct Slice {
+    name: String,
+    begin: u64,
+    end: u64,
+    /// How many slices lie around it.
+    depth: usize,
+}
+
+/// A trace, by the names of MCUs and tracks.
+struct Timeline {
+    tracks: BTreeMap<(String, String), Vec<Slice>>,
+}
+
+impl Timeline {
+    /// Pairs begins and ends, as Perfetto does.
+    fn of(file: &Value) -> Self {
+        let mut names: BTreeMap<(&str, u64), &str> = BTreeMap::new();
+        let mut open: BTreeMap<u64, Vec<(String, u64)>> = BTreeMap::new();
+        let mut slices: BTreeMap<(u64, u64), Vec<Slice>> = BTreeMap::new();
+        for event in file["traceEvents"].as_array().expect("there are events") {
+            let number = |field: &str| event[field].as_u64().unwrap_or_else(|| panic!("{field} of {event}"));
+            let cycle = || {
+                let cycles = event["ts"].as_f64().expect("it has a time") * MICROSECOND;
+                assert_eq!(cycles, cycles.round(), "{event} is between two cycles");
+                cycles as u64
+            };
+            let (pid, tid) = (number("pid"), number("tid"));
+            let under_way = open.entry(tid).or_default();
+            match event["ph"].as_str() {
+                Some("M") => {
+                    let name = event["args"]["name"].as_str();
+                    match event["name"].as_str() {
+                        Some("process_name") => drop(names.insert(("mcu", pid), name.expect("a name"))),
+                        Some("thread_name") => drop(names.insert(("track", tid), name.expect("a name"))),
+                        _ => {}
+                    }
+                }
+                Some("B") => under_way.push((event["name"].as_str().expect("a name").into(), cycle())),
+                Some("E") => {
+                    let (name, begin) = under_way.pop().expect("what ends has begun");
+                    let slice = Slice { name, begin, end: cycle(), depth: under_way.len() };
+                    assert!(slice.begin < slice.end, "{slice:?}");
+                    slices.entry((pid, tid)).or_default().push(slice);
+                }
+                _ => {}
+            }
+        }
+        assert!(open.values().all(Vec::is_empty), "what has begun ends");
+        let named = |((pid, tid), slices)| {
+            let name = |key| names.get(&key).map(|&name| name.to_owned()).expect("it has a name");
+            ((name(("mcu", pid)), name(("track", tid))), slices)
+        };
+        Timeline { tracks: slices.into_iter().map(named).collect() }
+    }
+
+    fn track(&self, mcu: &str, track: &str) -> &[Slice] {
+        let slices = self.tracks.get(&(mcu.into(), track.into()));
+        slices.unwrap_or_else(|| panic!("{mcu} has no track {track}: {:?}", self.tracks.keys()))
+    }
+
+    /// The cycles of the outermost slices of a track for which `is_meant` holds by name.
+    fn cycles(&self, mcu: &str, track: &str, is_meant: impl Fn(&str) -> bool) -> u64 {
+        let slices = self.track(mcu, track).iter().filter(|slice| slice.depth == 0 && is_meant(&slice.name));
+        slices.map(|slice| slice.end - slice.begin).sum()
+    }
+}
+
+/// The fraction of an MCU's time in which it was awake, by its track of the CPU.
+fn load(timeline: &Timeline, mcu: &str) -> f64 {
+    let awake = timeline.cycles(mcu, "CPU", |name| !matches!(name, "sleep" | "reset"));
+    awake as f64 / timeline.cycles(mcu, "CPU", |_| true) as f64
+}
+
+#[test]
+fn a_trace_adds_up_to_the_summary_and_changes_nothing() {
+    let robot = ["chain", "--modules", "2", "--seconds", "1", "--world", "none"];
+    let all = "0.master,1.master,0.slave,1.slave";
+    let (report, timeline) = traced("sums", &[&robot[..], &["--trace-of", all]].concat());
+    for controller in ["master", "slave"] {
+        let loads = [0, 1].map(|module| load(&timeline, &format!("{module}.{controller}")));
+        let told = &report["cpu_load"][controller];
+        let mean = told["mean"].as_f64().expect("it is told");
+        assert!((loads[0] + loads[1] - 2.0 * mean).abs() < 1e-12, "{loads:?}, and {told}");
+        assert!((loads[0].max(loads[1]) - told["max"].as_f64().expect("it is told")).abs() < 1e-12);
+    }
+    for mcu in all.split(',') {
+        // Each task's own track says the same as that of the CPU.
+        let tasks = timeline.tracks.keys().filter(|(of, track)| of == mcu && track != "CPU");
+        let mut tasks_seen = 0;
+        for (_, task) in tasks.filter(|(_, task)| task.chars().all(|one| !one.is_lowercase())) {
+            let running = timeline.cycles(mcu, task, |name| name == "running");
+            assert_eq!(running, timeline.cycles(mcu, "CPU", |name| name == task), "{mcu} {task}");
+            tasks_seen += 1;
+        }
+        assert!(tasks_seen >= 9, "{mcu} has {tasks_seen} tasks");
+        // It goes on to the end, but for an instruction.
+        let cpu = timeline.track(mcu, "CPU");
+        let end = cpu.iter().map(|slice| slice.end).max().expect("something was");
+        assert!((16_000_000..16_000_010).contains(&end), "{end}");
+        assert!(cpu.iter().any(|slice| slice.depth == 1), "interrupts lie within what they interrupt");
+    }
+    let without = run(&[&["sim"], &robot[..], &["--json", "-"]].concat());
+    let without: Value = serde_json::from_slice(&without.stdout).expect("it tells");
+    assert_eq!(report["state_hash"], without["state_hash"]);
+}
+
+#[test]
+fn simavrs_own_interpreter_leaves_the_same_trace() {
+    let robot = ["chain", "--modules", "1", "--seconds", "0.3", "--world", "none"];
+    let slices = |core: &str| {
+        let (_, timeline) = traced(core, &[&robot[..], &["--core", core]].concat());
+        format!("{:?}", timeline.tracks)
+    };
+    assert!(slices("decoded") == slices("simavr"), "the traces differ");
+}
+
+#[test]
+fn what_cannot_be_traced_is_refused() {
+    let path = file("refused");
+    let path = path.to_str().expect("the path is text");
+    let json = file("refused-json");
+    let json = json.to_str().expect("the path is text");
+    for (arguments, advice) in [
+        (&["--trace", path, "--trace-of", "0.leader"][..], "0.master or 3.slave"),
+        (&["--trace", path, "--trace-of", ""], "0.master or 3.slave"),
+        (&["--trace", path, "--trace-of", "2.master"], "modules are 0 to 1"),
+        (&["--trace", path, "--trace-of", "1.slave,1.slave"], "1.slave twice"),
+        (&["--trace-of", "1.slave"], "--trace"),
+        (&["--trace", "-"], "give --trace a file"),
+        (&["--trace", "/nowhere/at/all"], "give --trace another path"),
+        (&["--trace", json, "--json", json], "give --trace another"),
+        (&["--trace", path, "--engine", "host"], "--engine simavr"),
+    ] {
+        let output = run(&[&["sim", "chain", "--modules", "2", "--seconds", "0.1"], arguments].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(advice), "{arguments:?}: {message}");
+        assert!(!Path::new(path).exists());
+    }
+}
