@@ -617,18 +617,25 @@ impl Mcu {
     /// begun, those of pins once they have ended.
     pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
         let cpu = self.cpu;
-        match number.checked_sub(self.usarts.len()) {
+        let sent = match number.checked_sub(self.usarts.len()) {
             None => self.usarts[number].with(cpu, Usart::take_sent),
             Some(number) => {
                 let serial = self.serial_pins.get_mut(number);
                 serial.map(|serial| serial.with(cpu, PinSerial::take_sent)).unwrap_or_default()
             }
+        };
+        if let Some(tracer) = &mut self.tracer {
+            tracer.sent(number, &sent);
         }
+        sent
     }
 
     /// Lets a character come in at serial port `number`: received by a USART at the end of its frame, edge by
     /// edge at pins.
     pub fn receive(&mut self, number: usize, character: Character) {
+        if let Some(tracer) = &mut self.tracer {
+            tracer.receives(number, character);
+        }
         self.act_from_outside(|mcu| {
             let cpu = mcu.cpu;
             match number.checked_sub(mcu.usarts.len()) {

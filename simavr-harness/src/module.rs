@@ -68,6 +68,9 @@ const PINS: usize = 2;
 const SERIAL_PINS: SerialPins =
     SerialPins { receive: Pin { port: 'E', bit: 7 }, transmit: Pin { port: 'E', bit: 5 } };
 
+/// The pin of each MCU that is high while the joints' control computes, as the board description has it.
+pub const CONTROL_PROBE: Pin = Pin { port: 'B', bit: 4 };
+
 impl Module {
     /// A module at power-up; what its memories hold is drawn from `seed`.
     ///

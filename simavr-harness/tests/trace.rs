@@ -46,9 +46,14 @@ struct Slice {
     depth: usize,
 }
 
+/// An end of an arrow: MCU, track and cycle.
+type End = (String, String, u64);
+
 /// A trace, by the names of MCUs and tracks.
 struct Timeline {
     tracks: BTreeMap<(String, String), Vec<Slice>>,
+    /// By their numbers: name, and both ends.
+    flows: BTreeMap<u64, (String, Vec<End>)>,
 }
 
 impl Timeline {
@@ -57,6 +62,7 @@ impl Timeline {
         let mut names: BTreeMap<(&str, u64), &str> = BTreeMap::new();
         let mut open: BTreeMap<u64, Vec<(String, u64)>> = BTreeMap::new();
         let mut slices: BTreeMap<(u64, u64), Vec<Slice>> = BTreeMap::new();
+        let mut flows: BTreeMap<u64, (String, Vec<(u64, u64, u64)>)> = BTreeMap::new();
         for event in file["traceEvents"].as_array().expect("there are events") {
             let number = |field: &str| event[field].as_u64().unwrap_or_else(|| panic!("{field} of {event}"));
             let cycle = || {
@@ -82,15 +88,36 @@ impl Timeline {
                     assert!(slice.begin < slice.end, "{slice:?}");
                     slices.entry((pid, tid)).or_default().push(slice);
                 }
-                _ => {}
+                Some(ph @ ("s" | "f")) => {
+                    let name = event["name"].as_str().expect("a name").to_owned();
+                    let flow = flows.entry(number("id")).or_insert_with(|| (name.clone(), Vec::new()));
+                    assert_eq!(flow.0, name);
+                    assert_eq!(ph, ["s", "f"][flow.1.len()], "a flow starts and finishes, once");
+                    flow.1.push((pid, tid, cycle()));
+                }
+                _ => panic!("{event}"),
             }
         }
         assert!(open.values().all(Vec::is_empty), "what has begun ends");
-        let named = |((pid, tid), slices)| {
-            let name = |key| names.get(&key).map(|&name| name.to_owned()).expect("it has a name");
-            ((name(("mcu", pid)), name(("track", tid))), slices)
+        let name = |key| names.get(&key).map(|&name| name.to_owned()).expect("it has a name");
+        let named = |((pid, tid), slices)| ((name(("mcu", pid)), name(("track", tid))), slices);
+        let ends = |(id, (text, ends)): (u64, (String, Vec<(u64, u64, u64)>))| {
+            assert_eq!(ends.len(), 2, "{text} has both ends");
+            let ends = ends.into_iter();
+            let ends = ends.map(|(pid, tid, cycle)| (name(("mcu", pid)), name(("track", tid)), cycle));
+            (id, (text, ends.collect()))
         };
-        Timeline { tracks: slices.into_iter().map(named).collect() }
+        Timeline {
+            flows: flows.into_iter().map(ends).collect(),
+            tracks: slices.into_iter().map(named).collect(),
+        }
+    }
+
+    /// The slice in which an end of an arrow lies.
+    fn around(&self, (mcu, track, cycle): &End) -> &Slice {
+        let slices = self.track(mcu, track).iter();
+        let mut around = slices.filter(|slice| slice.begin <= *cycle && *cycle < slice.end);
+        around.next().unwrap_or_else(|| panic!("nothing is on {mcu} {track} at {cycle}"))
     }
 
     fn track(&self, mcu: &str, track: &str) -> &[Slice] {
@@ -142,6 +169,106 @@ fn a_trace_adds_up_to_the_summary_and_changes_nothing() {
     let without = run(&[&["sim"], &robot[..], &["--json", "-"]].concat());
     let without: Value = serde_json::from_slice(&without.stdout).expect("it tells");
     assert_eq!(report["state_hash"], without["state_hash"]);
+}
+
+/// A module's reset, and another one's end, in the midst of a run.
+const CHANGES: &str = r#"
+shape = "chain"
+modules = 3
+
+[[event]]
+at = 0.4
+reset = 0
+
+[[event]]
+at = 0.5
+kill = 2
+"#;
+
+#[test]
+fn resets_and_deaths_keep_a_trace_right() {
+    let robot = file("changes.toml");
+    std::fs::write(&robot, CHANGES).expect("it can be written");
+    let robot_text = robot.to_str().expect("the path is text");
+    let arguments =
+        [robot_text, "--seconds", "1", "--world", "none", "--trace-of", "0.master,1.slave,2.master"];
+    let (_, timeline) = traced("changes", &arguments);
+    std::fs::remove_file(&robot).expect("it can be removed");
+    let end = |mcu: &str| timeline.track(mcu, "CPU").iter().map(|slice| slice.end).max().expect("it ran");
+    assert!((16_000_000..16_000_010).contains(&end("0.master")));
+    assert!((16_000_000..16_000_010).contains(&end("1.slave")));
+    // The one without power stops where it lost that, and all of its tracks with it.
+    assert!((8_000_000..8_000_010).contains(&end("2.master")));
+    for ((mcu, track), slices) in &timeline.tracks {
+        assert!(slices.iter().all(|slice| slice.end <= end(mcu)), "{mcu} {track}");
+    }
+    let reset: Vec<_> =
+        timeline.track("0.master", "CPU").iter().filter(|slice| slice.name == "reset").collect();
+    assert!(matches!(reset[..], [only] if only.begin.abs_diff(6_400_000) < 10), "{reset:?}");
+    for (_, track) in timeline.tracks.keys().filter(|(mcu, _)| mcu == "0.master") {
+        let overlaps = |slice: &&Slice| slice.begin < reset[0].end && slice.end > reset[0].begin;
+        let during: Vec<_> = timeline.track("0.master", track).iter().filter(overlaps).collect();
+        let may_be = track == "CPU" || track.ends_with("hears") || track.ends_with("sends");
+        assert!(may_be || during.is_empty(), "{track}: {during:?}");
+    }
+    let hormone = timeline.track("0.master", "HORMONE");
+    assert!(hormone.iter().any(|slice| slice.name == "running" && slice.begin > reset[0].end));
+}
+
+#[test]
+fn arrows_lead_from_dock_to_dock_and_from_hormone_to_hormone() {
+    let robot = ["chain", "--modules", "3", "--seconds", "2", "--world", "none"];
+    let all = "0.master,0.slave,1.master,1.slave,2.master";
+    let (report, timeline) = traced("flows", &[&robot[..], &["--trace-of", all]].concat());
+    let (mut frames, mut hormones) = (0, 0);
+    for (name, ends) in timeline.flows.values() {
+        let [from, to] = [&ends[0], &ends[1]].map(|end| (&end.0, &end.1, timeline.around(end)));
+        assert!(ends[0].2 <= ends[1].2, "{name} arrives after it was sent");
+        if name.starts_with("hormone") {
+            assert_eq!((from.1.as_str(), to.1.as_str()), ("HORMONE", "HORMONE"));
+            assert_eq!((from.2.name.as_str(), to.2.name.as_str()), ("running", "running"));
+            hormones += 1;
+        } else {
+            assert_eq!((&from.2.name, from.2.begin), (name, ends[0].2));
+            assert_eq!((&to.2.name, to.2.begin), (name, ends[1].2));
+            let docks = (from.0.as_str(), from.1.as_str(), to.0.as_str(), to.1.as_str());
+            let is_attached = matches!(
+                docks,
+                ("0.slave", "Back sends", "1.master", "Front hears")
+                    | ("1.master", "Front sends", "0.slave", "Back hears")
+                    | ("1.slave", "Back sends", "2.master", "Front hears")
+                    | ("2.master", "Front sends", "1.slave", "Back hears")
+            );
+            assert!(is_attached, "{docks:?}");
+            frames += 1;
+        }
+    }
+    assert_eq!(report["hormones_delivered"], hormones, "each hormone that came has an arrow");
+    // No frame is lost: each that those docks sent has an arrow, but for one under way at the end.
+    let sent = [("0.slave", "Back sends"), ("1.master", "Front sends"), ("1.slave", "Back sends")];
+    let sent = sent.into_iter().chain([("2.master", "Front sends")]);
+    let sent: usize = sent.map(|(mcu, track)| timeline.track(mcu, track).len()).sum();
+    assert!(frames > 50 && (frames..=frames + 4).contains(&sent), "{frames} of {sent} frames");
+}
+
+#[test]
+fn joints_are_controlled_each_millisecond() {
+    let (_, timeline) = traced("joints", &["chain", "--modules", "2", "--seconds", "2", "--world", "none"]);
+    let control = timeline.track("0.master", "joints");
+    assert!(control.len() > 100 && control.iter().all(|slice| slice.name == "control"));
+    // While a joint moves; then it rests for long, once the last drives have been put into effect, by the probe's
+    // shortest pulse.
+    let follows =
+        |pair: &&[Slice]| pair[1].begin - pair[0].begin < 32_000 && pair[1].end - pair[1].begin > 200;
+    let apart: Vec<u64> =
+        control.windows(2).filter(follows).map(|pair| pair[1].begin - pair[0].begin).collect();
+    assert!(apart.len() > 100 && apart.iter().all(|apart| apart.abs_diff(16_000) < 20 * 16), "{apart:?}");
+    // The highest task has the CPU for most of it.
+    let running = timeline.track("0.master", "MOTORS");
+    for slice in control {
+        let inside = running.iter().filter(|other| other.name == "running");
+        assert!(inside.clone().any(|other| other.begin < slice.end && slice.begin < other.end), "{slice:?}");
+    }
 }
 
 #[test]

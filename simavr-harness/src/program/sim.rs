@@ -128,7 +128,7 @@ fn run_robot(
         timeline.insert(0, Event { at: 0, change });
     }
     let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
-    if record.is_some() {
+    if record.is_some() || trace.is_some() {
         run.record(record::EVERY);
     }
     let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
@@ -151,11 +151,12 @@ fn run_robot(
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
-    let recorded = record.zip(run.finish_recording());
-    let recorded = recorded.map(|(record, recording)| record.write(options, &report, &recording));
-    let traced = trace.map(|trace| {
+    let recording = run.finish_recording();
+    let recorded = record.zip(recording.as_ref());
+    let recorded = recorded.map(|(record, recording)| record.write(options, &report, recording));
+    let traced = trace.zip(recording.as_ref()).map(|(trace, recording)| {
         let traced = run.robot.take_traces(&trace);
-        trace.write(&traced)
+        trace.write(&traced, recording)
     });
     // Where these can't be written any more, the figures are told all the same.
     tell(destination, &report)?;

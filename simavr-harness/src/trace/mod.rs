@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::character::Character;
 pub(crate) use tracer::Tracer;
 pub use track::Slice;
 pub use vectors::vector_name;
@@ -36,6 +37,18 @@ pub struct Trace {
     pub interrupts: Vec<Slice<u8>>,
     /// In the order in which they were first ready.
     pub tasks: Vec<TaskTrace>,
+    /// By the numbers of the serial ports, as far as anything passed there.
+    pub serial: Vec<SerialTrace>,
+    /// Where the run ended.
+    pub end: u64,
+}
+
+/// What passed at a serial port. The last characters may end later than the run.
+#[derive(Clone, Debug, Default)]
+pub struct SerialTrace {
+    pub sent: Vec<Character>,
+    /// What came in, whether the program received it or not.
+    pub received: Vec<Character>,
 }
 
 /// What a task did.

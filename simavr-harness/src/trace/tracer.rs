@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 
+use crate::character::Character;
 use crate::cpu::{Core, Cpu};
 use crate::image::Image;
 use crate::interpreter::Now;
@@ -12,7 +13,7 @@ use crate::trace::kernel::{Kept, Kernel, LINK};
 use crate::trace::names::Names;
 use crate::trace::track::{Slice, Track};
 use crate::trace::watch::{Meaning, Watch};
-use crate::trace::{Holder, NotTraceable, TaskState, TaskTrace, Trace, Wait};
+use crate::trace::{Holder, NotTraceable, SerialTrace, TaskState, TaskTrace, Trace, Wait};
 
 /// What is followed of one MCU.
 pub(crate) struct Tracer {
@@ -38,6 +39,7 @@ pub(crate) struct Tracer {
     is_unread: bool,
     /// When the last reset is over.
     starts_at: u64,
+    serial: Vec<SerialTrace>,
 }
 
 struct Followed {
@@ -84,6 +86,7 @@ impl Tracer {
             queues_changed: None,
             is_unread: false,
             starts_at: 0,
+            serial: Vec::new(),
         };
         tracer.reset(cycle, cycle);
         Ok(tracer)
@@ -149,6 +152,23 @@ impl Tracer {
         self.hold(cycle, Holder::Reset);
     }
 
+    /// Serial port `number` has sent this.
+    pub fn sent(&mut self, number: usize, characters: &[Character]) {
+        self.serial(number).sent.extend_from_slice(characters);
+    }
+
+    /// This comes in at serial port `number`.
+    pub fn receives(&mut self, number: usize, character: Character) {
+        self.serial(number).received.push(character);
+    }
+
+    fn serial(&mut self, number: usize) -> &mut SerialTrace {
+        if number >= self.serial.len() {
+            self.serial.resize_with(number + 1, SerialTrace::default);
+        }
+        &mut self.serial[number]
+    }
+
     /// All that was noted; what goes on ends at `cycle`.
     pub fn finish(mut self, cycle: u64) -> Trace {
         if self.holder == Holder::Reset && self.starts_at < cycle {
@@ -165,7 +185,8 @@ impl Tracer {
             name: names.name(task.control_block),
             states: task.states.finish(cycle),
         });
-        Trace { tasks: tasks.collect(), cpu: self.cpu.finish(cycle), interrupts }
+        let (tasks, cpu) = (tasks.collect(), self.cpu.finish(cycle));
+        Trace { cpu, interrupts, tasks, serial: self.serial, end: cycle }
     }
 
     /// The kernel does not run yet.

@@ -37,6 +37,7 @@ impl Track {
 #[derive(Default)]
 pub struct Events {
     text: String,
+    flows: usize,
 }
 
 /// One event. What the kind of event does not need is left out.
@@ -99,9 +100,23 @@ impl Events {
         self.push(&Event::new("E", track).at(cycle));
     }
 
+    /// An arrow leads from the slice in which one moment lies to the one in which the other lies.
+    pub fn flow(&mut self, name: &str, from: (Track, u64), to: (Track, u64)) {
+        self.flows += 1;
+        let id = Some(self.flows);
+        let event = |ph, (track, cycle): (Track, u64)| Event {
+            name: Some(name),
+            cat: Some("flow"),
+            id,
+            ..Event::new(ph, track).at(cycle)
+        };
+        self.push(&event("s", from));
+        self.push(&Event { bp: Some("e"), ..event("f", to) });
+    }
+
     /// All events as a file.
     pub fn finish(self) -> String {
-        let Self { text } = self;
+        let Self { text, .. } = self;
         format!("{{\"displayTimeUnit\":\"ns\",\"traceEvents\":[\n{text}\n]}}\n")
     }
 

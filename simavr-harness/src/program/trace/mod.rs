@@ -1,19 +1,25 @@
 //! `./x sim --trace`: what MCUs did, as a timeline for Perfetto.
 
 mod events;
+mod flows;
+mod frames;
+mod joints;
 mod mcu_name;
-mod tasks;
+mod schedule;
 
+use std::collections::HashMap;
 use std::error::Error;
 use std::path::Path;
 
-use simavr_harness::{Robot, Trace};
+use simavr_harness::{CONTROL_PROBE, Edge, Face, Robot, Trace};
+use simulation::Recording;
 
 pub use mcu_name::McuName;
 
 use super::arguments::{EngineName, Sim};
 use super::json::Destination;
-use events::Events;
+use events::{Events, Track};
+use flows::Passed;
 
 /// A timeline to be written.
 pub struct Timeline {
@@ -25,6 +31,8 @@ pub struct Timeline {
 pub struct Traced {
     name: McuName,
     trace: Trace,
+    /// Of the probe of the joints' control.
+    control: Vec<Edge>,
 }
 
 impl Timeline {
@@ -71,7 +79,9 @@ impl Timeline {
     pub fn begin(&self, robot: &mut Robot) -> Result<(), Box<dyn Error>> {
         for &name in &self.mcus {
             let Some(module) = robot.module_mut(name.module) else { continue };
-            module.mcu_mut(name.controller).trace().map_err(|error| format!("{name}: {error}"))?;
+            let mcu = module.mcu_mut(name.controller);
+            mcu.trace().map_err(|error| format!("{name}: {error}"))?;
+            mcu.add_probe(CONTROL_PROBE);
         }
         Ok(())
     }
@@ -79,22 +89,45 @@ impl Timeline {
     /// Takes what the robot has noted.
     pub fn take(&self, robot: &mut Robot) -> Vec<Traced> {
         let traced = |&name: &McuName| {
-            let trace = robot.module_mut(name.module)?.mcu_mut(name.controller).take_trace()?;
-            Some(Traced { name, trace })
+            let mcu = robot.module_mut(name.module)?.mcu_mut(name.controller);
+            Some(Traced { name, trace: mcu.take_trace()?, control: mcu.take_edges(0) })
         };
         self.mcus.iter().filter_map(traced).collect()
     }
 
-    /// Writes the timeline.
+    /// Writes the timeline; `recording` has the hormones, and how the robot was wired.
     ///
     /// # Errors
     /// It can't be written.
-    pub fn write(self, traced: &[Traced]) -> Result<(), Box<dyn Error>> {
+    pub fn write(self, traced: &[Traced], recording: &Recording) -> Result<(), Box<dyn Error>> {
         let mut events = Events::default();
-        for (number, Traced { name, trace }) in traced.iter().enumerate() {
+        let mut passed = HashMap::new();
+        for (number, Traced { name, trace, control }) in traced.iter().enumerate() {
             events.name_mcu(number, &name.to_string());
-            tasks::write(&mut events, number, trace);
+            schedule::write(&mut events, number, trace);
+            let mut next = schedule::tracks(trace);
+            let mut track = || {
+                next += 1;
+                Track::new(number, next - 1)
+            };
+            joints::write(&mut events, track(), control, trace.end);
+            for (port, serial) in trace.serial.iter().enumerate() {
+                let Some(dock) = flows::dock(name.controller, port) else { continue };
+                let at_dock = Passed {
+                    sent: frames::pieces(&serial.sent),
+                    received: frames::pieces(&serial.received),
+                    out: track(),
+                    into: track(),
+                };
+                let Passed { sent, received, out, into } = &at_dock;
+                frames::write(&mut events, *out, &format!("{dock:?} sends"), sent, trace.end);
+                frames::write(&mut events, *into, &format!("{dock:?} hears"), received, trace.end);
+                passed.insert(Face { module: name.module, dock }, at_dock);
+            }
         }
+        let end = traced.iter().map(|traced| traced.trace.end).min().unwrap_or(0);
+        flows::frames(&mut events, &passed, recording, end);
+        flows::hormones(&mut events, traced, recording);
         self.destination.write_text(&events.finish())
     }
 }

@@ -11,6 +11,17 @@ const CPU: usize = 0;
 /// Those of tasks are behind it.
 const FIRST_TASK: usize = 1;
 
+/// How many tracks an MCU has by these.
+pub fn tracks(trace: &Trace) -> usize {
+    FIRST_TASK + trace.tasks.len()
+}
+
+/// The track of the task of this name.
+pub fn track(mcu: usize, trace: &Trace, task: &str) -> Option<Track> {
+    let number = trace.tasks.iter().position(|traced| &*traced.name == task)?;
+    Some(Track::new(mcu, FIRST_TASK + number))
+}
+
 /// Writes what MCU number `mcu` of the file did.
 pub fn write(events: &mut Events, mcu: usize, trace: &Trace) {
     write_cpu(events, Track::new(mcu, CPU), trace);
