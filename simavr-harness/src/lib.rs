@@ -49,7 +49,7 @@ mod variation;
 mod wires;
 
 pub use body::Body;
-pub use bus::{Bus, BusCounts};
+pub use bus::{Bus, BusCounts, BusSignal};
 pub use character::Character;
 pub use controller::Controller;
 pub use coverage::{Coverage, Ways};
@@ -70,5 +70,6 @@ pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
 pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait, vector_name};
+pub use trace::{Line, bus_lines, motor_lines, serial_line};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

@@ -46,6 +46,9 @@ struct Slice {
     depth: usize,
 }
 
+/// An arrow: its name, and its ends by process, track and cycle.
+type Arrow = (String, Vec<(u64, u64, u64)>);
+
 /// An end of an arrow: MCU, track and cycle.
 type End = (String, String, u64);
 
@@ -62,7 +65,7 @@ impl Timeline {
         let mut names: BTreeMap<(&str, u64), &str> = BTreeMap::new();
         let mut open: BTreeMap<u64, Vec<(String, u64)>> = BTreeMap::new();
         let mut slices: BTreeMap<(u64, u64), Vec<Slice>> = BTreeMap::new();
-        let mut flows: BTreeMap<u64, (String, Vec<(u64, u64, u64)>)> = BTreeMap::new();
+        let mut flows: BTreeMap<u64, Arrow> = BTreeMap::new();
         for event in file["traceEvents"].as_array().expect("there are events") {
             let number = |field: &str| event[field].as_u64().unwrap_or_else(|| panic!("{field} of {event}"));
             let cycle = || {
@@ -101,7 +104,7 @@ impl Timeline {
         assert!(open.values().all(Vec::is_empty), "what has begun ends");
         let name = |key| names.get(&key).map(|&name| name.to_owned()).expect("it has a name");
         let named = |((pid, tid), slices)| ((name(("mcu", pid)), name(("track", tid))), slices);
-        let ends = |(id, (text, ends)): (u64, (String, Vec<(u64, u64, u64)>))| {
+        let ends = |(id, (text, ends)): (u64, Arrow)| {
             assert_eq!(ends.len(), 2, "{text} has both ends");
             let ends = ends.into_iter();
             let ends = ends.map(|(pid, tid, cycle)| (name(("mcu", pid)), name(("track", tid)), cycle));

@@ -86,7 +86,8 @@ pub struct Sim {
     #[arg(long, value_name = "FILE.html")]
     pub record: Option<PathBuf>,
 
-    /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows.
+    /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows; or, where it ends in .vcd,
+    /// the levels of their pins and buses.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
 

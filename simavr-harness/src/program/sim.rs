@@ -16,7 +16,7 @@ use super::json::{Destination, tell};
 use super::output::say;
 use super::record::{self, Record};
 use super::report::{Console, CpuLoad, Report};
-use super::trace::{Timeline, Traced};
+use super::trace::{Noted, Timeline};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
@@ -97,8 +97,8 @@ trait Executing: Robot {
     }
 
     /// Takes what was noted for a timeline.
-    fn take_traces(&mut self, _timeline: &Timeline) -> Vec<Traced> {
-        Vec::new()
+    fn take_noted(&mut self, _timeline: &Timeline) -> Option<Noted> {
+        None
     }
 }
 
@@ -109,8 +109,8 @@ impl Executing for Engine {
         Some(CpuLoad::of(self.robot()))
     }
 
-    fn take_traces(&mut self, timeline: &Timeline) -> Vec<Traced> {
-        timeline.take(self.robot_mut())
+    fn take_noted(&mut self, timeline: &Timeline) -> Option<Noted> {
+        Some(timeline.take(self.robot_mut()))
     }
 }
 
@@ -154,9 +154,9 @@ fn run_robot(
     let recording = run.finish_recording();
     let recorded = record.zip(recording.as_ref());
     let recorded = recorded.map(|(record, recording)| record.write(options, &report, recording));
-    let traced = trace.zip(recording.as_ref()).map(|(trace, recording)| {
-        let traced = run.robot.take_traces(&trace);
-        trace.write(&traced, recording)
+    let traced = trace.zip(recording.as_ref()).and_then(|(trace, recording)| {
+        let noted = run.robot.take_noted(&trace)?;
+        Some(trace.write(&noted, recording))
     });
     // Where these can't be written any more, the figures are told all the same.
     tell(destination, &report)?;

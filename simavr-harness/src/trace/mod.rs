@@ -8,9 +8,12 @@
 //! - `kernel`: what the kernel's data say, at addresses that the image's symbols tell.
 //! - `names`: what lies where, in the words of the program.
 //! - `tracer`: takes note.
+//! - `line`: the levels of wires, by what was sent there; `motors`: those of the pins that drive motors.
 //! - `vectors`: the names of interrupts.
 
 mod kernel;
+mod line;
+mod motors;
 mod names;
 mod tracer;
 mod track;
@@ -22,6 +25,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::character::Character;
+pub use line::{Line, bus_lines, serial_line};
+pub use motors::motor_lines;
 pub(crate) use tracer::Tracer;
 pub use track::Slice;
 pub use vectors::vector_name;
@@ -39,8 +44,17 @@ pub struct Trace {
     pub tasks: Vec<TaskTrace>,
     /// By the numbers of the serial ports, as far as anything passed there.
     pub serial: Vec<SerialTrace>,
+    pub(crate) registers: Vec<RegisterWrite>,
     /// Where the run ended.
     pub end: u64,
+}
+
+/// A register by which motors are driven has been written, or reset.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RegisterWrite {
+    pub cycle: u64,
+    pub address: u16,
+    pub value: u8,
 }
 
 /// What passed at a serial port. The last characters may end later than the run.

@@ -12,8 +12,8 @@ use crate::interpreter::Now;
 use crate::trace::kernel::{Kept, Kernel, LINK};
 use crate::trace::names::Names;
 use crate::trace::track::{Slice, Track};
-use crate::trace::watch::{Meaning, Watch};
-use crate::trace::{Holder, NotTraceable, SerialTrace, TaskState, TaskTrace, Trace, Wait};
+use crate::trace::watch::{Meaning, REGISTERS, Watch};
+use crate::trace::{Holder, NotTraceable, RegisterWrite, SerialTrace, TaskState, TaskTrace, Trace, Wait};
 
 /// What is followed of one MCU.
 pub(crate) struct Tracer {
@@ -40,6 +40,7 @@ pub(crate) struct Tracer {
     /// When the last reset is over.
     starts_at: u64,
     serial: Vec<SerialTrace>,
+    registers: Vec<RegisterWrite>,
 }
 
 struct Followed {
@@ -59,6 +60,8 @@ enum Watched {
     Queues,
     /// The link of the task with this index.
     Link(u8),
+    /// A register by which motors are driven.
+    Register,
 }
 
 impl Tracer {
@@ -71,6 +74,9 @@ impl Tracer {
             watched[usize::from(address)] = Watched::Queues;
         }
         watched[usize::from(kernel.running_changes_at())] = Watched::Running;
+        for register in REGISTERS {
+            watched[usize::from(register)] = Watched::Register;
+        }
         let mut tracer = Self {
             watch: Watch::of(image)?,
             kernel,
@@ -87,6 +93,7 @@ impl Tracer {
             is_unread: false,
             starts_at: 0,
             serial: Vec::new(),
+            registers: Vec::new(),
         };
         tracer.reset(cycle, cycle);
         Ok(tracer)
@@ -106,7 +113,7 @@ impl Tracer {
         let cycle = now.cycle();
         match meaning {
             Meaning::Nothing => {}
-            Meaning::Store => self.stored(cpu, at, cycle),
+            Meaning::Store | Meaning::Output => self.stored(cpu, at, cycle),
             Meaning::Return => self.interrupt_ends(cycle),
             Meaning::Save => self.interrupt_ends(cycle),
             Meaning::Switch => {
@@ -145,6 +152,9 @@ impl Tracer {
             task.changed = None;
             task.otherwise = None;
             task.states.turn(cycle, None);
+        }
+        for address in REGISTERS {
+            self.registers.push(RegisterWrite { cycle, address, value: 0 });
         }
         self.is_asleep = false;
         self.is_unread = true;
@@ -186,7 +196,7 @@ impl Tracer {
             states: task.states.finish(cycle),
         });
         let (tasks, cpu) = (tasks.collect(), self.cpu.finish(cycle));
-        Trace { cpu, interrupts, tasks, serial: self.serial, end: cycle }
+        Trace { cpu, interrupts, tasks, serial: self.serial, registers: self.registers, end: cycle }
     }
 
     /// The kernel does not run yet.
@@ -205,16 +215,18 @@ impl Tracer {
     }
 
     fn stored(&mut self, cpu: Cpu, at: u32, cycle: u64) {
-        // Before the kernel runs its data are being laid there.
-        if self.is_starting() {
-            return;
-        }
         let Some(address) = self.watch.stored_at(cpu, at) else { return };
-        let changed = match self.watched.get(usize::from(address)) {
-            None | Some(Watched::Nothing) => return,
-            Some(Watched::Running) => return self.switch(cpu, cycle),
-            Some(Watched::Queues) => &mut self.queues_changed,
-            Some(&Watched::Link(index)) => &mut self.tasks[usize::from(index)].changed,
+        let watched = self.watched.get(usize::from(address)).copied().unwrap_or(Watched::Nothing);
+        let changed = match watched {
+            Watched::Nothing => return,
+            Watched::Register => {
+                return self.registers.push(RegisterWrite { cycle, address, value: cpu.data(address) });
+            }
+            // Before the kernel runs its data are being laid there.
+            _ if self.is_starting() => return,
+            Watched::Running => return self.switch(cpu, cycle),
+            Watched::Queues => &mut self.queues_changed,
+            Watched::Link(index) => &mut self.tasks[usize::from(index)].changed,
         };
         changed.get_or_insert(cycle);
         self.is_unread = true;

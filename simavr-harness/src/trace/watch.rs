@@ -1,5 +1,6 @@
 //! Which instructions and which bytes of SRAM are looked at.
 
+use crate::body::{ICR1, JOINTS, PORTC, TCCR1A, TCCR1B};
 use crate::cpu::Cpu;
 use crate::image::{Image, Place};
 use crate::interpreter::instruction::{self, Flow, Instruction, Memory, Special, Step, Store, Transfer};
@@ -8,12 +9,22 @@ use crate::trace::NotTraceable;
 /// The opcode of SLEEP.
 const SLEEP: [u8; 2] = [0x88, 0x95];
 
+/// Each joint's compare register is that of one of the first two: the joint of a half, and the roll joint.
+const HALF: u16 = JOINTS[0].compare;
+const ROLL: u16 = JOINTS[1].compare;
+
+/// The registers by which a program drives the joints' motors, as low and high byte where they have two.
+pub(super) const REGISTERS: [u16; 9] =
+    [TCCR1A, TCCR1B, PORTC, ICR1, ICR1 + 1, HALF, HALF + 1, ROLL, ROLL + 1];
+
 /// What an instruction means to who looks on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     Nothing,
     /// It stores a byte in the data space.
     Store,
+    /// It writes an I/O register, or a bit of it.
+    Output,
     /// It returns from an interrupt.
     Return,
     Sleep,
@@ -57,10 +68,12 @@ impl Watch {
 
     /// Where the instruction at a word, the last that was executed, has stored.
     pub fn stored_at(&self, cpu: Cpu, at: u32) -> Option<u16> {
-        let Some(Instruction::Transfer(Transfer::Memory(Memory::Store(store)))) =
-            self.program.get(at as usize)
-        else {
-            return None;
+        let store = match self.program.get(at as usize)? {
+            Instruction::Transfer(Transfer::Memory(Memory::Store(store))) => store,
+            Instruction::Flow(Flow::Special(
+                Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
+            )) => return Some((*address).into()),
+            _ => return None,
         };
         let pair = |low: u8| u16::from_le_bytes([cpu.data(low.into()), cpu.data(u16::from(low) + 1)]);
         Some(match *store {
@@ -76,6 +89,9 @@ fn meaning(instruction: &Instruction) -> Meaning {
     match instruction {
         Instruction::Transfer(Transfer::Memory(Memory::Store(_))) => Meaning::Store,
         Instruction::Flow(Flow::Special(Special::Reti)) => Meaning::Return,
+        Instruction::Flow(Flow::Special(
+            Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
+        )) if REGISTERS.contains(&(*address).into()) => Meaning::Output,
         _ => Meaning::Nothing,
     }
 }

@@ -1,17 +1,18 @@
-//! `./x sim --trace`: what MCUs did, as a timeline for Perfetto.
+//! `./x sim --trace`: what MCUs did, as a timeline for Perfetto, or the levels of their pins and buses.
 
 mod events;
 mod flows;
 mod frames;
 mod joints;
+mod levels;
 mod mcu_name;
 mod schedule;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::error::Error;
 use std::path::Path;
 
-use simavr_harness::{CONTROL_PROBE, Edge, Face, Robot, Trace};
+use simavr_harness::{BusSignal, CONTROL_PROBE, Edge, Face, Robot, Slice, Trace};
 use simulation::Recording;
 
 pub use mcu_name::McuName;
@@ -24,7 +25,16 @@ use flows::Passed;
 /// A timeline to be written.
 pub struct Timeline {
     destination: Destination,
+    /// Levels are asked for.
+    is_vcd: bool,
     mcus: Vec<McuName>,
+}
+
+/// What was noted of a robot.
+pub struct Noted {
+    mcus: Vec<Traced>,
+    /// What was on the buses, by module.
+    buses: BTreeMap<usize, Vec<Slice<BusSignal>>>,
 }
 
 /// What was noted of an MCU.
@@ -69,7 +79,8 @@ impl Timeline {
         if others.into_iter().flatten().any(|other| other.is(&destination)) {
             return Err(format!("{} is for another result: give --trace another", path.display()).into());
         }
-        Ok(Some(Timeline { destination, mcus: options.trace_of.clone() }))
+        let is_vcd = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vcd"));
+        Ok(Some(Timeline { destination, is_vcd, mcus: options.trace_of.clone() }))
     }
 
     /// Has a robot that has not run yet take note.
@@ -82,52 +93,63 @@ impl Timeline {
             let mcu = module.mcu_mut(name.controller);
             mcu.trace().map_err(|error| format!("{name}: {error}"))?;
             mcu.add_probe(CONTROL_PROBE);
+            module.trace_bus();
         }
         Ok(())
     }
 
     /// Takes what the robot has noted.
-    pub fn take(&self, robot: &mut Robot) -> Vec<Traced> {
+    pub fn take(&self, robot: &mut Robot) -> Noted {
         let traced = |&name: &McuName| {
             let mcu = robot.module_mut(name.module)?.mcu_mut(name.controller);
             Some(Traced { name, trace: mcu.take_trace()?, control: mcu.take_edges(0) })
         };
-        self.mcus.iter().filter_map(traced).collect()
+        let mcus = self.mcus.iter().filter_map(traced).collect();
+        let modules: BTreeSet<usize> = self.mcus.iter().map(|name| name.module).collect();
+        let signals = |module: usize| Some((module, robot.module_mut(module)?.take_bus_signals()));
+        Noted { mcus, buses: modules.into_iter().filter_map(signals).collect() }
     }
 
     /// Writes the timeline; `recording` has the hormones, and how the robot was wired.
     ///
     /// # Errors
     /// It can't be written.
-    pub fn write(self, traced: &[Traced], recording: &Recording) -> Result<(), Box<dyn Error>> {
-        let mut events = Events::default();
-        let mut passed = HashMap::new();
-        for (number, Traced { name, trace, control }) in traced.iter().enumerate() {
-            events.name_mcu(number, &name.to_string());
-            schedule::write(&mut events, number, trace);
-            let mut next = schedule::tracks(trace);
-            let mut track = || {
-                next += 1;
-                Track::new(number, next - 1)
-            };
-            joints::write(&mut events, track(), control, trace.end);
-            for (port, serial) in trace.serial.iter().enumerate() {
-                let Some(dock) = flows::dock(name.controller, port) else { continue };
-                let at_dock = Passed {
-                    sent: frames::pieces(&serial.sent),
-                    received: frames::pieces(&serial.received),
-                    out: track(),
-                    into: track(),
-                };
-                let Passed { sent, received, out, into } = &at_dock;
-                frames::write(&mut events, *out, &format!("{dock:?} sends"), sent, trace.end);
-                frames::write(&mut events, *into, &format!("{dock:?} hears"), received, trace.end);
-                passed.insert(Face { module: name.module, dock }, at_dock);
-            }
+    pub fn write(self, noted: &Noted, recording: &Recording) -> Result<(), Box<dyn Error>> {
+        if self.is_vcd {
+            return self.destination.write_text(&levels::write(&noted.mcus, &noted.buses)?);
         }
-        let end = traced.iter().map(|traced| traced.trace.end).min().unwrap_or(0);
-        flows::frames(&mut events, &passed, recording, end);
-        flows::hormones(&mut events, traced, recording);
-        self.destination.write_text(&events.finish())
+        self.destination.write_text(&events_of(&noted.mcus, recording))
     }
+}
+
+fn events_of(traced: &[Traced], recording: &Recording) -> String {
+    let mut events = Events::default();
+    let mut passed = HashMap::new();
+    for (number, Traced { name, trace, control }) in traced.iter().enumerate() {
+        events.name_mcu(number, &name.to_string());
+        schedule::write(&mut events, number, trace);
+        let mut next = schedule::tracks(trace);
+        let mut track = || {
+            next += 1;
+            Track::new(number, next - 1)
+        };
+        joints::write(&mut events, track(), control, trace.end);
+        for (port, serial) in trace.serial.iter().enumerate() {
+            let Some(dock) = flows::dock(name.controller, port) else { continue };
+            let at_dock = Passed {
+                sent: frames::pieces(&serial.sent),
+                received: frames::pieces(&serial.received),
+                out: track(),
+                into: track(),
+            };
+            let Passed { sent, received, out, into } = &at_dock;
+            frames::write(&mut events, *out, &format!("{dock:?} sends"), sent, trace.end);
+            frames::write(&mut events, *into, &format!("{dock:?} hears"), received, trace.end);
+            passed.insert(Face { module: name.module, dock }, at_dock);
+        }
+    }
+    let end = traced.iter().map(|traced| traced.trace.end).min().unwrap_or(0);
+    flows::frames(&mut events, &passed, recording, end);
+    flows::hormones(&mut events, traced, recording);
+    events.finish()
 }
