@@ -98,13 +98,17 @@ fn characters(wire: &[(u64, bool)]) -> Vec<u8> {
     characters
 }
 
-/// What one hears on a two-wire bus, transaction by transaction: bytes, and whether each was acknowledged.
-fn transactions(clock: &[(u64, bool)], data: &[(u64, bool)]) -> Vec<Vec<(u8, bool)>> {
+/// A transaction on a two-wire bus: bytes, and whether each was acknowledged.
+type Transaction = Vec<(u8, bool)>;
+
+/// What one hears there.
+fn transactions(clock: &[(u64, bool)], data: &[(u64, bool)]) -> Vec<Transaction> {
     let mut edges: Vec<(u64, bool, bool)> =
         clock.iter().map(|&(cycle, level)| (cycle, true, level)).collect();
     edges.extend(data.iter().map(|&(cycle, level)| (cycle, false, level)));
     edges.sort_unstable();
-    let (mut all, mut bits): (Vec<Vec<(u8, bool)>>, Option<Vec<bool>>) = (Vec::new(), None);
+    let mut all: Vec<Transaction> = Vec::new();
+    let mut bits: Option<Vec<bool>> = None;
     for (cycle, is_clock, level) in edges.into_iter().filter(|edge| edge.0 > 0) {
         if is_clock {
             if let Some(bits) = bits.as_mut().filter(|_| level) {

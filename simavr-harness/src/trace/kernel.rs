@@ -3,7 +3,8 @@
 //! Where its fields lie is told by `repr(C)` of [`ready.rs`](../../../kernel/src/ready.rs),
 //! [`control_block.rs`](../../../kernel/src/control_block.rs), [`proxy.rs`](../../../kernel/src/proxy.rs) and
 //! [`timer.rs`](../../../kernel/src/timer.rs), with addresses of two bytes; what links mean by
-//! [`link.rs`](../../../kernel/src/link.rs).
+//! [`link.rs`](../../../kernel/src/link.rs). A program that runs wild may have anything there: nothing here counts on
+//! its being right.
 
 use crate::cpu::Cpu;
 use crate::trace::NotTraceable;
@@ -67,9 +68,17 @@ pub(super) enum Kept {
 }
 
 impl Kernel {
-    pub fn of(names: &Names) -> Result<Self, NotTraceable> {
-        let (start, _) = names.place("kernel::KERNEL").ok_or(NotTraceable("kernel::KERNEL"))?;
-        let (idle, control_block) = names.place("kernel::IDLE").ok_or(NotTraceable("kernel::IDLE"))?;
+    pub fn of(names: &Names, cpu: Cpu) -> Result<Self, NotTraceable> {
+        let place = |path: &'static str, least: u16| {
+            let fits = |&(start, size): &(u16, u16)| {
+                size >= least
+                    && start >= cpu.ram_start()
+                    && usize::from(start) + usize::from(size) <= cpu.data_size()
+            };
+            names.place(path).filter(fits).ok_or(NotTraceable(path))
+        };
+        let (start, _) = place("kernel::KERNEL", TIMERS + 2)?;
+        let (idle, control_block) = place("kernel::IDLE", PRIORITY + 1)?;
         let ticks = names.place("kernel::timer::TICKS").map(|(start, _)| start);
         Ok(Self { start, idle, control_block, ticks })
     }
@@ -101,7 +110,7 @@ impl Kernel {
             }
             let mut task = last;
             for _ in 0..LONGEST_LIST {
-                task = word(cpu, task + LINK);
+                task = word(cpu, task.wrapping_add(LINK));
                 ready.push(task);
                 if task == last || !is_task(task) {
                     break;
@@ -113,8 +122,8 @@ impl Kernel {
 
     /// What keeps a task that is not ready.
     pub fn kept(&self, cpu: Cpu, task: u16) -> Kept {
-        let flags = cpu.data(task + PRIORITY);
-        match word(cpu, task + LINK) {
+        let [flags, _] = word(cpu, task.wrapping_add(PRIORITY)).to_le_bytes();
+        match word(cpu, task.wrapping_add(LINK)) {
             _ if flags & KILLED != 0 => Kept::Killed,
             PARKED => Kept::Suspended,
             DELAYED => Kept::Waiting { on: Vec::new(), ticks: self.ticks_left(cpu, task, &[]) },
@@ -145,7 +154,7 @@ impl Kernel {
             ram.filter(|&at| of_set(&data[at..at + size])).map(|at| at as u16).collect()
         });
         let awaited = |proxy: u16| {
-            let semaphore = word(cpu, proxy + self.control_block);
+            let semaphore = word(cpu, proxy.wrapping_add(self.control_block));
             queue(cpu, semaphore).contains(&proxy).then_some(semaphore)
         };
         found.into_iter().filter_map(awaited).collect()
@@ -159,9 +168,9 @@ impl Kernel {
             if !is_task(timer) {
                 break;
             }
-            let target = word(cpu, timer + TARGET);
+            let target = word(cpu, timer.wrapping_add(TARGET));
             if target == task | END || semaphores.contains(&target) {
-                return Some(word(cpu, timer + DEADLINE).wrapping_sub(now));
+                return Some(word(cpu, timer.wrapping_add(DEADLINE)).wrapping_sub(now));
             }
             timer = word(cpu, timer);
         }
@@ -171,12 +180,12 @@ impl Kernel {
 
 /// The semaphore in whose queue a task stands: what the queue ends with.
 fn queue_of(cpu: Cpu, task: u16) -> Option<u16> {
-    let mut link = word(cpu, task + LINK);
+    let mut link = word(cpu, task.wrapping_add(LINK));
     for _ in 0..LONGEST_LIST {
         if !is_task(link) {
             break;
         }
-        link = word(cpu, link + LINK);
+        link = word(cpu, link.wrapping_add(LINK));
     }
     (link & END != 0).then_some(link & !END)
 }
@@ -187,7 +196,7 @@ fn queue(cpu: Cpu, semaphore: u16) -> Vec<u16> {
     let mut link = word(cpu, semaphore);
     while is_task(link) && waiting.len() < LONGEST_LIST {
         waiting.push(link);
-        link = word(cpu, link + LINK);
+        link = word(cpu, link.wrapping_add(LINK));
     }
     waiting
 }

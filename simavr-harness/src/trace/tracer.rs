@@ -59,7 +59,7 @@ enum Watched {
     Running,
     Queues,
     /// The link of the task with this index.
-    Link(u8),
+    Link(u16),
     /// A register by which motors are driven.
     Register,
 }
@@ -68,7 +68,7 @@ impl Tracer {
     /// Begins at `cycle`, at which the MCU gets its power.
     pub fn new(cpu: Cpu, image: &Image, cycle: u64) -> Result<Self, NotTraceable> {
         let names = Names::of(image);
-        let kernel = Kernel::of(&names)?;
+        let kernel = Kernel::of(&names, cpu)?;
         let mut watched = vec![Watched::Nothing; cpu.data_size()];
         for address in kernel.queues() {
             watched[usize::from(address)] = Watched::Queues;
@@ -321,9 +321,9 @@ impl Tracer {
             otherwise: None,
             states: Track::new(),
         });
-        let link = usize::from(control_block + LINK);
+        let link = usize::from(control_block.wrapping_add(LINK));
         if let Some(bytes) = self.watched.get_mut(link..link + 2) {
-            bytes.fill(Watched::Link(index as u8));
+            bytes.fill(Watched::Link(index as u16));
         }
         self.is_unread = true;
         index

@@ -63,7 +63,9 @@ pub fn write(traced: &[Traced], buses: &BTreeMap<usize, Vec<Slice<BusSignal>>>) 
         }
         writer.change_scalar(id, level)?;
     }
-    let end = traced.iter().map(|traced| traced.trace.end).max().unwrap_or(0);
+    // One without any power has not run.
+    let ran = traced.iter().filter(|traced| !traced.trace.cpu.is_empty());
+    let end = ran.map(|traced| traced.trace.end).max().unwrap_or(0);
     if end > now {
         writer.timestamp(end * CYCLE)?;
     }

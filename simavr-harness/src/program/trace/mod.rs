@@ -22,6 +22,9 @@ use super::json::Destination;
 use events::{Events, Track};
 use flows::Passed;
 
+/// The most seconds, over all MCUs: a file of 600 MB, which takes twice that of memory to make.
+const MOST: f64 = 400.0;
+
 /// A timeline to be written.
 pub struct Timeline {
     destination: Destination,
@@ -74,6 +77,15 @@ impl Timeline {
             if options.trace_of[..index].contains(name) {
                 return Err(format!("--trace-of names {name} twice").into());
             }
+        }
+        let most = MOST / options.trace_of.len() as f64;
+        if options.seconds > most {
+            return Err(format!(
+                "{} s of so many MCUs would make a file too large to be looked at: trace {most:.0} s at most, or \
+                 fewer MCUs",
+                options.seconds
+            )
+            .into());
         }
         let destination = Destination::file(path, robot_file, "--trace")?;
         if others.into_iter().flatten().any(|other| other.is(&destination)) {
