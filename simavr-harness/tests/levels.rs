@@ -183,6 +183,17 @@ fn levels_say_what_the_timeline_says() {
         let (address, is_acknowledged) = bytes.first().expect("an address comes first");
         assert!(matches!(address >> 1, 0x10 | 0x11) && *is_acknowledged, "{bytes:02x?}");
     }
+    let heard = all.iter().map(|bytes| {
+        let data: Vec<String> = bytes[1..].iter().map(|(byte, _)| format!("{byte:02x}")).collect();
+        let way = if bytes[0].0 & 1 != 0 { "read from" } else { "write to" };
+        (format!("{way} {:#04x}", bytes[0].0 >> 1), data.join(" "))
+    });
+    let told = begun("0.master", "two-wire bus").map(|event| {
+        let text = |value: &Value| value.as_str().expect("it is text").to_owned();
+        (text(&event["name"]), text(&event["args"]["bytes"]))
+    });
+    let (heard, told): (Vec<_>, Vec<_>) = (heard.collect(), told.collect());
+    assert!(told.starts_with(&heard) && told.len() <= heard.len() + 1, "{} of {}", heard.len(), told.len());
 
     // The joints' control is where the timeline has it.
     let begins: Vec<u64> = begun("0.master", "joints")

@@ -1,5 +1,6 @@
 //! `./x sim --trace`: what MCUs did, as a timeline for Perfetto, or the levels of their pins and buses.
 
+mod bus;
 mod events;
 mod flows;
 mod frames;
@@ -130,11 +131,11 @@ impl Timeline {
         if self.is_vcd {
             return self.destination.write_text(&levels::write(&noted.mcus, &noted.buses)?);
         }
-        self.destination.write_text(&events_of(&noted.mcus, recording))
+        self.destination.write_text(&events_of(noted, recording))
     }
 }
 
-fn events_of(traced: &[Traced], recording: &Recording) -> String {
+fn events_of(Noted { mcus: traced, buses }: &Noted, recording: &Recording) -> String {
     let mut events = Events::default();
     let mut passed = HashMap::new();
     for (number, Traced { name, trace, control }) in traced.iter().enumerate() {
@@ -158,6 +159,11 @@ fn events_of(traced: &[Traced], recording: &Recording) -> String {
             frames::write(&mut events, *out, &format!("{dock:?} sends"), sent, trace.end);
             frames::write(&mut events, *into, &format!("{dock:?} hears"), received, trace.end);
             passed.insert(Face { module: name.module, dock }, at_dock);
+        }
+        // Of two MCUs of one module the first has it.
+        let is_first = traced.iter().position(|other| other.name.module == name.module) == Some(number);
+        if let Some(signals) = buses.get(&name.module).filter(|_| is_first) {
+            bus::write(&mut events, track(), signals);
         }
     }
     let end = traced.iter().map(|traced| traced.trace.end).min().unwrap_or(0);
