@@ -32,25 +32,25 @@ const MULTIPLEXER: Multiplexer = Multiplexer {
 };
 
 /// Where a joint's bridge is wired to, and which inputs measure it.
-struct JointWiring {
-    controller: Controller,
-    axis: Axis,
+pub(crate) struct JointWiring {
+    pub controller: Controller,
+    pub axis: Axis,
     /// Data addresses of the compare register, and the bit of TCCR1A that gives its pin to the timer.
-    compare: u16,
-    connected: u8,
+    pub compare: u16,
+    pub connected: u8,
     /// The bit of PORTC that gives the direction.
-    direction: u8,
+    pub direction: u8,
     potentiometer: usize,
     current: usize,
 }
 
 // Data addresses: a look at a register is far cheaper than asking simavr for a pin's level.
-const TCCR1A: u16 = 0x4f;
-const TCCR1B: u16 = 0x4e;
+pub(crate) const TCCR1A: u16 = 0x4f;
+pub(crate) const TCCR1B: u16 = 0x4e;
 const TCNT1H: u16 = 0x4d;
 const TCNT1L: u16 = 0x4c;
-const ICR1: u16 = 0x46;
-const PORTC: u16 = 0x35;
+pub(crate) const ICR1: u16 = 0x46;
+pub(crate) const PORTC: u16 = 0x35;
 const PORTD: u16 = 0x32;
 const PORTB: u16 = 0x38;
 
@@ -59,7 +59,7 @@ const PORTB: u16 = 0x38;
 const FOLLOWED: [u16; 13] =
     [PORTC, ICR1, 0x47, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
 
-const JOINTS: [JointWiring; 3] = [
+pub(crate) const JOINTS: [JointWiring; 3] = [
     half_joint(Controller::Master, Axis::Front),
     JointWiring {
         controller: Controller::Master,

@@ -10,6 +10,7 @@
 
 use crate::mcu::Mcu;
 use crate::repair::twi::Command;
+use crate::trace::Slice;
 
 /// Status codes (tables "Status Codes for Master Transmitter Mode" and following).
 mod status {
@@ -75,6 +76,20 @@ pub struct Bus {
     /// Pulses on SCL until something lets go of SDA, which it holds low.
     data_held_for: u32,
     counts: BusCounts,
+    /// What was on the wires, where that is to be noted.
+    signals: Option<Vec<Slice<BusSignal>>>,
+}
+
+/// What takes the wires of a bus for a while: a START and a STOP for a bit, a byte for nine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusSignal {
+    /// Or a repeated one.
+    Start,
+    Byte {
+        value: u8,
+        acknowledged: bool,
+    },
+    Stop,
 }
 
 /// What a bus has carried since power-up.
@@ -137,6 +152,24 @@ impl Bus {
             next: NextByte::Address,
             data_held_for: 0,
             counts: BusCounts::default(),
+            signals: None,
+        }
+    }
+
+    /// Takes note from now on of what is on the wires.
+    pub(crate) fn trace(&mut self) {
+        self.signals = Some(Vec::new());
+    }
+
+    /// What was noted, in order.
+    pub(crate) fn take_signals(&mut self) -> Vec<Slice<BusSignal>> {
+        self.signals.take().unwrap_or_default()
+    }
+
+    fn note(&mut self, nodes: &[Mcu], end: u64, bits: u64, what: BusSignal) {
+        let bit = self.masters().map(|master| bit_cycles(&nodes[master])).max().unwrap_or(0);
+        if let Some(signals) = &mut self.signals {
+            signals.push(Slice { begin: end - bits * bit, end, what });
         }
     }
 
@@ -302,9 +335,9 @@ impl Bus {
         }
         match self.phase {
             Phase::Start { in_byte, .. } => self.start(nodes, now, in_byte),
-            Phase::RepeatedStart { .. } => self.repeated_start(nodes),
+            Phase::RepeatedStart { .. } => self.repeated_start(nodes, now),
             Phase::Stop { .. } => self.stop(nodes, now),
-            Phase::Byte { .. } => self.byte(nodes),
+            Phase::Byte { .. } => self.byte(nodes, now),
             Phase::Free { .. } | Phase::Held => {}
         }
     }
@@ -324,11 +357,13 @@ impl Bus {
             self.roles[index] = Role::Master;
             report(&mut nodes[index], status::START);
         }
+        self.note(nodes, now, 1, BusSignal::Start);
         self.next = NextByte::Address;
         self.phase = Phase::Held;
     }
 
-    fn repeated_start(&mut self, nodes: &mut [Mcu]) {
+    fn repeated_start(&mut self, nodes: &mut [Mcu], now: u64) {
+        self.note(nodes, now, 1, BusSignal::Start);
         self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
         for master in self.indices(Role::is_master) {
             report(&mut nodes[master], status::REPEATED_START);
@@ -338,6 +373,7 @@ impl Bus {
     }
 
     fn stop(&mut self, nodes: &mut [Mcu], now: u64) {
+        self.note(nodes, now, 1, BusSignal::Stop);
         self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
         for master in self.indices(Role::is_master) {
             self.roles[master] = Role::None;
@@ -353,17 +389,19 @@ impl Bus {
         }
     }
 
-    fn byte(&mut self, nodes: &mut [Mcu]) {
+    fn byte(&mut self, nodes: &mut [Mcu], now: u64) {
         self.counts.bytes += 1;
         self.phase = Phase::Held;
-        match self.next {
+        let (value, acknowledged) = match self.next {
             NextByte::Address => self.address(nodes),
             NextByte::Written => self.written_byte(nodes),
             NextByte::Read => self.read_byte(nodes),
-        }
+        };
+        self.note(nodes, now, BYTE_BITS, BusSignal::Byte { value, acknowledged });
     }
 
-    fn address(&mut self, nodes: &mut [Mcu]) {
+    /// The address on the wire, and whether it was acknowledged.
+    fn address(&mut self, nodes: &mut [Mcu]) -> (u8, bool) {
         let (byte, winners) = self.arbitrate(nodes);
         let (address, read) = (byte >> 1, byte & 1 != 0);
         let mut acknowledged = false;
@@ -395,9 +433,10 @@ impl Bus {
                 if read { status::address_read(acknowledged) } else { status::address_written(acknowledged) };
             report(&mut nodes[winner], told);
         }
+        (byte, acknowledged)
     }
 
-    fn written_byte(&mut self, nodes: &mut [Mcu]) {
+    fn written_byte(&mut self, nodes: &mut [Mcu]) -> (u8, bool) {
         let (byte, winners) = self.arbitrate(nodes);
         for loser in self.indices(Role::is_master) {
             if !winners.contains(&loser) {
@@ -421,9 +460,10 @@ impl Bus {
         for winner in winners {
             report(&mut nodes[winner], status::data_sent(acknowledged));
         }
+        (byte, acknowledged)
     }
 
-    fn read_byte(&mut self, nodes: &mut [Mcu]) {
+    fn read_byte(&mut self, nodes: &mut [Mcu]) -> (u8, bool) {
         let sent = |slave: usize| nodes[slave].twi(|twi, cpu| twi.data(cpu));
         // Nobody pulls the wire low: it reads as ones.
         let byte = self.slaves().map(sent).fold(0xff, |wire, sent| wire & sent);
@@ -453,6 +493,7 @@ impl Bus {
                 report(&mut nodes[master], status::data_received(accepts));
             }
         }
+        (byte, acknowledged)
     }
 
     /// What is on the wire when all masters send, and who is still master after it: at each bit, a

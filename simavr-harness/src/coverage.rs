@@ -11,8 +11,6 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use memmap2::MmapRaw;
 
-use crate::interpreter::Trace;
-
 /// The instruction was executed, and the next word after it.
 const ON: u8 = 1 << 0;
 /// The instruction was executed, and something else after it.
@@ -56,6 +54,16 @@ impl Coverage {
         // nobody accesses the mapping but by these atomics.
         (at < self.file.len()).then(|| unsafe { AtomicU8::from_ptr(self.file.as_mut_ptr().add(at)) })
     }
+
+    /// The instruction at word `at` was executed, and the program goes to word `next`.
+    #[inline(always)]
+    pub(crate) fn note(&self, at: u32, next: u32) {
+        let way = if next == at.wrapping_add(1) { ON } else { AWAY };
+        // Most are known already, and a read is far cheaper than what excludes other threads.
+        if let Some(word) = self.word(at).filter(|word| word.load(Ordering::Relaxed) & way == 0) {
+            word.fetch_or(way, Ordering::Relaxed);
+        }
+    }
 }
 
 impl Ways {
@@ -67,16 +75,5 @@ impl Ways {
     /// What either of two places that are the same code saw.
     pub fn or(self, other: Self) -> Self {
         Self { on: self.on || other.on, away: self.away || other.away }
-    }
-}
-
-impl Trace for Coverage {
-    #[inline(always)]
-    fn note(&self, at: u32, next: u32) {
-        let way = if next == at.wrapping_add(1) { ON } else { AWAY };
-        // Most are known already, and a read is far cheaper than what excludes other threads.
-        if let Some(word) = self.word(at).filter(|word| word.load(Ordering::Relaxed) & way == 0) {
-            word.fetch_or(way, Ordering::Relaxed);
-        }
     }
 }

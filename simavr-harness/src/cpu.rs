@@ -223,10 +223,15 @@ impl Cpu {
         self.must_pause()
     }
 
-    /// Ends the run that has begun after its next instruction.
+    /// Ends the run that has begun after its next instruction, also where that sets a timer, as WDR does:
+    /// simavr counts anew then, up to the limit.
     pub fn run_for_one_instruction(self) {
+        let avr = self.as_ptr();
         // SAFETY: the instance is alive by the type's invariant.
-        unsafe { (*self.as_ptr()).run_cycle_count = 1 }
+        unsafe {
+            (*avr).run_cycle_limit = 1;
+            (*avr).run_cycle_count = 1;
+        }
     }
 
     /// Has simavr's own interpreter execute the run that has begun.

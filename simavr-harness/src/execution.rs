@@ -3,23 +3,58 @@
 use crate::coverage::Coverage;
 use crate::cpu::Cpu;
 use crate::interpreter::instruction::Instruction;
-use crate::interpreter::{self, Trace};
+use crate::interpreter::{self, Note, Now};
+use crate::trace::Tracer;
+
+/// Who takes note of each instruction.
+#[derive(Default)]
+pub(crate) struct Watchers<'a> {
+    pub coverage: Option<&'a Coverage>,
+    pub tracer: Option<&'a mut Tracer>,
+}
+
+impl Watchers<'_> {
+    fn is_none(&self) -> bool {
+        self.coverage.is_none() && self.tracer.is_none()
+    }
+}
+
+/// The watchers of one core.
+struct Notes<'a> {
+    cpu: Cpu,
+    watchers: Watchers<'a>,
+}
+
+impl Note for Notes<'_> {
+    #[inline(always)]
+    fn note(&mut self, at: u32, now: &Now) {
+        let Watchers { coverage, tracer } = &mut self.watchers;
+        if let Some(coverage) = coverage {
+            coverage.note(at, now.next());
+        }
+        if let Some(tracer) = tracer {
+            tracer.note(self.cpu, at, now);
+        }
+    }
+}
 
 /// Executes instructions until `deadline`, the next cycle timer, an interrupt to be served, a sleep or a
 /// device's call for attention, whichever comes first; at least one instruction. `program` is what is in
-/// flash, as far as it is decoded; `coverage` takes note of each instruction.
-pub(crate) fn run(cpu: Cpu, deadline: u64, program: &[Instruction], coverage: Option<&Coverage>) {
-    let has_run = !cpu.begin_run(deadline)
-        && match coverage {
-            None => interpreter::run(cpu, program, &()),
-            Some(coverage) => interpreter::run(cpu, program, coverage),
-        };
-    if has_run {
+/// flash, as far as it is decoded.
+pub(crate) fn run(cpu: Cpu, deadline: u64, program: &[Instruction], watchers: Watchers) {
+    let may_run = !cpu.begin_run(deadline);
+    if watchers.is_none() {
+        if !may_run || !interpreter::run(cpu, program, &mut ()) {
+            cpu.run_by_simavr();
+        }
         return;
     }
-    let Some(coverage) = coverage else { return cpu.run_by_simavr() };
-    let at = cpu.pc();
+    let mut notes = Notes { cpu, watchers };
+    if may_run && interpreter::run(cpu, program, &mut notes) {
+        return;
+    }
+    let at = cpu.pc() / 2;
     cpu.run_for_one_instruction(); // of which note is taken
     cpu.run_by_simavr();
-    coverage.note(at / 2, cpu.pc() / 2);
+    notes.note(at, &Now::load(cpu));
 }

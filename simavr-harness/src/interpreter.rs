@@ -22,20 +22,20 @@ const SPH: u16 = 0x5e;
 const SREG: u16 = 0x5f;
 
 /// Takes note of what is executed.
-pub(crate) trait Trace {
-    /// The instruction at word `at` was executed, and the program goes to word `next`.
-    fn note(&self, at: u32, next: u32);
+pub(crate) trait Note {
+    /// The instruction at word `at` was executed, and the program is where `now` has it.
+    fn note(&mut self, at: u32, now: &Now);
 }
 
 /// Takes no note, and costs nothing.
-impl Trace for () {
+impl Note for () {
     #[inline(always)]
-    fn note(&self, _: u32, _: u32) {}
+    fn note(&mut self, _: u32, _: &Now) {}
 }
 
 /// Executes instructions as simavr's interpreter does, until the run ends or an instruction comes that it
 /// does not know. Returns whether the run has ended.
-pub(crate) fn run(cpu: Cpu, program: &[Instruction], trace: &impl Trace) -> bool {
+pub(crate) fn run(cpu: Cpu, program: &[Instruction], notes: &mut impl Note) -> bool {
     cpu.with_cells(|data| {
         let Some(registers) = data.first_chunk() else { return false };
         let core = Core {
@@ -46,7 +46,7 @@ pub(crate) fn run(cpu: Cpu, program: &[Instruction], trace: &impl Trace) -> bool
             return_address: cpu.return_address_size(),
         };
         let mut now = Now::load(cpu);
-        let ended = core.run(&mut now, program, trace);
+        let ended = core.run(&mut now, program, notes);
         now.store(cpu);
         ended
     })
@@ -54,7 +54,7 @@ pub(crate) fn run(cpu: Cpu, program: &[Instruction], trace: &impl Trace) -> bool
 
 /// Where the program is.
 #[derive(Clone, Copy)]
-struct Now {
+pub(crate) struct Now {
     /// Word address of the instruction.
     pc: u32,
     /// Cycles from its begin to `stop`.
@@ -72,7 +72,7 @@ struct Done {
 }
 
 impl Now {
-    fn load(cpu: Cpu) -> Self {
+    pub fn load(cpu: Cpu) -> Self {
         let CoreState { pc, cycle, stop, status } = cpu.core_state();
         Self { pc: pc / 2, left: stop.wrapping_sub(cycle) as i64, stop, status: Status::of_byte(status) }
     }
@@ -82,8 +82,17 @@ impl Now {
         Some(Done { cycles, next: self.pc.wrapping_add(1) })
     }
 
-    fn cycle(self) -> u64 {
+    pub fn cycle(self) -> u64 {
         self.stop.wrapping_sub(self.left as u64)
+    }
+
+    /// Word address of the next instruction.
+    pub fn next(self) -> u32 {
+        self.pc
+    }
+
+    pub fn interrupts_enabled(self) -> bool {
+        self.status.has(INTERRUPT)
     }
 
     /// Ends the run at `stop`.
@@ -112,12 +121,12 @@ struct Core<'a> {
 }
 
 impl Core<'_> {
-    fn run(&self, now: &mut Now, program: &[Instruction], trace: &impl Trace) -> bool {
+    fn run(&self, now: &mut Now, program: &[Instruction], notes: &mut impl Note) -> bool {
         while let Some(&instruction) = program.get(now.pc as usize) {
             let Some(Done { cycles, next }) = self.execute(now, instruction) else { return false };
-            trace.note(now.pc, next);
+            let at = std::mem::replace(&mut now.pc, next);
             now.left -= cycles;
-            now.pc = next;
+            notes.note(at, now);
             if now.left <= 0 {
                 match self.cpu.go_on(now.cycle()) {
                     Some(stop) => now.stop_at(stop),

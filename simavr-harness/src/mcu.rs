@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::character::Character;
 use crate::cpu::{Core, Cpu, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
-use crate::execution;
+use crate::execution::{self, Watchers};
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
 use crate::part::{Part, Pin};
@@ -22,6 +22,7 @@ use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
 use crate::repair::{external, interrupt, rampz};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
+use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
 
 mod explore;
@@ -67,6 +68,7 @@ pub struct Mcu {
     starts_at: u64,
     /// The address at which the program hangs.
     hangs_at: Option<u32>,
+    tracer: Option<Box<Tracer>>,
 }
 
 /// What an MCU is doing.
@@ -149,6 +151,7 @@ impl Mcu {
             start_up: 0,
             starts_at: 0,
             hangs_at: None,
+            tracer: None,
         };
         let (image, flash) = (mcu.image.flash(), cpu.flash_size());
         if image.len() > flash {
@@ -285,6 +288,24 @@ impl Mcu {
         self.markers.with(self.cpu, |markers| std::mem::take(&mut markers.log))
     }
 
+    // --- Trace ----------------------------------------------------------------------------------
+
+    /// Takes note from now on of who has the CPU, what tasks wait for, and interrupts. To be called before the
+    /// program runs. It changes nothing of what happens.
+    ///
+    /// # Errors
+    /// The program has no kernel of ours.
+    pub fn trace(&mut self) -> Result<(), NotTraceable> {
+        self.tracer = Some(Box::new(Tracer::new(self.cpu, &self.image, self.cycle())?));
+        Ok(())
+    }
+
+    /// What was noted; `None` if nothing was to be.
+    pub fn take_trace(&mut self) -> Option<Trace> {
+        let cycle = self.cycle();
+        self.tracer.take().map(|tracer| tracer.finish(cycle))
+    }
+
     // --- Running --------------------------------------------------------------------------------
 
     /// Runs up to the first instruction boundary at or after `cycle`, or to the program's end.
@@ -374,11 +395,12 @@ impl Mcu {
             return None;
         }
         if self.cpu.core() == Core::Running {
-            let (program, coverage) = (self.image.program(), self.image.coverage());
+            let (program, pc) = (self.image.program(), self.pc());
+            let watchers = Watchers { coverage: self.image.coverage(), tracer: self.tracer.as_deref_mut() };
             match self.hangs_at {
-                None => execution::run(self.cpu, limit, program, coverage),
-                Some(address) if address == self.pc() => self.cpu.set_cycle(start + JUMP),
-                Some(_) => execution::run(self.cpu, start + 1, program, coverage),
+                None => execution::run(self.cpu, limit, program, watchers),
+                Some(address) if address == pc => self.cpu.set_cycle(start + JUMP),
+                Some(_) => execution::run(self.cpu, start + 1, program, watchers),
             }
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;
@@ -411,6 +433,9 @@ impl Mcu {
 
     fn serve_interrupts(&mut self) -> Option<Accepted> {
         let vector = self.cpu.serve_interrupts()?;
+        if let Some(tracer) = &mut self.tracer {
+            tracer.accepted(vector.number(), self.cpu.cycle());
+        }
         let woken = std::mem::take(&mut self.asleep);
         let response_cycles =
             self.part.response_cycles() + if woken { self.part.wake_up_cycles() } else { 0 };
@@ -536,6 +561,9 @@ impl Mcu {
         self.resets += 1;
         self.asleep = false;
         self.starts_at = now + self.start_up;
+        if let Some(tracer) = &mut self.tracer {
+            tracer.reset(now, self.starts_at);
+        }
         self.hangs_at = None;
         for usart in &mut self.usarts {
             usart.forget_timer();
@@ -589,18 +617,25 @@ impl Mcu {
     /// begun, those of pins once they have ended.
     pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
         let cpu = self.cpu;
-        match number.checked_sub(self.usarts.len()) {
+        let sent = match number.checked_sub(self.usarts.len()) {
             None => self.usarts[number].with(cpu, Usart::take_sent),
             Some(number) => {
                 let serial = self.serial_pins.get_mut(number);
                 serial.map(|serial| serial.with(cpu, PinSerial::take_sent)).unwrap_or_default()
             }
+        };
+        if let Some(tracer) = &mut self.tracer {
+            tracer.sent(number, &sent);
         }
+        sent
     }
 
     /// Lets a character come in at serial port `number`: received by a USART at the end of its frame, edge by
     /// edge at pins.
     pub fn receive(&mut self, number: usize, character: Character) {
+        if let Some(tracer) = &mut self.tracer {
+            tracer.receives(number, character);
+        }
         self.act_from_outside(|mcu| {
             let cpu = mcu.cpu;
             match number.checked_sub(mcu.usarts.len()) {

@@ -8,7 +8,7 @@ use tasks::superbot::{Half, MASTER, SLAVE};
 use thiserror::Error;
 
 use crate::body::{self, Body};
-use crate::bus::{Bus, BusCounts};
+use crate::bus::{Bus, BusCounts, BusSignal};
 use crate::character::Character;
 use crate::controller::Controller;
 use crate::counters;
@@ -17,6 +17,7 @@ use crate::lockstep;
 use crate::mcu::{Mcu, McuError};
 use crate::part::{Part, Pin};
 use crate::serial_pins::SerialPins;
+use crate::trace::Slice;
 
 /// The programs of a module's MCUs.
 #[derive(Clone, Debug)]
@@ -67,6 +68,9 @@ const PINS: usize = 2;
 /// The pins of the third dock of each MCU, as the board description has them.
 const SERIAL_PINS: SerialPins =
     SerialPins { receive: Pin { port: 'E', bit: 7 }, transmit: Pin { port: 'E', bit: 5 } };
+
+/// The pin of each MCU that is high while the joints' control computes, as the board description has it.
+pub const CONTROL_PROBE: Pin = Pin { port: 'B', bit: 4 };
 
 impl Module {
     /// A module at power-up; what its memories hold is drawn from `seed`.
@@ -135,6 +139,16 @@ impl Module {
     /// Has something hold SDA of the bus low until it has seen so many pulses on SCL.
     pub fn hold_data_wire(&mut self, clocks: u32) {
         self.bus.hold_data(&mut self.mcus, clocks);
+    }
+
+    /// Takes note from now on of what is on the wires of the bus.
+    pub fn trace_bus(&mut self) {
+        self.bus.trace();
+    }
+
+    /// What was noted, in order.
+    pub fn take_bus_signals(&mut self) -> Vec<Slice<BusSignal>> {
+        self.bus.take_signals()
     }
 
     /// Sets the longest turn that one MCU runs before the other, in cycles. It changes the speed

@@ -32,7 +32,7 @@ pub struct SerialPinCounts {
 }
 
 /// Start bit, 8 data bits, stop bit.
-const BITS: u64 = 10;
+pub(crate) const BITS: u64 = 10;
 
 pub(crate) struct PinSerial {
     pins: SerialPins,
@@ -94,7 +94,7 @@ impl PinSerial {
 }
 
 /// The levels of a character's bits.
-fn levels(value: u8) -> impl Iterator<Item = bool> {
+pub(crate) fn levels(value: u8) -> impl Iterator<Item = bool> {
     let data = (0..8).map(move |bit| value & 1 << bit != 0);
     std::iter::once(false).chain(data).chain(std::iter::once(true))
 }

@@ -40,7 +40,8 @@ fn ways(image: &Image, label: &str) -> Ways {
 
 #[test]
 fn each_instruction_tells_where_it_went() {
-    for (name, defines) in [("decoded", &[][..]), ("left-to-simavr", &["SPM_INSIDE"])] {
+    let ways_to_run = [("decoded", &[][..]), ("left-to-simavr", &["SPM_INSIDE"]), ("fed", &["WATCHDOG"])];
+    for (name, defines) in ways_to_run {
         let record = record(name);
         let image = image(defines, &record);
         assert_eq!(mcu(&image).run_to_end(100_000), State::Done);

@@ -133,3 +133,11 @@ fn the_watchdog_resets_again_and_again_on_one_clock() {
         assert!((period..period + 1000).contains(&length), "{length}");
     }
 }
+
+#[test]
+fn a_program_without_the_kernel_is_not_traced() {
+    let mut mcu = mcu(&build("program.c"));
+    let error = mcu.trace().expect_err("it has no kernel");
+    assert!(error.to_string().contains("./x build"), "{error}");
+    assert!(mcu.take_trace().is_none());
+}

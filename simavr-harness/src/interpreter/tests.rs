@@ -7,7 +7,7 @@ use simulation::{CLOCK_HZ, Random};
 
 use super::instruction::decode;
 use super::*;
-use crate::execution;
+use crate::execution::{self, Watchers};
 use crate::image::Image;
 use crate::mcu::Mcu;
 use crate::part::Part;
@@ -65,9 +65,9 @@ fn compare(part: &Part) -> usize {
             cpu.set_core_state(CoreState { pc: AT, cycle: 0, stop: 1, status: data[usize::from(SREG)] });
         }
         let before = Seen::of(ours);
-        if run(ours, &program, &()) {
+        if run(ours, &program, &mut ()) {
             executed.insert(opcode);
-            execution::run(simavrs, 1, &[], None);
+            execution::run(simavrs, 1, &[], Watchers::default());
             let after = [ours, simavrs].map(Seen::of);
             assert_eq!(after[0], after[1], "{}: {opcode:#06x} from {before:?}", part.name);
         } else {

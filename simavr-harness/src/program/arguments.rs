@@ -8,6 +8,8 @@ use serde::Serialize;
 use simavr_harness::Variation;
 use simulation::Shape;
 
+use super::trace::McuName;
+
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
 /// with.
 #[derive(Parser)]
@@ -83,6 +85,15 @@ pub struct Sim {
     /// Record the run as one HTML file, in which any browser shows it, also without a network.
     #[arg(long, value_name = "FILE.html")]
     pub record: Option<PathBuf>,
+
+    /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows; or, where it ends in .vcd,
+    /// the levels of their pins and buses.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+
+    /// Which MCUs: modules and halves, as in 0.master,3.slave.
+    #[arg(long, value_name = "MCUS", value_delimiter = ',', default_value = "0.master", requires = "trace")]
+    pub trace_of: Vec<McuName>,
 
     /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]

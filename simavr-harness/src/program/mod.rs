@@ -16,6 +16,7 @@ mod simulator;
 mod summary;
 mod table;
 mod terrain;
+mod trace;
 
 use std::process::ExitCode;
 

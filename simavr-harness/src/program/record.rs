@@ -65,6 +65,11 @@ impl Record {
         Ok(Some(Record { destination, robot, ground }))
     }
 
+    /// Where the page goes.
+    pub fn destination(&self) -> &Destination {
+        &self.destination
+    }
+
     /// Writes the page.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ use super::json::{Destination, tell};
 use super::output::say;
 use super::record::{self, Record};
 use super::report::{Console, CpuLoad, Report};
+use super::trace::{Noted, Timeline};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
@@ -33,9 +34,11 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
         Source::File(path) => Some(path.as_path()),
         Source::Shape(_) => None,
     };
-    let destination = Destination::of(options.json.as_deref(), robot_file)?;
+    let report = Destination::of(options.json.as_deref(), robot_file)?;
     let scenario = scenario(options)?;
-    let record = Record::of(options, robot_file, destination.as_ref(), &scenario)?;
+    let record = Record::of(options, robot_file, report.as_ref(), &scenario)?;
+    let others = [report.as_ref(), record.as_ref().map(Record::destination)];
+    let timeline = Timeline::of(options, robot_file, others, scenario.wiring.modules())?;
     if scenario.terrain.is_some() && !has_world(options) {
         return Err(NO_WORLD.into());
     }
@@ -51,11 +54,12 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     }
     match options.engine {
         EngineName::Simavr => {
-            let robot = build_robot(&scenario, options)?;
+            let mut robot = build_robot(&scenario, options)?;
+            if let Some(timeline) = &timeline {
+                timeline.begin(&mut robot)?;
+            }
             let engine = Engine::new(robot, options.threads);
-            run_robot(engine, scenario, options, (destination, record), |engine| {
-                Some(CpuLoad::of(engine.robot()))
-            })
+            run_robot(engine, scenario, options, Results { report, record, timeline })
         }
         EngineName::Host => {
             if options.world == Some(WorldName::Ground) {
@@ -79,18 +83,49 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
                 );
             }
             let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
-            run_robot(robot, scenario, options, (destination, record), |_| None)
+            run_robot(robot, scenario, options, Results { report, record, timeline })
         }
     }
 }
 
-fn run_robot<R: Robot>(
-    robot: R,
+/// What is asked for besides the summary.
+struct Results {
+    report: Option<Destination>,
+    record: Option<Record>,
+    timeline: Option<Timeline>,
+}
+
+/// A robot of which some have MCUs, and these tell more.
+trait Executing: Robot {
+    fn cpu_load(&self) -> Option<CpuLoad> {
+        None
+    }
+
+    /// Takes what was noted for a timeline.
+    fn take_noted(&mut self, _timeline: &Timeline) -> Option<Noted> {
+        None
+    }
+}
+
+impl Executing for Native {}
+
+impl Executing for Engine {
+    fn cpu_load(&self) -> Option<CpuLoad> {
+        Some(CpuLoad::of(self.robot()))
+    }
+
+    fn take_noted(&mut self, timeline: &Timeline) -> Option<Noted> {
+        Some(timeline.take(self.robot_mut()))
+    }
+}
+
+fn run_robot(
+    robot: impl Executing,
     scenario: Scenario,
     options: &Sim,
-    (destination, record): (Option<Destination>, Option<Record>),
-    cpu_load: impl Fn(&R) -> Option<CpuLoad>,
+    results: Results,
 ) -> Result<bool, Box<dyn Error>> {
+    let Results { report: destination, record, timeline: trace } = results;
     let Scenario { terrain, mut timeline, .. } = scenario;
     let is_level = terrain.is_none();
     if options.loss > 0.0 {
@@ -98,7 +133,7 @@ fn run_robot<R: Robot>(
         timeline.insert(0, Event { at: 0, change });
     }
     let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
-    if record.is_some() {
+    if record.is_some() || trace.is_some() {
         run.record(record::EVERY);
     }
     let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
@@ -116,16 +151,22 @@ fn run_robot<R: Robot>(
     }
     display.show(&run, end, started.elapsed());
     display.finish();
-    let report = Report::new(options, &run, started.elapsed(), cpu_load(&run.robot), is_level);
+    let report = Report::new(options, &run, started.elapsed(), run.robot.cpu_load(), is_level);
     for Console { at, dock, complete, text } in &report.consoles {
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
-    let recorded = record.zip(run.finish_recording());
-    let recorded = recorded.map(|(record, recording)| record.write(options, &report, &recording));
-    // Where the page can't be written any more, the figures are told all the same.
+    let recording = run.finish_recording();
+    let recorded = record.zip(recording.as_ref());
+    let recorded = recorded.map(|(record, recording)| record.write(options, &report, recording));
+    let traced = trace.zip(recording.as_ref()).and_then(|(trace, recording)| {
+        let noted = run.robot.take_noted(&trace)?;
+        Some(trace.write(&noted, recording))
+    });
+    // Where these can't be written any more, the figures are told all the same.
     tell(destination, &report)?;
     recorded.transpose()?;
+    traced.transpose()?;
     if let to_come @ 1.. = run.events_to_come() {
         say(format_args!(
             "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"

@@ -1,9 +1,9 @@
 //! No image breaks the simulator: the robot's own, with bits flipped by chance, run or are refused. Of some
-//! it is tried that simavr's own interpreter does the same with them.
+//! it is tried that simavr's own interpreter does the same with them, and of others that they may be traced.
 
 use std::sync::Arc;
 
-use simavr_harness::{Engine, Face, Image, Images, RobotBuilder};
+use simavr_harness::{Controller, Engine, Face, Holder, Image, Images, Mcu, Robot, RobotBuilder};
 use simulation::{Random, Robot as _};
 use superbot_tests_simavr::{MILLISECOND, images};
 use tasks::dock::Dock;
@@ -15,7 +15,7 @@ const RUNS: u64 = 60 * MILLISECOND;
 /// The bytes at the start of an ELF file that say what there is; flips there are tried more often.
 const HEADERS: usize = 0x100;
 
-/// One of so many is run by simavr's interpreter, too.
+/// One of so many is run by simavr's interpreter, too, and another one is traced.
 const BY_BOTH: u64 = 4;
 
 /// The image with one bit to eight flipped; `None` if it is refused.
@@ -29,13 +29,40 @@ fn flipped(file: &[u8], random: &mut Random) -> Option<Image> {
     Image::parse(&file).ok()
 }
 
-/// Two modules, so that docks have somebody to hear. Returns a hash of what became of them, if they ran.
-fn run(images: Images, seed: u64) -> Option<u64> {
+/// Two modules, so that docks have somebody to hear.
+fn robot(images: Images, seed: u64) -> Option<Robot> {
     let [one, other] = [(0, Dock::Back), (1, Dock::Front)].map(|(module, dock)| Face { module, dock });
-    let robot = RobotBuilder::new(images, 2).attach(one, other).seed(seed).build().ok()?;
-    let mut engine = Engine::new(robot, 1);
+    RobotBuilder::new(images, 2).attach(one, other).seed(seed).build().ok()
+}
+
+/// Returns a hash of what became of them, if they ran.
+fn run(images: Images, seed: u64) -> Option<u64> {
+    let mut engine = Engine::new(robot(images, seed)?, 1);
     engine.run_until(RUNS);
     Some(engine.state_hash())
+}
+
+/// The same with the first module traced, as far as its images can be: the times of the trace are those of the
+/// CPU, whatever it does.
+fn run_traced(images: Images, seed: u64) -> Option<u64> {
+    let mut robot = robot(images, seed)?;
+    let is_traced = Controller::ALL.map(|controller| mcu(&mut robot, controller).trace().is_ok());
+    let mut engine = Engine::new(robot, 1);
+    engine.run_until(RUNS);
+    for (controller, is_traced) in Controller::ALL.into_iter().zip(is_traced) {
+        let mcu = mcu(engine.robot_mut(), controller);
+        let trace = mcu.take_trace();
+        assert_eq!(trace.is_some(), is_traced);
+        let Some(trace) = trace else { continue };
+        let is_awake = |holder| !matches!(holder, Holder::Sleep | Holder::Reset);
+        let awake = trace.cpu.iter().filter(|slice| is_awake(slice.what)).map(|slice| slice.cycles());
+        assert_eq!(awake.sum::<u64>(), mcu.awake_cycles(), "seed {seed}");
+    }
+    Some(engine.state_hash())
+}
+
+fn mcu(robot: &mut Robot, controller: Controller) -> &mut Mcu {
+    robot.module_mut(0).expect("there are two").mcu_mut(controller)
 }
 
 #[test]
@@ -67,6 +94,9 @@ fn no_flipped_bit_breaks_the_simulator() {
         let state = run(beside(image.clone()), seed);
         if seed.is_multiple_of(BY_BOTH) {
             assert_eq!(state, run(beside(image.undecoded()), seed), "seed {seed}");
+        } else if seed % BY_BOTH == seed / BY_BOTH % (BY_BOTH - 1) + 1 {
+            // So that it is a master's image as well as a slave's.
+            assert_eq!(state, run_traced(beside(image), seed), "seed {seed}");
         }
     }
     assert!(refused < number.unwrap_or(IMAGES) / 4, "{refused} images were refused");

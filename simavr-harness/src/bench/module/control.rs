@@ -7,14 +7,11 @@ use super::{MEASURED, MILLISECOND};
 use crate::bench::{BenchError, unmeasurable};
 use crate::controller::Controller;
 use crate::engine::Engine;
-use crate::part::Pin;
+use crate::module::CONTROL_PROBE;
 use crate::probe::Edge;
 
 /// Cycles of a period of the joints' control.
 const PERIOD: u64 = MILLISECOND;
-
-/// The pin that is high while the joints' control computes.
-const CONTROL: Pin = Pin { port: 'B', bit: 4 };
 
 /// What pulls at the joints, in Nm, to and fro: more than friction.
 const PULL: f64 = 3.0;
@@ -36,7 +33,7 @@ impl Control {
         engine.run_until(engine.cycle() + TURN);
         if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
             for mcu in Controller::ALL {
-                module.mcu_mut(mcu).add_probe(CONTROL);
+                module.mcu_mut(mcu).add_probe(CONTROL_PROBE);
             }
         }
         Control { begins: [Vec::new(), Vec::new()], turns: 0 }

@@ -1,0 +1,83 @@
+//! An MCU's tasks and interrupts as a timeline.
+
+use serde_json::{Value, json};
+use simavr_harness::{Holder, TaskState, Trace, Wait, vector_name};
+
+use super::events::{Events, Track};
+
+/// The track of who has the CPU, and of interrupts within that.
+const CPU: usize = 0;
+
+/// Those of tasks are behind it.
+const FIRST_TASK: usize = 1;
+
+/// How many tracks an MCU has by these.
+pub fn tracks(trace: &Trace) -> usize {
+    FIRST_TASK + trace.tasks.len()
+}
+
+/// The track of the task of this name.
+pub fn track(mcu: usize, trace: &Trace, task: &str) -> Option<Track> {
+    let number = trace.tasks.iter().position(|traced| &*traced.name == task)?;
+    Some(Track::new(mcu, FIRST_TASK + number))
+}
+
+/// Writes what MCU number `mcu` of the file did.
+pub fn write(events: &mut Events, mcu: usize, trace: &Trace) {
+    write_cpu(events, Track::new(mcu, CPU), trace);
+    for (number, task) in trace.tasks.iter().enumerate() {
+        let track = Track::new(mcu, FIRST_TASK + number);
+        events.name_track(track, &task.name);
+        for slice in &task.states {
+            let (name, args) = state(&slice.what);
+            events.begin(track, slice.begin, "task", &name, args);
+            events.end(track, slice.end);
+        }
+    }
+}
+
+/// Interrupts lie within what they interrupt, and may be interrupted themselves.
+fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
+    events.name_track(track, "CPU");
+    let holders = trace.cpu.iter().map(|slice| {
+        let name = match slice.what {
+            Holder::Reset => "reset",
+            Holder::Start => "start",
+            Holder::Idle => "idle",
+            Holder::Sleep => "sleep",
+            Holder::Task(index) => &trace.tasks[index].name,
+        };
+        (slice.begin, slice.end, "cpu", name)
+    });
+    let interrupts = trace.interrupts.iter().map(|slice| {
+        let name = vector_name(slice.what).unwrap_or("interrupt");
+        (slice.begin, slice.end, "interrupt", name)
+    });
+    let mut slices: Vec<_> = holders.chain(interrupts).collect();
+    // At the same time whatever has the CPU comes first, as it goes on longer.
+    slices.sort_by_key(|&(begin, end, ..)| (begin, u64::MAX - end));
+    let mut under_way: Vec<u64> = Vec::new();
+    for (begin, end, category, name) in slices {
+        while let Some(before) = under_way.pop_if(|before| *before <= begin) {
+            events.end(track, before);
+        }
+        events.begin(track, begin, category, name, Value::Null);
+        under_way.push(end);
+    }
+    while let Some(end) = under_way.pop() {
+        events.end(track, end);
+    }
+}
+
+fn state(state: &TaskState) -> (String, Value) {
+    match state {
+        TaskState::Running => ("running".into(), Value::Null),
+        TaskState::Ready => ("ready".into(), Value::Null),
+        TaskState::Suspended => ("suspended".into(), Value::Null),
+        TaskState::Killed => ("killed".into(), Value::Null),
+        TaskState::Waiting(Wait { on, ticks }) => {
+            let on = if on.is_empty() { "a time".into() } else { on.join(" or ") };
+            (format!("waits for {on}"), ticks.map_or(Value::Null, |ticks| json!({ "ticks at most": ticks })))
+        }
+    }
+}

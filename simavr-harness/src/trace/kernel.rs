@@ -1,0 +1,219 @@
+//! What the kernel's data in SRAM say of tasks.
+//!
+//! Where its fields lie is told by `repr(C)` of [`ready.rs`](../../../kernel/src/ready.rs),
+//! [`control_block.rs`](../../../kernel/src/control_block.rs), [`proxy.rs`](../../../kernel/src/proxy.rs) and
+//! [`timer.rs`](../../../kernel/src/timer.rs), with addresses of two bytes; what links mean by
+//! [`link.rs`](../../../kernel/src/link.rs). A program that runs wild may have anything there: nothing here counts on
+//! its being right.
+
+use crate::cpu::Cpu;
+use crate::trace::NotTraceable;
+use crate::trace::names::Names;
+
+/// In `Kernel`: the task that should run, the running task, and the last task of each queue of ready tasks.
+const HEAD: u16 = 0;
+const RUNNING: u16 = 2;
+const QUEUES: u16 = 5;
+const LEVELS: u16 = 8;
+/// And the first timer.
+const TIMERS: u16 = QUEUES + 2 * LEVELS;
+
+/// In `ControlBlock`.
+const LEVEL: u16 = 0;
+const STACK_POINTER: u16 = 1;
+pub(super) const LINK: u16 = 3;
+const PRIORITY: u16 = 5;
+
+/// In `ControlBlock::level`.
+const HALTED: u8 = 0x80;
+
+/// In `ControlBlock::priority`.
+const PROXY: u8 = 0x20;
+const KILLED: u8 = 0x10;
+const PROXIED: u8 = 0x08;
+
+/// In `Timer`: behind the link to the next one.
+const DEADLINE: u16 = 2;
+const TARGET: u16 = 4;
+
+/// Links that lead to no task: an end, and two with a meaning of their own.
+const END: u16 = 0x8000;
+const DELAYED: u16 = 0xff00;
+const PARKED: u16 = 0xfe00;
+
+/// No list is longer; in a run that is not broken by the program itself.
+const LONGEST_LIST: usize = 256;
+
+/// Where the kernel keeps what it keeps.
+pub(super) struct Kernel {
+    start: u16,
+    idle: u16,
+    /// Bytes of a control block.
+    control_block: u16,
+    ticks: Option<u16>,
+}
+
+/// What keeps a task that does not run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Kept {
+    /// There is no task on the stack.
+    Absent,
+    /// The semaphores by their addresses, and the ticks until the wait ends by itself.
+    Waiting {
+        on: Vec<u16>,
+        ticks: Option<u16>,
+    },
+    Suspended,
+    Killed,
+}
+
+impl Kernel {
+    pub fn of(names: &Names, cpu: Cpu) -> Result<Self, NotTraceable> {
+        let place = |path: &'static str, least: u16| {
+            let fits = |&(start, size): &(u16, u16)| {
+                size >= least
+                    && start >= cpu.ram_start()
+                    && usize::from(start) + usize::from(size) <= cpu.data_size()
+            };
+            names.place(path).filter(fits).ok_or(NotTraceable(path))
+        };
+        let (start, _) = place("kernel::KERNEL", TIMERS + 2)?;
+        let (idle, control_block) = place("kernel::IDLE", PRIORITY + 1)?;
+        let ticks = names.place("kernel::timer::TICKS").map(|(start, _)| start);
+        Ok(Self { start, idle, control_block, ticks })
+    }
+
+    /// The byte that is stored last where another task becomes the running one.
+    pub fn running_changes_at(&self) -> u16 {
+        self.start + RUNNING + 1
+    }
+
+    /// The bytes that change where a task becomes ready.
+    pub fn queues(&self) -> std::ops::Range<u16> {
+        self.start + QUEUES..self.start + TIMERS
+    }
+
+    /// The task to which the CPU is given; `None` if it idles. The kernel calls idle the running task while
+    /// it loads the context of another one.
+    pub fn chosen(&self, cpu: Cpu) -> Option<u16> {
+        let running = word(cpu, self.start + RUNNING);
+        let task = if running == self.idle { word(cpu, self.start + HEAD) } else { running };
+        (task != self.idle).then_some(task)
+    }
+
+    /// All tasks that are ready, the running one among them.
+    pub fn ready(&self, cpu: Cpu) -> Vec<u16> {
+        let mut ready = Vec::new();
+        for last in self.queues().step_by(2).map(|queue| word(cpu, queue)) {
+            if !is_task(last) {
+                continue;
+            }
+            let mut task = last;
+            for _ in 0..LONGEST_LIST {
+                task = word(cpu, task.wrapping_add(LINK));
+                ready.push(task);
+                if task == last || !is_task(task) {
+                    break;
+                }
+            }
+        }
+        ready
+    }
+
+    /// What keeps a task that is not ready.
+    pub fn kept(&self, cpu: Cpu, task: u16) -> Kept {
+        let [flags, _] = word(cpu, task.wrapping_add(PRIORITY)).to_le_bytes();
+        match word(cpu, task.wrapping_add(LINK)) {
+            _ if flags & KILLED != 0 => Kept::Killed,
+            PARKED => Kept::Suspended,
+            DELAYED => Kept::Waiting { on: Vec::new(), ticks: self.ticks_left(cpu, task, &[]) },
+            0 => Kept::Absent,
+            link if link & END != 0 && flags & PROXIED != 0 => {
+                let on = self.awaited_by_proxies(cpu, link & !END);
+                Kept::Waiting { ticks: self.ticks_left(cpu, task, &on), on }
+            }
+            _ => {
+                let on = queue_of(cpu, task).into_iter().collect::<Vec<_>>();
+                Kept::Waiting { ticks: self.ticks_left(cpu, task, &on), on }
+            }
+        }
+    }
+
+    /// The semaphores in whose queues proxy waiters of a wait set stand. They are found by their form, which
+    /// tells their wait set, and by standing there: wherever they lie.
+    fn awaited_by_proxies(&self, cpu: Cpu, set: u16) -> Vec<u16> {
+        let of_set = |control_block: &[u8]| match control_block {
+            &[HALTED, low, high, _, _, flags, ..] => {
+                u16::from_le_bytes([low, high]) == set && flags & PROXY != 0
+            }
+            _ => false,
+        };
+        let size = usize::from(self.control_block);
+        let found: Vec<u16> = cpu.with_data(|data| {
+            let ram = usize::from(cpu.ram_start())..data.len() - size;
+            ram.filter(|&at| of_set(&data[at..at + size])).map(|at| at as u16).collect()
+        });
+        let awaited = |proxy: u16| {
+            let semaphore = word(cpu, proxy.wrapping_add(self.control_block));
+            queue(cpu, semaphore).contains(&proxy).then_some(semaphore)
+        };
+        found.into_iter().filter_map(awaited).collect()
+    }
+
+    /// The ticks until a timer wakes the task, or posts one of the semaphores that it waits for.
+    fn ticks_left(&self, cpu: Cpu, task: u16, semaphores: &[u16]) -> Option<u16> {
+        let now = word(cpu, self.ticks?);
+        let mut timer = word(cpu, self.start + TIMERS);
+        for _ in 0..LONGEST_LIST {
+            if !is_task(timer) {
+                break;
+            }
+            let target = word(cpu, timer.wrapping_add(TARGET));
+            if target == task | END || semaphores.contains(&target) {
+                return Some(word(cpu, timer.wrapping_add(DEADLINE)).wrapping_sub(now));
+            }
+            timer = word(cpu, timer);
+        }
+        None
+    }
+}
+
+/// The semaphore in whose queue a task stands: what the queue ends with.
+fn queue_of(cpu: Cpu, task: u16) -> Option<u16> {
+    let mut link = word(cpu, task.wrapping_add(LINK));
+    for _ in 0..LONGEST_LIST {
+        if !is_task(link) {
+            break;
+        }
+        link = word(cpu, link.wrapping_add(LINK));
+    }
+    (link & END != 0).then_some(link & !END)
+}
+
+/// Who stands in the queue of a semaphore.
+fn queue(cpu: Cpu, semaphore: u16) -> Vec<u16> {
+    let mut waiting = Vec::new();
+    let mut link = word(cpu, semaphore);
+    while is_task(link) && waiting.len() < LONGEST_LIST {
+        waiting.push(link);
+        link = word(cpu, link.wrapping_add(LINK));
+    }
+    waiting
+}
+
+/// Whether a link leads to a task, or another place in SRAM: neither an end nor a number of signals.
+fn is_task(link: u16) -> bool {
+    (0x100..END).contains(&link)
+}
+
+/// A word of SRAM; 0 beyond its end.
+fn word(cpu: Cpu, address: u16) -> u16 {
+    let start = usize::from(address);
+    cpu.with_data(|data| match data.get(start..start + 2) {
+        Some(&[low, high]) => u16::from_le_bytes([low, high]),
+        _ => 0,
+    })
+}
+
+const _: () =
+    assert!(LEVEL == 0 && STACK_POINTER == 1 && LINK == 3, "`of_set` matches a control block's bytes");

@@ -1,0 +1,97 @@
+//! Which instructions and which bytes of SRAM are looked at.
+
+use crate::body::{ICR1, JOINTS, PORTC, TCCR1A, TCCR1B};
+use crate::cpu::Cpu;
+use crate::image::{Image, Place};
+use crate::interpreter::instruction::{self, Flow, Instruction, Memory, Special, Step, Store, Transfer};
+use crate::trace::NotTraceable;
+
+/// The opcode of SLEEP.
+const SLEEP: [u8; 2] = [0x88, 0x95];
+
+/// Each joint's compare register is that of one of the first two: the joint of a half, and the roll joint.
+const HALF: u16 = JOINTS[0].compare;
+const ROLL: u16 = JOINTS[1].compare;
+
+/// The registers by which a program drives the joints' motors, as low and high byte where they have two.
+pub(super) const REGISTERS: [u16; 9] =
+    [TCCR1A, TCCR1B, PORTC, ICR1, ICR1 + 1, HALF, HALF + 1, ROLL, ROLL + 1];
+
+/// What an instruction means to who looks on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    Nothing,
+    /// It stores a byte in the data space.
+    Store,
+    /// It writes an I/O register, or a bit of it.
+    Output,
+    /// It returns from an interrupt.
+    Return,
+    Sleep,
+    /// The kernel begins to save what an interrupt has left for another task.
+    Save,
+    /// The kernel turns to the task that should run.
+    Switch,
+}
+
+/// A program, by words of flash.
+pub(super) struct Watch {
+    program: Vec<Instruction>,
+    meanings: Vec<Meaning>,
+}
+
+impl Watch {
+    pub fn of(image: &Image) -> Result<Self, NotTraceable> {
+        let program = instruction::decode(image.flash());
+        let mut meanings: Vec<Meaning> = program.iter().map(meaning).collect();
+        for (meaning, opcode) in meanings.iter_mut().zip(image.flash().chunks_exact(2)) {
+            if opcode == SLEEP {
+                *meaning = Meaning::Sleep;
+            }
+        }
+        for (name, meaning) in [("save", Meaning::Save), ("kernel_run_head", Meaning::Switch)] {
+            let Some(Place::Flash(address)) = image.symbol(name).map(|symbol| symbol.place) else {
+                return Err(NotTraceable(name));
+            };
+            if let Some(word) = meanings.get_mut(address as usize / 2) {
+                *word = meaning;
+            }
+        }
+        Ok(Self { program, meanings })
+    }
+
+    /// What the instruction at a word means.
+    #[inline(always)]
+    pub fn meaning(&self, at: u32) -> Meaning {
+        self.meanings.get(at as usize).copied().unwrap_or(Meaning::Nothing)
+    }
+
+    /// Where the instruction at a word, the last that was executed, has stored.
+    pub fn stored_at(&self, cpu: Cpu, at: u32) -> Option<u16> {
+        let store = match self.program.get(at as usize)? {
+            Instruction::Transfer(Transfer::Memory(Memory::Store(store))) => store,
+            Instruction::Flow(Flow::Special(
+                Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
+            )) => return Some((*address).into()),
+            _ => return None,
+        };
+        let pair = |low: u8| u16::from_le_bytes([cpu.data(low.into()), cpu.data(u16::from(low) + 1)]);
+        Some(match *store {
+            Store::Std { pointer, displacement, .. } => pair(pointer).wrapping_add(displacement.into()),
+            Store::Sts { address, .. } => address,
+            Store::StStep { pointer, step: Step::On, .. } => pair(pointer).wrapping_sub(1),
+            Store::StStep { pointer, step: Step::Back, .. } => pair(pointer),
+        })
+    }
+}
+
+fn meaning(instruction: &Instruction) -> Meaning {
+    match instruction {
+        Instruction::Transfer(Transfer::Memory(Memory::Store(_))) => Meaning::Store,
+        Instruction::Flow(Flow::Special(Special::Reti)) => Meaning::Return,
+        Instruction::Flow(Flow::Special(
+            Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
+        )) if REGISTERS.contains(&(*address).into()) => Meaning::Output,
+        _ => Meaning::Nothing,
+    }
+}

@@ -1,0 +1,221 @@
+//! `./x sim --trace FILE.vcd`: the levels are read as an instrument at the pins would see them, and held against
+//! the timeline of the same run.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::Command as Process;
+
+use serde_json::Value;
+use vcd::{Command, IdCode, Parser, ScopeItem, Value as Level};
+
+/// Units of time of the file, 100 ps, in a cycle.
+const CYCLE: u64 = 625;
+
+/// Cycles of a bit at 38400 baud.
+const BIT: u64 = 416;
+
+/// The run that is traced.
+const ROBOT: [&str; 8] =
+    ["sim", "chain", "--modules", "2", "--seconds", "1", "--trace-of", "0.master,0.slave,1.master"];
+
+fn trace(name: &str) -> (Value, PathBuf) {
+    let images = std::env::var_os("SUPERBOT_IMAGES")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from);
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{name}", std::process::id()));
+    let mut program = Process::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    program.args(ROBOT).args(["--world", "none", "--json", "-", "--trace"]).arg(&path);
+    let output = program.env("SUPERBOT_IMAGES", images).output().expect("the program can be run");
+    let error = String::from_utf8_lossy(&output.stderr);
+    (serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{error}")), path)
+}
+
+/// Wires by scope and name: the level from each cycle on, the first at power-up.
+struct Wires {
+    wires: BTreeMap<(String, String), Vec<(u64, bool)>>,
+    end: u64,
+}
+
+impl Wires {
+    fn read(path: &Path) -> Self {
+        let mut parser = Parser::new(BufReader::new(File::open(path).expect("it was written")));
+        let header = parser.parse_header().expect("it has a header");
+        let mut names: BTreeMap<IdCode, (String, String)> = BTreeMap::new();
+        for scope in header.items.iter() {
+            let ScopeItem::Scope(scope) = scope else { continue };
+            for item in scope.items.iter() {
+                let ScopeItem::Var(wire) = item else { continue };
+                names.insert(wire.code, (scope.identifier.clone(), wire.reference.clone()));
+            }
+        }
+        let (mut wires, mut end) = (BTreeMap::new(), 0);
+        for command in parser {
+            match command.expect("it can be read") {
+                Command::Timestamp(time) => {
+                    assert_eq!(time % CYCLE, 0, "between two cycles");
+                    assert!(time == 0 || time > end * CYCLE, "times rise");
+                    end = time / CYCLE;
+                }
+                Command::ChangeScalar(id, level) => {
+                    let levels: &mut Vec<(u64, bool)> = wires.entry(names[&id].clone()).or_default();
+                    assert_ne!(
+                        levels.last().map(|last| last.1),
+                        Some(level == Level::V1),
+                        "an edge changes it"
+                    );
+                    levels.push((end, level == Level::V1));
+                }
+                _ => {}
+            }
+        }
+        Wires { wires, end }
+    }
+
+    fn wire(&self, scope: &str, name: &str) -> &[(u64, bool)] {
+        let wire = self.wires.get(&(scope.into(), name.into()));
+        wire.unwrap_or_else(|| panic!("no {name} at {scope}: {:?}", self.wires.keys()))
+    }
+}
+
+fn level_at(wire: &[(u64, bool)], cycle: u64) -> bool {
+    wire[wire.partition_point(|&(since, _)| since <= cycle) - 1].1
+}
+
+/// What a receiver with a USART hears.
+fn characters(wire: &[(u64, bool)]) -> Vec<u8> {
+    let mut characters = Vec::new();
+    let mut deaf_until = 0;
+    for &(start, level) in wire {
+        if level || start < deaf_until {
+            continue;
+        }
+        let bit = |number: u64| level_at(wire, start + number * BIT + BIT / 2);
+        assert!(!bit(0) && bit(9), "start and stop at {start}");
+        characters.push((0..8).fold(0, |value, number| value | u8::from(bit(number + 1)) << number));
+        deaf_until = start + 9 * BIT + BIT / 2;
+    }
+    characters
+}
+
+/// A transaction on a two-wire bus: bytes, and whether each was acknowledged.
+type Transaction = Vec<(u8, bool)>;
+
+/// What one hears there.
+fn transactions(clock: &[(u64, bool)], data: &[(u64, bool)]) -> Vec<Transaction> {
+    let mut edges: Vec<(u64, bool, bool)> =
+        clock.iter().map(|&(cycle, level)| (cycle, true, level)).collect();
+    edges.extend(data.iter().map(|&(cycle, level)| (cycle, false, level)));
+    edges.sort_unstable();
+    let mut all: Vec<Transaction> = Vec::new();
+    let mut bits: Option<Vec<bool>> = None;
+    for (cycle, is_clock, level) in edges.into_iter().filter(|edge| edge.0 > 0) {
+        if is_clock {
+            if let Some(bits) = bits.as_mut().filter(|_| level) {
+                bits.push(level_at(data, cycle));
+            }
+        } else if level_at(clock, cycle) {
+            // Data change while the clock is high: a START or a STOP. The clock has risen once for it.
+            if let Some(bits) = bits.take() {
+                assert_eq!(bits.len() % 9, 1, "{} bits before {cycle}", bits.len());
+                let byte = |bits: &[bool]| bits[..8].iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
+                all.push(bits.chunks_exact(9).map(|bits| (byte(bits), !bits[8])).collect());
+            }
+            bits = (!level).then(Vec::new);
+        }
+    }
+    all
+}
+
+#[test]
+fn levels_say_what_the_timeline_says() {
+    let (report, vcd) = trace("levels.vcd");
+    let (_, json) = trace("levels.json");
+    let wires = Wires::read(&vcd);
+    let timeline: Value =
+        serde_json::from_slice(&std::fs::read(&json).expect("it was written")).expect("JSON");
+    let events = timeline["traceEvents"].as_array().expect("there are events");
+    for file in [vcd, json] {
+        std::fs::remove_file(file).expect("it can be removed");
+    }
+    assert!((16_000_000..16_000_010).contains(&wires.end), "{}", wires.end);
+    let named = |kind: &str, name: &str, pid: Option<&Value>| {
+        let mut found = events.iter().filter(|event| {
+            event["name"] == kind
+                && event["args"]["name"] == name
+                && pid.is_none_or(|pid| event["pid"] == *pid)
+        });
+        found.next().unwrap_or_else(|| panic!("no {name}"))
+    };
+    let begun = |mcu: &str, track: &str| {
+        let pid = &named("process_name", mcu, None)["pid"];
+        let tid = named("thread_name", track, Some(pid))["tid"].clone();
+        events.iter().filter(move |event| event["ph"] == "B" && event["tid"] == tid)
+    };
+
+    // Of each dock's line, by a USART and by software, the bytes of the frames.
+    for (mcu, dock) in
+        [("0.master", "Front"), ("0.master", "Left"), ("0.master", "Right"), ("0.slave", "Back")]
+    {
+        for verb in ["sends", "hears"] {
+            if verb == "hears" && dock != "Back" {
+                continue; // nothing is attached there
+            }
+            let told = begun(mcu, &format!("{dock} {verb}"));
+            let told =
+                told.flat_map(|event| event["args"]["bytes"].as_str().expect("they are told").split(' '));
+            let told: Vec<u8> = told.map(|byte| u8::from_str_radix(byte, 16).expect("hexadecimal")).collect();
+            let heard = characters(wires.wire(&mcu.replace('.', "_"), &format!("{dock}_{verb}")));
+            assert!(
+                heard.len() > 20 && told.len() - heard.len() < 10,
+                "{mcu} {dock} {verb}: {}",
+                heard.len()
+            );
+            assert_eq!(told[..heard.len()], heard, "{mcu} {dock} {verb}");
+        }
+    }
+
+    // On the bus, messages from either MCU to the other.
+    let all = transactions(wires.wire("0_bus", "SCL"), wires.wire("0_bus", "SDA"));
+    let messages = report["bridge"]["messages"].as_u64().expect("they are counted");
+    assert!(all.len() > 20 && messages > 20, "{} transactions, {messages} messages", all.len());
+    for bytes in &all {
+        let (address, is_acknowledged) = bytes.first().expect("an address comes first");
+        assert!(matches!(address >> 1, 0x10 | 0x11) && *is_acknowledged, "{bytes:02x?}");
+    }
+    let heard = all.iter().map(|bytes| {
+        let data: Vec<String> = bytes[1..].iter().map(|(byte, _)| format!("{byte:02x}")).collect();
+        let way = if bytes[0].0 & 1 != 0 { "read from" } else { "write to" };
+        (format!("{way} {:#04x}", bytes[0].0 >> 1), data.join(" "))
+    });
+    let told = begun("0.master", "two-wire bus").map(|event| {
+        let text = |value: &Value| value.as_str().expect("it is text").to_owned();
+        (text(&event["name"]), text(&event["args"]["bytes"]))
+    });
+    let (heard, told): (Vec<_>, Vec<_>) = (heard.collect(), told.collect());
+    assert!(told.starts_with(&heard) && told.len() <= heard.len() + 1, "{} of {}", heard.len(), told.len());
+
+    // The joints' control is where the timeline has it.
+    let begins: Vec<u64> = begun("0.master", "joints")
+        .map(|event| (event["ts"].as_f64().expect("a time") * 16.0) as u64)
+        .collect();
+    let control = wires.wire("0_master", "control");
+    let rises: Vec<u64> = control.iter().filter(|edge| edge.1).map(|edge| edge.0).collect();
+    assert!(!begins.is_empty());
+    assert_eq!(begins, rises);
+
+    // The pulses for a joint come 20,000 times a second, each about the same moment of its period.
+    let pulses: Vec<&[(u64, bool)]> = wires.wire("0_master", "Front_pwm")[1..].chunks_exact(2).collect();
+    assert!(pulses.len() > 100, "{} pulses", pulses.len());
+    let middles: Vec<u64> = pulses.iter().map(|pulse| (pulse[0].0 + pulse[1].0) / 2).collect();
+    let reference = middles[1];
+    // The first pulse begins with the timer, in its middle.
+    let off = |&middle: &u64| {
+        let off = (middle - reference) % 800;
+        off.min(800 - off)
+    };
+    let middles = &middles[1..];
+    let exact = middles.iter().filter(|middle| off(middle) <= 1).count();
+    assert!(exact * 10 > middles.len() * 9, "{exact} of {} pulses", middles.len());
+    assert!(pulses.iter().all(|pulse| pulse[0].1 && !pulse[1].1 && pulse[1].0 - pulse[0].0 <= 800));
+}
