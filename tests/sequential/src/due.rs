@@ -18,16 +18,20 @@ impl Parts {
     pub const DEVICES: Parts = Parts(1 << 5);
     pub const NEIGHBOURS: Parts = Parts(1 << 6);
     pub const HORMONES: Parts = Parts(1 << 7);
+    #[cfg(feature = "trial")]
+    pub const TRIAL: Parts = Parts(1 << 8);
     /// The parts above have times.
-    const TIMES: usize = 8;
+    const TIMES: usize = if cfg!(feature = "trial") { 9 } else { 8 };
     /// Something has come in at a dock.
-    pub const RECEIVED: Parts = Parts(1 << 8);
+    pub const RECEIVED: Parts = Parts(1 << 9);
     /// A frame has left a dock.
-    pub const SENT0: Parts = Parts(1 << 9);
-    pub const SENT1: Parts = Parts(1 << 10);
-    pub const SENT2: Parts = Parts(1 << 11);
+    pub const SENT0: Parts = Parts(1 << 10);
+    pub const SENT1: Parts = Parts(1 << 11);
+    pub const SENT2: Parts = Parts(1 << 12);
     /// A period of the joints' control has begun.
-    pub const PERIOD: Parts = Parts(1 << 12);
+    pub const PERIOD: Parts = Parts(1 << 13);
+    #[cfg(feature = "trial")]
+    pub const EDGE: Parts = Parts(1 << 14);
 
     /// These, and `part` if its `signal` is posted, which is taken.
     #[inline(always)] // so that the addresses are known

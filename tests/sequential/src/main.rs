@@ -17,6 +17,8 @@ mod devices;
 mod due;
 mod joints;
 mod sending;
+#[cfg(feature = "trial")]
+mod trial;
 
 use board::Board;
 use board::debug::mark;
@@ -50,7 +52,10 @@ use due::{Parts, Times, is_reached};
 use joints::Driver;
 use sending::Sending;
 
+#[cfg(not(feature = "trial"))]
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
+#[cfg(feature = "trial")]
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc, External);
 
 // The simulator finds these by name, as in the firmware.
 #[unsafe(no_mangle)]
@@ -86,7 +91,8 @@ static OFFICE: PostOffice = PostOffice {
 
 /// The stack of the loop, in bytes. `./x bench concurrency` fails when it needs more.
 mod stack {
-    pub static LOOP: super::Stack<980> = super::Stack::new();
+    const BYTES: usize = if cfg!(feature = "trial") { 990 } else { 976 };
+    pub static LOOP: super::Stack<BYTES> = super::Stack::new();
 }
 
 #[unsafe(no_mangle)]
@@ -143,6 +149,8 @@ fn run(task: &mut Task, board: Board) -> Never {
     let mut neighbours = Neighbours::new(task, &AC_RECEIVE, api);
     let mut hormones = Hormones::new(task, &HORMONE, GaitName::Centipede, seed0, &MODULE_STATUS, api);
 
+    #[cfg(feature = "trial")]
+    let mut trial = trial::Trial::new(task, board.external, Interrupts);
     let mut feeder = board.watchdog.start(task);
     let mut times = Times::new(now(task));
     loop {
@@ -184,6 +192,11 @@ fn run(task: &mut Task, board: Board) -> Never {
             times.set(Parts::HORMONES, hormones.turn(task, neighbours.malformed()));
             keep_up(task, &mut times);
         }
+        #[cfg(feature = "trial")]
+        if due.has(Parts::TRIAL.and(Parts::EDGE)) {
+            times.set(Parts::TRIAL, trial.turn(task, due.has(Parts::EDGE)));
+            keep_up(task, &mut times);
+        }
     }
 }
 
@@ -219,7 +232,7 @@ fn wait(task: &mut Task, times: &mut Times, feeder: &mut Feeder) -> Parts {
 /// Takes a signal of all for whom one is posted.
 #[inline(always)] // with interrupts masked too
 fn posted(context: &mut impl Context) -> Parts {
-    Parts::NONE
+    let posted = Parts::NONE
         .with(Parts::PERIOD, MOTORS.period(), context)
         .with(Parts::JOINTS, MOTORS.ordered(), context)
         .with(Parts::RECEIVED, &RECEIVED, context)
@@ -232,7 +245,10 @@ fn posted(context: &mut impl Context) -> Parts {
         .with(Parts::SENT2, sent::<SoftUart>(), context)
         .with(Parts::DEVICES, DEVICES.semaphore(), context)
         .with(Parts::NEIGHBOURS, AC_RECEIVE.semaphore(), context)
-        .with(Parts::HORMONES, HORMONE.semaphore(), context)
+        .with(Parts::HORMONES, HORMONE.semaphore(), context);
+    #[cfg(feature = "trial")]
+    let posted = posted.with(Parts::EDGE, &trial::EDGE, context);
+    posted
 }
 
 /// Nothing in this image panics: if some code could, the linker would miss this function.
