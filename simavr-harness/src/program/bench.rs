@@ -9,13 +9,15 @@ use simavr_harness::bench::{self, Counted, FIGURES, Figure, Measured, PEERS};
 
 use super::arguments::Subject;
 use super::json::{Destination, tell};
-use super::{arguments, listing, module};
+use super::{arguments, concurrency, listing, module};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.json.as_deref(), None)?;
-    if options.subject == Subject::Module {
-        return module::run(options, destination);
+    match options.subject {
+        Subject::Kernel => {}
+        Subject::Module => return module::run(options, destination),
+        Subject::Concurrency => return concurrency::run(options, destination),
     }
     let images = options.images.join("tests");
     if options.windows {
