@@ -167,7 +167,7 @@ pub struct Bench {
     #[arg(long, conflicts_with_all = ["json", "listing"])]
     pub windows: bool,
 
-    /// Plot how a module does with tasks and with one loop, too, to this file; light or dark as its reader is.
+    /// Plot how a module does with tasks and with one loop, too, to this file.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
 

@@ -14,6 +14,9 @@ use super::{arguments, concurrency, listing, module};
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.json.as_deref(), None)?;
+    if options.svg.is_some() && options.subject != Subject::Concurrency {
+        return Err("only what concurrency measures can be plotted: leave --svg out".into());
+    }
     match options.subject {
         Subject::Kernel => {}
         Subject::Module => return module::run(options, destination),

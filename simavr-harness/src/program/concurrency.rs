@@ -11,10 +11,10 @@ use super::{arguments, concurrency_plot};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
+    let svg = options.svg.as_ref().map(|path| Destination::file(path, None, "--svg")).transpose()?;
     let figures = concurrency::measure(&options.images, options.seconds)?;
-    if let Some(path) = &options.svg {
-        concurrency_plot::plot(&figures, path)
-            .map_err(|error| format!("can't write {}: {error}", path.display()))?;
+    if let Some(svg) = svg {
+        svg.write_text(&concurrency_plot::plot(&figures)?)?;
     }
     tell(destination, &Report(figures))
 }
@@ -60,7 +60,6 @@ impl fmt::Display for Report {
         };
         line("flash, bytes", |program| program.size.flash_bytes.to_string())?;
         line("  of it the kernel's code", |program| program.size.flash_of_kernel_bytes.to_string())?;
-        line("  of it the console's inspector", |program| program.size.flash_of_inspector_bytes.to_string())?;
         line("RAM, bytes", |program| program.size.ram_bytes.to_string())?;
         line("  of it stacks", |program| program.size.stack_bytes.to_string())?;
         line("CPU at rest, %", |program| format!("{:.1}", program.cpu_at_rest_percent))?;
@@ -70,38 +69,31 @@ impl fmt::Display for Report {
         line("  off in the end, degrees", |program| format!("{:.2}", program.step_error_deg))?;
         line("back after babble, ms", |program| format!("{:.0}", program.babble_recovery_ms))?;
         writeln!(f)?;
-        writeln!(
+        head(
             f,
-            "{:28} {:>16} {:>9} {:>6} {:>8} {:>12} {:>15} {:>15} {:>15} {:>6} {:>7}",
-            "",
-            "control: missed",
-            "done, us",
-            "bytes",
-            "repeated",
-            "hormones",
-            "hop, us",
-            "edge, us",
-            "late, ms",
-            "CPU",
-            "resets"
+            ["control: missed", "done, us", "strays", "bytes", "repeated", "hormones"],
+            ["hop, us", "edges", "answer, us", "late, ms", "CPU", "resets"],
         )?;
-        writeln!(
+        head(
             f,
-            "{:28} {:>16} {:>9} {:>6} {:>8} {:>12} {:>15} {:>15} {:>15} {:>6} {:>7}",
-            "",
-            "of periods",
-            "at most",
-            "lost",
-            "frames",
-            "lost",
-            "mean   at most",
-            "mean   at most",
-            "of 7   of 11",
-            "%",
-            ""
+            ["of periods", "at most", "degrees", "lost", "frames", "lost"],
+            ["mean   at most", "lost", "mean   at most", "of 7   of 11", "%", ""],
         )?;
-        cases.iter().try_for_each(|row| row_of(f, row))
+        cases.iter().try_for_each(|row| row_of(f, row))?;
+        writeln!(f, "\n* At the end the joints were no longer controlled.")
     }
+}
+
+/// Two lines of these are above the rows.
+fn head(f: &mut fmt::Formatter, control: [&str; 6], rest: [&str; 6]) -> fmt::Result {
+    let [missed, done, strays, bytes, repeated, hormones] = control;
+    let [hop, edges, answer, late, cpu, resets] = rest;
+    writeln!(
+        f,
+        "{:27} {missed:>16} {done:>8} {strays:>7} {bytes:>5} {repeated:>8} {hormones:>8} {hop:>15} {edges:>5} {answer:>15} \
+         {late:>13} {cpu:>5} {resets:>6}",
+        ""
+    )
 }
 
 fn row_of(f: &mut fmt::Formatter, row: &Row) -> fmt::Result {
@@ -109,15 +101,22 @@ fn row_of(f: &mut fmt::Formatter, row: &Row) -> fmt::Result {
     let count = |value: Option<u64>| value.map_or("-".into(), |value| value.to_string());
     writeln!(
         f,
-        "{:21} {:6} {:>16} {:>9} {:>6} {:>8} {:>12} {:>15} {:>15} {:>15} {:>6.1} {:>7}",
+        "{:20} {:6} {:>16} {:>8} {:>7.1} {:>5} {:>8} {:>8} {:>15} {:>5} {:>15} {:>13} {:>5.1} {:>6}",
         title(row.case),
         name(row.style),
-        format!("{} of {}", row.control_missed, row.control_periods),
+        format!(
+            "{} of {}{}",
+            row.control_missed,
+            row.control_periods,
+            if row.control_given_up { "*" } else { " " }
+        ),
         number(Some(row.control_done_us_max)),
-        row.bytes_lost,
+        row.joint_strays_deg_max,
+        count(row.bytes_lost),
         row.frames_repeated,
         count(row.hormones_lost),
         format!("{:>6} {:>8}", number(row.hop_us_mean), number(row.hop_us_max)),
+        row.edges_unanswered,
         format!("{:>6} {:>8}", number(row.reaction_us_mean), number(row.reaction_us_max)),
         format!("{:>6.1} {:>6.1}", row.seven.late_ms_max, row.eleven.late_ms_max),
         row.cpu_percent,

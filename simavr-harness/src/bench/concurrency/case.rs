@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use simulation::{Face, Random};
 use tasks::dock::Dock;
+use tasks::superbot::MASTER_AXES;
 
 use super::watch::{Periodic, Watch};
 use super::{Style, chain};
@@ -77,15 +78,21 @@ impl Case {
 pub struct Row {
     pub case: Case,
     pub style: Style,
-    /// Periods of the joints' control that did not begin, as the one before was not done, and all.
+    /// Periods of the joints' control that did not begin, since the one before was not done, the MCU started
+    /// over, or a joint was given up; and all.
     pub control_missed: u64,
     pub control_periods: u64,
+    /// Whether none began any more towards the end.
+    pub control_given_up: bool,
     /// How much later one began than another at most; none where the MCU was reset.
     pub control_jitter_us: Option<f64>,
     /// How long it took at most until the drives were computed.
     pub control_done_us_max: f64,
-    /// Bytes that came and found no place, and frames that neighbours of this kind had to repeat.
-    pub bytes_lost: u64,
+    /// How far something turned a joint of the master that was to be kept at 0 degrees, at most.
+    pub joint_strays_deg_max: f64,
+    /// Bytes that came and found no place, unknown where the MCU was reset; and frames that neighbours of this
+    /// kind had to repeat.
+    pub bytes_lost: Option<u64>,
     pub frames_repeated: u64,
     /// Hormones that did not arrive, and the time from one module's HORMONE to the next one's.
     pub hormones_lost: Option<u64>,
@@ -113,7 +120,10 @@ const HIGH: u64 = MILLISECOND;
 /// How many bytes of the babble are zeros, each of which ends what may be a frame.
 const ZEROS: f64 = 1.0 / 16.0;
 
-/// Runs a case.
+/// Runs a case for so many seconds, on the images in `directory`.
+///
+/// # Errors
+/// An image is not there, or does not do what is to be measured.
 pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<Row, BenchError> {
     let images =
         ModuleImages { directory: directory.to_owned(), master: Some(directory.join(style.trial())) };
@@ -135,6 +145,7 @@ pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<R
     let mut control = Control::watch(&mut engine);
     let mut watch = Watch::begin(&mut engine);
     let [before, _] = awake(&engine)?;
+    let mut strays: f64 = 0.0;
     for _ in 0..seconds * SECOND / TURN {
         set(&mut engine, "TRIAL_LENGTH", &case.length(&mut random).to_le_bytes())?;
         if case == Case::Babble {
@@ -146,7 +157,10 @@ pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<R
             watch.edge(drive(engine, true));
             engine.run_until(engine.cycle() + HIGH);
             drive(engine, false);
-            engine.run_until(end);
+            while engine.cycle() < end {
+                engine.run_until(end.min(engine.cycle() + 5 * MILLISECOND));
+                strays = strays.max(strayed(engine));
+            }
         });
         watch.look(&mut engine);
     }
@@ -162,9 +176,11 @@ pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<R
         style,
         control_missed: rhythm.missed,
         control_periods: control.periods(),
+        control_given_up: engine.cycle() - control.last() > 2 * TURN,
         control_jitter_us: (resets == 0).then(|| micro(rhythm.jitter as f64)),
         control_done_us_max: micro(control.longest() as f64),
-        bytes_lost: watch.bytes_lost,
+        joint_strays_deg_max: strays,
+        bytes_lost: (resets == 0).then_some(watch.bytes_lost),
         frames_repeated: watch.frames_repeated,
         hormones_lost: case.has_hormones().then(|| watch.hops.lost()),
         hop_us_mean: hop.map(|(mean, _)| micro(mean)),
@@ -177,6 +193,12 @@ pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<R
         cpu_percent: 100.0 * (after - before) as f64 / (engine.cycle() - watch.start) as f64,
         resets,
     })
+}
+
+/// How far the joints of the master are from 0 degrees.
+fn strayed(engine: &Engine) -> f64 {
+    let Some(module) = engine.robot().module(MEASURED) else { return 0.0 };
+    MASTER_AXES.into_iter().map(|axis| module.body().joint(axis).degrees().abs()).fold(0.0, f64::max)
 }
 
 /// Drives the pin of the edge. Returns when.

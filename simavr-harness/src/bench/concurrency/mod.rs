@@ -20,7 +20,7 @@ use crate::robot::RobotBuilder;
 use simulation::Face;
 use tasks::dock::Dock;
 
-pub use case::{Case, Row};
+pub use case::{Case, Row, run};
 pub use size::Size;
 
 /// How the master is programmed.
@@ -83,7 +83,7 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<Concurrency, BenchError
     thread::scope(|scope| {
         let programs = Style::ALL.map(|style| scope.spawn(move || program(directory, style)));
         let runs = Style::ALL.map(|style| {
-            let run = move |case| scope.spawn(move || case::run(directory, case, style, seconds));
+            let run = move |case| scope.spawn(move || run(directory, case, style, seconds));
             Case::ALL.into_iter().filter(|case| case.is_of(style)).map(run).collect::<Vec<_>>()
         });
         let mut rows = Vec::new();
@@ -106,7 +106,7 @@ fn program(directory: &Path, style: Style) -> Result<Program, BenchError> {
     let step = step::measure(&images)?;
     Ok(Program {
         style,
-        size: Size::of(&images, style)?,
+        size: Size::of(&images.firmware()?.master, style),
         cpu_at_rest_percent: at_rest(&images)?,
         step_overshoot_percent: step.overshoot_percent,
         step_error_deg: step.error,

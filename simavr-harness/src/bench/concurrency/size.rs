@@ -3,8 +3,7 @@
 use serde::Serialize;
 
 use super::Style;
-use crate::bench::BenchError;
-use crate::bench::module::ModuleImages;
+use crate::bench::flash::crate_of;
 use crate::image::{Image, Place};
 
 /// Bytes and lines.
@@ -12,9 +11,8 @@ use crate::image::{Image, Place};
 pub struct Size {
     /// All of the image.
     pub flash_bytes: usize,
-    /// Of it the code of the kernel, and of the console's inspector, which the loop has not.
+    /// Of it functions of the kernel.
     pub flash_of_kernel_bytes: usize,
-    pub flash_of_inspector_bytes: usize,
     /// Variables and the stacks of tasks. What handlers need of the rest is the same.
     pub ram_bytes: usize,
     /// Of it the stacks.
@@ -30,33 +28,29 @@ pub struct Size {
 const RAM: u16 = 0x100;
 
 impl Size {
-    /// Of the image that `images` have for the master.
-    pub(super) fn of(images: &ModuleImages, style: Style) -> Result<Size, BenchError> {
-        let image = images.firmware()?.master;
-        let of = |part: &str| -> usize {
-            named(&image)
-                .filter(|(name, _, is_code)| *is_code && name.contains(part))
-                .map(|(_, size, _)| size)
-                .sum()
+    /// Of the master's `image`.
+    pub fn of(image: &Image, style: Style) -> Size {
+        let sum = |is_meant: fn(&str, bool) -> bool| -> usize {
+            named(image).filter(|(name, _, is_code)| is_meant(name, *is_code)).map(|(_, size, _)| size).sum()
         };
-        let is_stack = |name: &str| name.contains("::stack::");
         let end = match image.symbol("__heap_start").map(|symbol| symbol.place) {
             Some(Place::Data(end)) => end,
             _ => RAM,
         };
-        Ok(Size {
+        Size {
             flash_bytes: image.flash().len(),
-            flash_of_kernel_bytes: of("kernel"),
-            flash_of_inspector_bytes: of("console::"),
+            flash_of_kernel_bytes: sum(|name, is_code| is_code && is_of_kernel(name)),
             ram_bytes: usize::from(end - RAM),
-            stack_bytes: named(&image)
-                .filter(|(name, _, is_code)| !is_code && is_stack(name))
-                .map(|(_, size, _)| size)
-                .sum(),
+            stack_bytes: sum(|name, is_code| !is_code && name.contains("::stack::")),
             lines: of_style(style).into_iter().map(lines).sum(),
             trial_lines: lines(trial(style)),
-        })
+        }
     }
+}
+
+/// Whether the kernel defines the function of this name, its assembly included.
+fn is_of_kernel(name: &str) -> bool {
+    name.starts_with("kernel_") || crate_of(name) == Some("kernel")
 }
 
 /// The symbols of an image, with their bytes, and whether they are code.

@@ -82,6 +82,11 @@ impl Control {
         spans.max().unwrap_or(0)
     }
 
+    /// When the master began its last period; 0 if it did none.
+    pub fn last(&self) -> u64 {
+        self.begins[0].last().copied().unwrap_or(0)
+    }
+
     /// Periods that should have begun.
     pub fn periods(&self) -> u64 {
         self.turns * TURN / PERIOD
