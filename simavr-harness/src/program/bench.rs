@@ -17,6 +17,9 @@ pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
     if options.svg.is_some() && options.subject != Subject::Concurrency {
         return Err("only what concurrency measures can be plotted: leave --svg out".into());
     }
+    if options.subject != Subject::Kernel && (options.listing.is_some() || options.windows) {
+        return Err("only the kernel's figures have listings: leave --listing and --windows out".into());
+    }
     match options.subject {
         Subject::Kernel => {}
         Subject::Module => return module::run(options, destination),

@@ -12,8 +12,8 @@ use std::thread;
 
 use serde::Serialize;
 
-use super::BenchError;
 use super::module::{MEASURED, ModuleImages, SECOND, babble, join, milliseconds, step};
+use super::{BenchError, unmeasurable};
 use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
@@ -80,6 +80,11 @@ pub struct Program {
 /// # Errors
 /// An image is not there, or does not do what is to be measured.
 pub fn measure(directory: &Path, seconds: u64) -> Result<Concurrency, BenchError> {
+    let images = Style::ALL.into_iter().flat_map(|style| [style.image(), style.trial()]);
+    if let Some(image) = images.into_iter().find(|image| !directory.join(image).is_file()) {
+        let place = directory.join(image).display().to_string();
+        return Err(unmeasurable(&place, "it is not there; ./x bench concurrency builds it"));
+    }
     thread::scope(|scope| {
         let programs = Style::ALL.map(|style| scope.spawn(move || program(directory, style)));
         let runs = Style::ALL.map(|style| {
