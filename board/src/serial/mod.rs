@@ -83,7 +83,7 @@ impl Port {
     }
 }
 
-/// What [`Transmitter::sent`] is for this line.
+/// Posted when what this line has [begun](Transmitter::begin) to send is sent.
 #[inline(always)]
 pub fn sent<L: Line>() -> &'static Semaphore {
     &L::port().is_sent
@@ -108,7 +108,7 @@ impl Transmitter {
     }
 
     /// Begins to send `bytes`, at least one, for who does not block. Returns whether it has: not where a
-    /// character is just coming in. Then [`sent`](Self::sent) is posted once the last stop bit is on the wire.
+    /// character is just coming in. Then [`sent`] is posted once the last stop bit is on the wire.
     ///
     /// # Safety
     /// `bytes` must stay as they are until then, or until another call begins.
@@ -121,11 +121,6 @@ impl Transmitter {
             task.mask(|masked| self.port.inbox.forget_frame(masked)); // what comes in is drowned
         }
         has_begun
-    }
-
-    /// Posted when what was [begun](Self::begin) is sent.
-    pub const fn sent(&self) -> &'static Semaphore {
-        &self.port.is_sent
     }
 }
 

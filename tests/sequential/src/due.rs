@@ -8,7 +8,7 @@ pub struct Parts(u16);
 
 impl Parts {
     pub const NONE: Parts = Parts(0);
-    /// The joints' control: at its time, when one was told to move, and in each of its periods.
+    /// The joints' control.
     pub const JOINTS: Parts = Parts(1 << 0);
     pub const BRIDGE: Parts = Parts(1 << 1);
     /// The sending halves of the docks, by their places.
@@ -28,10 +28,12 @@ impl Parts {
     pub const SENT0: Parts = Parts(1 << 10);
     pub const SENT1: Parts = Parts(1 << 11);
     pub const SENT2: Parts = Parts(1 << 12);
+    /// A joint was told to move.
+    pub const ORDERED: Parts = Parts(1 << 13);
     /// A period of the joints' control has begun.
-    pub const PERIOD: Parts = Parts(1 << 13);
+    pub const PERIOD: Parts = Parts(1 << 14);
     #[cfg(feature = "trial")]
-    pub const EDGE: Parts = Parts(1 << 14);
+    pub const EDGE: Parts = Parts(1 << 15);
 
     /// These, and `part` if its `signal` is posted, which is taken.
     #[inline(always)] // so that the addresses are known
@@ -39,11 +41,13 @@ impl Parts {
         if signal.try_wait(context) { self.and(part) } else { self }
     }
 
+    /// These and the others.
     #[inline(always)]
     pub fn and(self, others: Parts) -> Parts {
         Parts(self.0 | others.0)
     }
 
+    /// Whether there is one.
     #[inline(always)]
     pub fn is_any(self) -> bool {
         self.0 != 0

@@ -37,9 +37,9 @@ impl<J: JointMotors, const N: usize> Driver<J, N> {
     /// Has its turn: one of `motors` was ordered, or its period has begun, or it is time for it. Returns when it
     /// has another though nothing is posted.
     #[inline(never)] // its stack is needed here alone
-    pub fn turn(&mut self, task: &mut Task, is_period: bool) -> Option<Ticks> {
+    pub fn turn(&mut self, task: &mut Task, is_ordered: bool, is_period: bool) -> Option<Ticks> {
         match self.phase {
-            Phase::Off | Phase::Watched(_) if self.motors.ordered().try_wait(task) => self.begin(task),
+            Phase::Off | Phase::Watched(_) if is_ordered => self.begin(task),
             Phase::Watched(at) if is_reached(at, now(task)) => {
                 for (index, joint) in self.joints.iter_mut().enumerate() {
                     joint.watch(self.devices.reading(task, index));

@@ -155,13 +155,14 @@ fn run(task: &mut Task, board: Board) -> Never {
     let mut times = Times::new(now(task));
     loop {
         let due = wait(task, &mut times, &mut feeder);
-        if due.has(Parts::JOINTS.and(Parts::PERIOD)) {
-            times.set(Parts::JOINTS, joints.turn(task, due.has(Parts::PERIOD)));
+        if due.has(Parts::JOINTS.and(Parts::ORDERED).and(Parts::PERIOD)) {
+            let next = joints.turn(task, due.has(Parts::ORDERED), due.has(Parts::PERIOD));
+            times.set(Parts::JOINTS, next);
         }
         // Between any two others: what is to be done within a millisecond.
         let mut keep_up = |task: &mut Task, times: &mut Times| {
             if MOTORS.period().try_wait(task) {
-                times.set(Parts::JOINTS, joints.turn(task, true));
+                times.set(Parts::JOINTS, joints.turn(task, false, true));
             }
         };
         if due.has(Parts::RECEIVED) {
@@ -234,7 +235,7 @@ fn wait(task: &mut Task, times: &mut Times, feeder: &mut Feeder) -> Parts {
 fn posted(context: &mut impl Context) -> Parts {
     let posted = Parts::NONE
         .with(Parts::PERIOD, MOTORS.period(), context)
-        .with(Parts::JOINTS, MOTORS.ordered(), context)
+        .with(Parts::ORDERED, MOTORS.ordered(), context)
         .with(Parts::RECEIVED, &RECEIVED, context)
         .with(Parts::BRIDGE, BRIDGE.mailbox().semaphore(), context)
         .with(Parts::SENDING0, LINK_USART0.mailbox().semaphore(), context)

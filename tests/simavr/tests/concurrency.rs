@@ -1,8 +1,17 @@
 //! Tasks against one loop: what docs/concurrency.md says of both, in short runs.
 
-use simavr_harness::Image;
+use std::sync::Arc;
+
+use hormone::gait::GaitName;
+use hormone::hormone::Hormone;
+use hormone::order::{Order, What};
+use hormone::period::Period;
 use simavr_harness::bench::concurrency::{Case, Row, Size, Style, run};
-use superbot_tests_simavr::images;
+use simavr_harness::{Engine, Image, Images, RobotBuilder};
+use simulation::{Change, Face};
+use superbot_tests_simavr::{MILLISECOND, firmware, images};
+use tasks::dock::Dock;
+use tasks::motor::Axis;
 
 const SECONDS: u64 = 2;
 
@@ -48,14 +57,48 @@ fn a_behaviour_that_hangs_resets_the_loop_and_stops_no_other_task() {
     assert!(sequential.resets >= 2 && sequential.edges_unanswered > 0, "{sequential:?}");
 }
 
+/// The robot's master as one loop.
+fn sequential_master() -> Image {
+    let path = images().join("sequential/sequential-master.elf");
+    Image::load(path).unwrap_or_else(|error| panic!("{error}; ./x bench concurrency builds it"))
+}
+
+/// Where the modules of a chain have the joints at their fronts, in degrees, every 20 ms from 3 to 9 s: they walk
+/// by a gait that turns no other joint of the master, slowly, so that the joint comes to rest between two orders.
+fn waves(images: Images) -> Vec<f64> {
+    let robot = RobotBuilder::chain(images, 3).seed(1).build().expect("the robot can be built");
+    let mut engine = Engine::new(robot, 1);
+    engine.run_until(1_000 * MILLISECOND);
+    let period = Period::of_milliseconds(4_000).expect("there is such a Period");
+    let order = Order { what: What::Walk(GaitName::Caterpillar as u8, period), serial: 1 };
+    let payload = Hormone::Order(order).to_payload().bytes().to_vec();
+    let at = Face { module: 0, dock: Dock::Front };
+    engine.robot_mut().change(&Change::Command { at, payload }).expect("the dock is free");
+    engine.run_until(3_000 * MILLISECOND);
+    let mut degrees = Vec::new();
+    while engine.cycle() < 9_000 * MILLISECOND {
+        engine.run_until(engine.cycle() + 20 * MILLISECOND);
+        let modules = (0..3).filter_map(|module| engine.robot().module(module));
+        degrees.extend(modules.map(|module| module.body().joint(Axis::Front).degrees()));
+    }
+    degrees
+}
+
+#[test]
+fn a_joint_follows_a_single_order_by_the_loop_as_it_does_by_tasks() {
+    let tasks = waves(firmware());
+    let sequential = waves(Images { master: Arc::new(sequential_master()), ..firmware() });
+    let most =
+        tasks.iter().copied().fold(f64::MIN, f64::max) - tasks.iter().copied().fold(f64::MAX, f64::min);
+    assert!(most > 20.0, "the chain does not undulate: {most}");
+    let apart = tasks.iter().zip(&sequential).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+    assert!(apart < 2.0, "{apart} degrees apart");
+}
+
 #[test]
 fn the_loop_takes_less_ram_and_flash() {
-    let size = |style, name: &str| {
-        let image = Image::load(images().join(name)).unwrap_or_else(|error| panic!("{error}"));
-        Size::of(&image, style)
-    };
-    let tasks = size(Style::Tasks, "firmware-master.elf");
-    let sequential = size(Style::Loop, "sequential/sequential-master.elf");
+    let tasks = Size::of(&firmware().master, Style::Tasks);
+    let sequential = Size::of(&sequential_master(), Style::Loop);
     assert!(sequential.ram_bytes + 1_000 < tasks.ram_bytes, "{sequential:?} {tasks:?}");
     assert!(sequential.flash_bytes < tasks.flash_bytes, "{sequential:?} {tasks:?}");
     assert!(sequential.flash_of_kernel_bytes < tasks.flash_of_kernel_bytes, "{sequential:?} {tasks:?}");
