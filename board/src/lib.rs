@@ -42,6 +42,8 @@ pub mod external;
 pub mod interrupts;
 #[cfg(target_arch = "avr")]
 mod mcu;
+#[cfg(target_arch = "avr")]
+pub mod sleep;
 #[cfg(all(target_arch = "avr", not(feature = "tickless")))]
 pub mod tick;
 #[cfg(all(target_arch = "avr", feature = "tickless"))]

@@ -6,7 +6,7 @@
 
 use core::arch::asm;
 
-use kernel::Boot;
+use kernel::Context;
 
 /// How long the watchdog waits: the three bits WDP.
 #[derive(Clone, Copy)]
@@ -30,9 +30,9 @@ impl Watchdog {
     }
 
     /// Starts it: from now on it has to be fed every 0.13 s.
-    pub fn start(self, _: &mut Boot) -> Feeder {
-        // SAFETY: no task runs yet, so interrupts are masked.
-        unsafe { start(Patience::Tenth) };
+    pub fn start(self, context: &mut impl Context) -> Feeder {
+        // SAFETY: interrupts are masked.
+        context.mask(|_| unsafe { start(Patience::Tenth) });
         Feeder(())
     }
 }

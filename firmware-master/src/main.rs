@@ -36,7 +36,13 @@ use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
 use tasks::superbot::RESIDENCE;
 
+#[cfg(feature = "trial")]
+mod trial;
+
+#[cfg(not(feature = "trial"))]
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
+#[cfg(feature = "trial")]
+board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc, External);
 
 // The simulator and debuggers find these by name; each begins with its counts.
 #[unsafe(no_mangle)]
@@ -190,6 +196,9 @@ fn start(boot: &mut Boot) -> Option<()> {
             inspector::run(task, &INSPECTOR, BRIDGE.mailbox(), mcu, reset_cause, work)
         })
         .ok()?;
+
+    #[cfg(feature = "trial")]
+    trial::start(boot, board.external, Interrupts)?;
 
     let mut feeder = board.watchdog.start(boot);
     let api = Api::new(&OFFICE, mark);

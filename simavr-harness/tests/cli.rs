@@ -358,6 +358,21 @@ fn flash_is_listed_function_by_function() {
 }
 
 #[test]
+fn what_tasks_and_one_loop_are_not_measured_on_is_told() {
+    assert_refused(
+        &run(&["bench", "concurrency", "--images", "no/such/folder"]),
+        "./x bench concurrency builds it",
+    );
+    assert_refused(&run(&["bench", "concurrency", "--windows"]), "leave --listing and --windows out");
+    assert_refused(&run(&["bench", "concurrency", "--seconds", "0"]), "0 is not in 1..");
+    assert_refused(
+        &run(&["bench", "concurrency", "--svg", "/no/such/folder/a.svg"]),
+        "give --svg another path",
+    );
+    assert_refused(&run(&["bench", "module", "--svg", "a.svg"]), "leave --svg out");
+}
+
+#[test]
 fn images_that_are_not_there_can_be_built() {
     assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
     assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");

@@ -83,6 +83,12 @@ impl Port {
     }
 }
 
+/// Posted when what this line has [begun](Transmitter::begin) to send is sent.
+#[inline(always)]
+pub fn sent<L: Line>() -> &'static Semaphore {
+    &L::port().is_sent
+}
+
 /// The sending half of a line. Of one type for all lines: the tasks that have it are in flash once.
 pub struct Transmitter {
     port: &'static Port,
@@ -99,6 +105,22 @@ pub struct Receiver {
 impl Transmitter {
     pub(crate) fn of<L: Line>() -> Self {
         Transmitter { port: L::port(), begin: L::begin }
+    }
+
+    /// Begins to send `bytes`, at least one, for who does not block. Returns whether it has: not where a
+    /// character is just coming in. Then [`sent`] is posted once the last stop bit is on the wire.
+    ///
+    /// # Safety
+    /// `bytes` must stay as they are until then, or until another call begins.
+    #[inline(always)]
+    pub unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
+        // SAFETY: by the caller's promise the bytes are there until the interrupt has read all of them.
+        task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
+        let has_begun = (self.begin)(task);
+        if has_begun {
+            task.mask(|masked| self.port.inbox.forget_frame(masked)); // what comes in is drowned
+        }
+        has_begun
     }
 }
 
@@ -118,16 +140,11 @@ impl Transmit for Transmitter {
         if bytes.is_empty() {
             return;
         }
-        loop {
-            // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call,
-            // which borrows them, does not return before.
-            task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
-            if (self.begin)(task) {
-                break;
-            }
+        // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
+        // borrows them, does not return before.
+        while !unsafe { self.begin(task, bytes) } {
             task.delay(1);
         }
-        task.mask(|masked| self.port.inbox.forget_frame(masked)); // what comes in is drowned
         self.port.is_sent.wait(task);
     }
 }

@@ -70,13 +70,16 @@ const INTERRUPT_OF_PROGRAM: &str = "__vector_5";
 
 /// Whether the crate `program` defines the function of this name, not a macro of the kernel or of `board`.
 fn is_of(program: &str, name: &str) -> bool {
-    let mut path = name.split("::");
-    if let Some(vector) = path.clone().find(|part| part.starts_with("__vector_")) {
+    if let Some(vector) = name.split("::").find(|part| part.starts_with("__vector_")) {
         return vector == INTERRUPT_OF_PROGRAM;
     }
+    crate_of(name) == Some(program) || name == "main"
+}
+
+/// The crate that defines the function of this name.
+pub(super) fn crate_of(name: &str) -> Option<&str> {
     // `<` and `&` stand before the crate of a method's type.
-    let first = path.next().and_then(|part| part.rsplit(['<', '&', ' ']).next());
-    first == Some(program) || name == "main"
+    name.split("::").next()?.rsplit(['<', '&', ' ']).next()
 }
 
 /// How much of the image's flash each symbol takes, up to the next one: together all of it.

@@ -7,6 +7,7 @@
 
 mod assembly;
 mod bytes;
+pub mod concurrency;
 mod flash;
 mod interrupts;
 mod listing;

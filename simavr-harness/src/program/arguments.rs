@@ -157,11 +157,12 @@ pub struct Period {
 
 #[derive(Args)]
 pub struct Bench {
-    /// What to measure: the kernel's figures, those of a module, or how fast the simulator is.
+    /// What to measure: the kernel's figures, those of a module, how a module does with tasks and with one
+    /// loop, or how fast the simulator is.
     #[arg(value_enum, default_value = "kernel")]
     pub subject: Subject,
 
-    /// For how long a module is saturated, in simulated seconds.
+    /// For how long a module is saturated, or each case of tasks against one loop runs, in simulated seconds.
     #[arg(long, default_value = "60", value_parser = clap::value_parser!(u64).range(1..), allow_hyphen_values = true)]
     pub seconds: u64,
 
@@ -176,6 +177,10 @@ pub struct Bench {
     /// Print instead each place where a test image masks interrupts, with the most cycles it did so.
     #[arg(long, conflicts_with_all = ["json", "listing"])]
     pub windows: bool,
+
+    /// Plot how a module does with tasks and with one loop, too, to this file.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
 
     /// The directory under which the test images lie in tests/, as `./x bench` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
@@ -262,4 +267,5 @@ pub enum Subject {
     Kernel,
     Module,
     Simulator,
+    Concurrency,
 }

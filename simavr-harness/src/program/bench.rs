@@ -9,15 +9,22 @@ use simavr_harness::bench::{self, Counted, FIGURES, Figure, Measured, PEERS};
 
 use super::arguments::Subject;
 use super::json::{Destination, tell};
-use super::{arguments, listing, module, simulator};
+use super::{arguments, concurrency, listing, module, simulator};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.json.as_deref(), None)?;
+    if options.svg.is_some() && options.subject != Subject::Concurrency {
+        return Err("only what concurrency measures can be plotted: leave --svg out".into());
+    }
+    if options.subject != Subject::Kernel && (options.listing.is_some() || options.windows) {
+        return Err("only the kernel's figures have listings: leave --listing and --windows out".into());
+    }
     match options.subject {
         Subject::Kernel => {}
         Subject::Module => return module::run(options, destination),
         Subject::Simulator => return simulator::run(options, destination),
+        Subject::Concurrency => return concurrency::run(options, destination),
     }
     let images = options.images.join("tests");
     if options.windows {

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod bench;
+mod concurrency;
+mod concurrency_plot;
 mod display;
 mod images;
 mod json;

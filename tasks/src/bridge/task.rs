@@ -1,7 +1,7 @@
 //! The bridge's task, one on each MCU (paper, section 5): sends what is in its queue over I2C, and delivers
 //! what comes from there.
 
-use kernel::{Never, Task, now};
+use kernel::{Never, Task, Ticks, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
 use super::sender::{Sender, Step};
@@ -58,14 +58,45 @@ pub fn run(
     mut bus: impl Bus,
     office: &'static PostOffice,
 ) -> Never {
-    let mut incoming = [0; MAX_PACKET];
-    let mut next = Next::new();
-    let mut sender = Sender::new();
+    let mut crossing = Crossing::new();
     loop {
         bridge.mailbox().wait(task);
+        match crossing.turn(task, bridge, &mut bus, office) {
+            None => bridge.mailbox().cancel_alarm(task),
+            // The alarm of the packet before rings before this one's, and is set anew then.
+            Some(left) if crossing.sender.is_on_bus() => bridge.mailbox().wake_within(task, left),
+            Some(left) => bridge.mailbox().wake_in(task, left),
+        }
+    }
+}
+
+/// What crosses a bridge, both ways: for whoever drives it.
+pub struct Crossing {
+    incoming: [u8; MAX_PACKET],
+    next: Next,
+    sender: Sender,
+}
+
+impl Crossing {
+    /// Nothing crosses yet.
+    pub const fn new() -> Self {
+        Crossing { incoming: [0; MAX_PACKET], next: Next::new(), sender: Sender::new() }
+    }
+
+    /// Does all that there is to do: after each signal of the bridge's mailbox, and after so many ticks as it
+    /// returns.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn turn(
+        &mut self,
+        task: &mut Task,
+        bridge: &'static Bridge,
+        bus: &mut impl Bus,
+        office: &'static PostOffice,
+    ) -> Option<Ticks> {
+        let Crossing { incoming, next, sender } = self;
         // The bus first, which is idle while it waits for this task.
         let outcome = bus.outcome(task);
-        look_after(task, bridge, &mut bus, &mut sender, outcome);
+        look_after(task, bridge, bus, sender, outcome);
         if sender.is_idle() {
             next.prepare(task, bridge);
             if let Some(packet) = next.take() {
@@ -73,21 +104,18 @@ pub fn run(
                 sender.begin(now(task));
             }
         }
-        if let Some(length) = bus.receive(task, &mut incoming) {
+        if let Some(length) = bus.receive(task, incoming) {
             take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
         }
-        let time = now(task);
-        let Some(left) = sender.poll_in(time) else {
-            bridge.mailbox().cancel_alarm(task);
-            continue;
-        };
+        let left = sender.poll_in(now(task))?;
         next.prepare(task, bridge);
-        if sender.is_on_bus() {
-            // The alarm of the packet before rings before this one's, and is set anew then.
-            bridge.mailbox().wake_within(task, left);
-        } else {
-            bridge.mailbox().wake_in(task, left);
-        }
+        Some(left)
+    }
+}
+
+impl Default for Crossing {
+    fn default() -> Self {
+        Self::new()
     }
 }
 

@@ -41,7 +41,7 @@ impl Client {
 }
 
 /// All devices that the task serves.
-struct Devices<P, const N: usize> {
+pub struct Devices<P, const N: usize> {
     board: P,
     motors: &'static Motors<N>,
     joints: [Client; N],
@@ -64,14 +64,42 @@ pub fn run<P: Peripherals, const N: usize>(
     mut alive: impl FnMut(&mut Task),
 ) -> Never {
     let mut devices = Devices::new(board, motors, axes, office);
-    let start = now(task);
-    let mut next_look = start.wrapping_add(LOOK);
-    let mut next_step = start;
-    let mut is_busy = false;
-    if P::HAS_BATTERY {
-        devices.supply.prepare(task, &mut devices.desk, &mut devices.board);
-    }
+    let mut schedule = Schedule::begin(task, &mut devices);
     loop {
+        let rest = schedule.turn(task, mailbox, &mut devices);
+        alive(task);
+        mailbox.wake_in(task, rest);
+        mailbox.wait(task);
+    }
+}
+
+/// When which device is due: for whoever drives them.
+pub struct Schedule {
+    next_look: Ticks,
+    next_step: Ticks,
+    is_busy: bool,
+}
+
+impl Schedule {
+    /// From now on.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn begin<P: Peripherals, const N: usize>(task: &mut Task, devices: &mut Devices<P, N>) -> Self {
+        let start = now(task);
+        if P::HAS_BATTERY {
+            devices.supply.prepare(task, &mut devices.desk, &mut devices.board);
+        }
+        Schedule { next_look: start.wrapping_add(LOOK), next_step: start, is_busy: false }
+    }
+
+    /// Does all that there is to do: at first, after each signal of the mailbox, and after so many ticks as it
+    /// returns.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn turn<P: Peripherals, const N: usize>(
+        &mut self,
+        task: &mut Task,
+        mailbox: &'static Mailbox,
+        devices: &mut Devices<P, N>,
+    ) -> Ticks {
         while let Some(message) = mailbox.take(task) {
             let client = message.from().task();
             let request = Request::from_payload(message.payload());
@@ -82,32 +110,29 @@ pub fn run<P: Peripherals, const N: usize>(
                 Some(report) => devices.supply.hear(report),
                 None => devices.serve(task, request, client),
             }
-            if !is_busy {
-                is_busy = true;
-                next_step = now(task).wrapping_add(PERIOD_MS);
+            if !self.is_busy {
+                self.is_busy = true;
+                self.next_step = now(task).wrapping_add(PERIOD_MS);
             }
         }
         devices.tell_joints(task);
         devices.docks.trip(task, &mut devices.desk, &mut devices.board);
         let time = now(task);
-        if is_busy && is_reached(next_step, time) {
-            next_step = time.wrapping_add(PERIOD_MS);
-            is_busy = devices.step(task);
+        if self.is_busy && is_reached(self.next_step, time) {
+            self.next_step = time.wrapping_add(PERIOD_MS);
+            self.is_busy = devices.step(task);
         }
-        if P::HAS_BATTERY && is_reached(next_look, time) {
-            next_look = time.wrapping_add(LOOK);
+        if P::HAS_BATTERY && is_reached(self.next_look, time) {
+            self.next_look = time.wrapping_add(LOOK);
             devices.look(task);
         }
-        alive(task);
-        let rest = if is_busy {
-            next_step.wrapping_sub(time)
+        if self.is_busy {
+            self.next_step.wrapping_sub(time)
         } else if P::HAS_BATTERY {
-            next_look.wrapping_sub(time).min(ALIVE)
+            self.next_look.wrapping_sub(time).min(ALIVE)
         } else {
             ALIVE
-        };
-        mailbox.wake_in(task, rest);
-        mailbox.wait(task);
+        }
     }
 }
 
@@ -118,8 +143,9 @@ fn is_reached(deadline: Ticks, time: Ticks) -> bool {
 
 impl<P: Peripherals, const N: usize> Devices<P, N> {
     // Apart, these three take less flash than within the task's large frame.
+    /// The devices of `board`, and the joints of `motors`, by `axes` in their order.
     #[inline(never)]
-    fn new(board: P, motors: &'static Motors<N>, axes: [Axis; N], office: &'static PostOffice) -> Self {
+    pub fn new(board: P, motors: &'static Motors<N>, axes: [Axis; N], office: &'static PostOffice) -> Self {
         Devices {
             board,
             motors,

@@ -85,7 +85,7 @@ impl Port {
 }
 
 /// A port, and the task that works on it.
-pub(super) struct AtPort<'a> {
+pub struct AtPort<'a> {
     pub task: &'a mut Task,
     pub port: &'static Port,
 }

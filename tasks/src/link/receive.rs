@@ -33,7 +33,7 @@ impl<Line: Receive> Incoming<Line> {
     }
 
     /// Has `signal` posted when something comes in.
-    fn begin(&mut self, task: &mut Task, signal: &'static Semaphore, seed: u16) {
+    pub fn begin(&mut self, task: &mut Task, signal: &'static Semaphore, seed: u16) {
         self.receiver = Receiver::new(self.port.dock(), now(task));
         self.port.restart(task, seed);
         self.line.listen(task, signal);
@@ -41,7 +41,7 @@ impl<Line: Receive> Incoming<Line> {
 
     /// Takes what has come in.
     #[inline(always)] // a frame of its own would take 30 bytes more of the stack
-    fn receive(&mut self, task: &mut Task, office: &'static PostOffice) {
+    pub fn receive(&mut self, task: &mut Task, office: &'static PostOffice) {
         while let Some(length) = self.line.receive(task, &mut self.wire) {
             let (port, overruns) = (self.port, self.line.overruns(task));
             port.counters.overruns.set(task, overruns);

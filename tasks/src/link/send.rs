@@ -12,7 +12,7 @@ use crate::message::Buffered;
 /// Runs the sending task of `port`. `seed` should differ from dock to dock and from module to module.
 pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16) -> Never {
     let mut sender = Sender::new(seed);
-    let mut line = Line { line, wire: WireBuffer::new(), in_wire: None };
+    let mut line = Line { line, wire: Wire::new() };
     // When the alarm rings that is set.
     let mut alarm = None;
     loop {
@@ -53,26 +53,56 @@ impl Departing for AtPort<'_> {
     }
 }
 
+/// The frame that went over a line last.
+pub struct Wire {
+    buffer: WireBuffer,
+    /// The message whose frame that is.
+    message: Option<Label>,
+    is_whole: bool,
+}
+
+impl Wire {
+    /// None yet.
+    pub const fn new() -> Self {
+        Wire { buffer: WireBuffer::new(), message: None, is_whole: false }
+    }
+
+    /// Puts `frame` in its place. A repeated one is there already.
+    #[inline(always)] // its stack is that of `transmit`
+    pub fn put(&mut self, frame: Frame) {
+        let message = match frame {
+            Frame::Data { label, .. } => Some(label),
+            _ => None,
+        };
+        let is_there = message.is_some() && message == self.message;
+        self.message = message;
+        // The router lets nothing come here that no frame can say. If it did, nothing would go out.
+        self.is_whole = is_there || frame.encode(&mut self.buffer).is_ok();
+    }
+
+    /// Its bytes for the line; empty if there are none.
+    #[inline(always)] // likewise
+    pub fn bytes(&self) -> &[u8] {
+        if self.is_whole { self.buffer.bytes() } else { &[] }
+    }
+}
+
+impl Default for Wire {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// A line, and the frame that went over it last.
 struct Line<Transmitter> {
     line: Transmitter,
-    wire: WireBuffer,
-    /// The message whose frame is in `wire`.
-    in_wire: Option<Label>,
+    wire: Wire,
 }
 
 impl<Transmitter: Transmit> Line<Transmitter> {
     #[inline(never)] // its stack is needed here alone
     fn transmit(&mut self, task: &mut Task, frame: Frame) {
-        let message = match frame {
-            Frame::Data { label, .. } => Some(label),
-            _ => None,
-        };
-        let is_there = message.is_some() && message == self.in_wire;
-        self.in_wire = message;
-        // The router lets nothing come here that no frame can say. If it did, nothing would go out.
-        if is_there || frame.encode(&mut self.wire).is_ok() {
-            self.line.transmit(task, self.wire.bytes());
-        }
+        self.wire.put(frame);
+        self.line.transmit(task, self.wire.bytes());
     }
 }

@@ -108,6 +108,16 @@ impl<const N: usize> Motors<N> {
         task.mask(|masked| panel.position.get(masked)).map(to_angle)
     }
 
+    /// Posted with each order.
+    pub const fn ordered(&self) -> &Semaphore {
+        &self.ordered
+    }
+
+    /// Posted each millisecond while a joint is controlled.
+    pub const fn period(&self) -> &Semaphore {
+        &self.period
+    }
+
     /// Whether the joints are controlled, or looked at, when they have to be.
     pub fn is_in_time(&self, task: &mut Task) -> bool {
         self.duty.is_kept(task)
@@ -127,7 +137,7 @@ impl<const N: usize> Motors<N> {
 }
 
 /// How often joints at rest are looked at, in ticks of 1 ms.
-const WATCH: Ticks = 32;
+pub const WATCH: Ticks = 32;
 
 /// How late the task may be before the watchdog is no longer fed: of a period of 1 ms, and of a look.
 const LATE: Ticks = 5;
@@ -154,17 +164,7 @@ pub fn run<const N: usize>(
         while goes_on {
             motors.period.wait(task);
             motors.duty.promise(task, LATE);
-            count(task, motors);
-            goes_on = false;
-            for (index, (joint, panel)) in joints.iter_mut().zip(&motors.panels).enumerate() {
-                if control(task, joint, panel, &mut devices, index) {
-                    news.post(task);
-                }
-                goes_on |= !joint.is_at_rest();
-            }
-            devices.done();
-            // Signals of orders that have been carried out, or will be in the next period.
-            while goes_on && motors.ordered.try_wait(task) {}
+            goes_on = motors.control(task, &mut joints, &mut devices, news);
         }
         devices.end(task);
     }
@@ -190,6 +190,32 @@ fn rest<const N: usize>(
         for (index, joint) in joints.iter_mut().enumerate() {
             joint.watch(devices.reading(task, index));
         }
+    }
+}
+
+impl<const N: usize> Motors<N> {
+    /// One period, whose signal was taken: controls all joints. Returns whether one of them moves on. `news`
+    /// is posted when one has changed its state by itself.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn control(
+        &'static self,
+        task: &mut Task,
+        joints: &mut [Joint; N],
+        devices: &mut impl JointMotors,
+        news: &'static Semaphore,
+    ) -> bool {
+        count(task, self);
+        let mut goes_on = false;
+        for (index, (joint, panel)) in joints.iter_mut().zip(&self.panels).enumerate() {
+            if control(task, joint, panel, devices, index) {
+                news.post(task);
+            }
+            goes_on |= !joint.is_at_rest();
+        }
+        devices.done();
+        // Signals of orders that have been carried out, or will be in the next period.
+        while goes_on && self.ordered.try_wait(task) {}
+        goes_on
     }
 }
 

@@ -61,7 +61,7 @@ fn run(images: &ModuleImages, seed: u64, zeros: f64) -> Result<Babble, BenchErro
 }
 
 /// Lets nothing through of what the neighbours say to the module, or all.
-fn drown(engine: &mut Engine, neighbours: [Face; 2], probability: f64) -> Result<(), BenchError> {
+pub fn drown(engine: &mut Engine, neighbours: [Face; 2], probability: f64) -> Result<(), BenchError> {
     for face in neighbours {
         let change = Change::Loss { links: Links::From(face), probability };
         engine.change(&change).map_err(|error: WiringError| unmeasurable("robot", error.to_string()))?;
@@ -70,7 +70,7 @@ fn drown(engine: &mut Engine, neighbours: [Face; 2], probability: f64) -> Result
 }
 
 /// Has a turn's garbage come in at all docks, at the full rate.
-fn babble(engine: &mut Engine, random: &mut Random, zeros: f64) {
+pub fn babble(engine: &mut Engine, random: &mut Random, zeros: f64) {
     let now = engine.cycle();
     let Some(module) = engine.robot_mut().module_mut(MEASURED) else { return };
     for (phase, dock) in (1..).zip(Dock::ALL) {

@@ -23,6 +23,8 @@ pub const TURN: u64 = 80 * MILLISECOND;
 pub struct Control {
     /// When its periods began, on each MCU.
     begins: [Vec<u64>; 2],
+    /// When it was done with them.
+    ends: [Vec<u64>; 2],
     turns: u64,
 }
 
@@ -36,25 +38,60 @@ impl Control {
                 module.mcu_mut(mcu).add_probe(CONTROL_PROBE);
             }
         }
-        Control { begins: [Vec::new(), Vec::new()], turns: 0 }
+        Control { begins: [Vec::new(), Vec::new()], ends: [Vec::new(), Vec::new()], turns: 0 }
     }
 
     /// Runs for a turn.
     pub fn turn(&mut self, engine: &mut Engine) {
+        self.turn_by(engine, Engine::run_until);
+    }
+
+    /// Has `run` run for a turn, up to the cycle that it is given.
+    pub fn turn_by(&mut self, engine: &mut Engine, run: impl FnOnce(&mut Engine, u64)) {
         pull(engine, if self.turns.is_multiple_of(2) { -PULL } else { PULL });
         self.turns += 1;
-        engine.run_until(engine.cycle() + TURN);
+        let end = engine.cycle() + TURN;
+        run(engine, end);
         if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
-            for (mcu, begins) in Controller::ALL.into_iter().zip(&mut self.begins) {
-                let edges = module.mcu_mut(mcu).take_edges(0);
-                begins.extend(edges.into_iter().filter(|edge: &Edge| edge.level).map(|edge| edge.cycle));
+            for ((mcu, begins), ends) in Controller::ALL.into_iter().zip(&mut self.begins).zip(&mut self.ends)
+            {
+                for Edge { cycle, level } in module.mcu_mut(mcu).take_edges(0) {
+                    if level { begins.push(cycle) } else { ends.push(cycle) }
+                }
             }
         }
     }
 
+    /// How well the master kept time.
+    pub fn of_master(&self) -> Option<Rhythm> {
+        Rhythm::of(&self.begins[0], self.periods())
+    }
+
+    /// How long the master took at most from the begin of a period until it was done with it, in cycles.
+    pub fn longest(&self) -> u64 {
+        let [begins, _] = &self.begins;
+        let [ends, _] = &self.ends;
+        let mut ends = ends.iter().peekable();
+        let spans = begins.iter().filter_map(|begin| {
+            while ends.next_if(|end| *end < begin).is_some() {}
+            ends.peek().map(|end| **end - begin)
+        });
+        spans.max().unwrap_or(0)
+    }
+
+    /// When the master began its last period; 0 if it did none.
+    pub fn last(&self) -> u64 {
+        self.begins[0].last().copied().unwrap_or(0)
+    }
+
+    /// Periods that should have begun.
+    pub fn periods(&self) -> u64 {
+        self.turns * TURN / PERIOD
+    }
+
     /// How well both MCUs kept time.
     pub fn rhythm(&self) -> Result<Rhythm, BenchError> {
-        let periods = self.turns * TURN / PERIOD;
+        let periods = self.periods();
         let mut worst = Rhythm { jitter: 0, missed: 0 };
         for begins in &self.begins {
             let rhythm = Rhythm::of(begins, periods)

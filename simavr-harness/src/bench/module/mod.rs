@@ -1,14 +1,14 @@
 //! The module's figures: what its joints do, what its lines carry, whether all is done in time while
 //! everything else is busy, and how soon the module is itself again after a fault.
 
-mod babble;
+pub(super) mod babble;
 mod bridge;
-mod control;
+pub(super) mod control;
 mod link;
 mod recovery;
-mod saturated;
+pub(super) mod saturated;
 mod soft_uart;
-mod step;
+pub(super) mod step;
 mod watchdog;
 
 use std::path::{Path, PathBuf};
@@ -71,14 +71,14 @@ pub struct ModuleFigures {
     pub watchdog_recovery_ms: f64,
 }
 
-const SECOND: u64 = CLOCK_HZ as u64;
-const MILLISECOND: u64 = SECOND / 1000;
+pub(super) const SECOND: u64 = CLOCK_HZ as u64;
+pub(super) const MILLISECOND: u64 = SECOND / 1000;
 
 /// Cycles of a byte at 38400 baud, as the divisor makes them.
 const BYTE: u64 = 4160;
 
 /// The module that is measured: its neighbours follow.
-const MEASURED: usize = 0;
+pub(super) const MEASURED: usize = 0;
 
 /// Bytes that the UARTs in software have to carry.
 const SOFT_UART_BYTES: u64 = 1_000_000;
@@ -89,7 +89,7 @@ const SOFT_UART_BYTES: u64 = 1_000_000;
 /// # Errors
 /// An image is not there, or does not do what is to be measured.
 pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchError> {
-    let images = &ModuleImages { directory: directory.to_owned() };
+    let images = &ModuleImages { directory: directory.to_owned(), master: None };
     let tests = &directory.join("tests");
     thread::scope(|scope| {
         let saturated = scope.spawn(move || saturated::measure(images, seconds));
@@ -124,26 +124,33 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchErr
 }
 
 /// What a thread returns; its panic goes on here.
-fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+pub(super) fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-fn milliseconds(cycles: u64) -> f64 {
+pub(super) fn milliseconds(cycles: u64) -> f64 {
     cycles as f64 / MILLISECOND as f64
 }
 
-/// The directory with the images.
-struct ModuleImages {
-    directory: PathBuf,
+/// Where the images lie.
+pub(super) struct ModuleImages {
+    /// Those of the firmware, and below, in `tests/`, those of neighbours.
+    pub directory: PathBuf,
+    /// The module's own master, in place of the firmware's.
+    pub master: Option<PathBuf>,
 }
 
 impl ModuleImages {
-    fn firmware(&self) -> Result<Images, BenchError> {
-        images(&self.directory, "firmware-master", "firmware-slave")
+    pub fn firmware(&self) -> Result<Images, BenchError> {
+        let images = images(&self.directory, "firmware-master", "firmware-slave")?;
+        Ok(match &self.master {
+            Some(master) => Images { master: Arc::new(Image::load(master)?), ..images },
+            None => images,
+        })
     }
 
     /// A neighbour: the test images of its master and slave.
-    fn neighbour(&self, master: &str, slave: &str) -> Result<Images, BenchError> {
+    pub fn neighbour(&self, master: &str, slave: &str) -> Result<Images, BenchError> {
         images(&self.directory.join("tests"), master, slave)
     }
 }
@@ -154,12 +161,12 @@ fn images(directory: &Path, master: &str, slave: &str) -> Result<Images, BenchEr
     Ok(Images { master: load(master)?, slave: load(slave)? })
 }
 
-fn module(engine: &Engine) -> Result<&Module, BenchError> {
+pub(super) fn module(engine: &Engine) -> Result<&Module, BenchError> {
     engine.robot().module(MEASURED).ok_or_else(|| unmeasurable("robot", "it has no module"))
 }
 
 /// Cycles that each MCU of the module was awake.
-fn awake(engine: &Engine) -> Result<[u64; 2], BenchError> {
+pub(super) fn awake(engine: &Engine) -> Result<[u64; 2], BenchError> {
     let module = module(engine)?;
     Ok(Controller::ALL.map(|mcu| module.mcu(mcu).awake_cycles()))
 }

@@ -32,27 +32,38 @@ fn taken(engine: &Engine) -> Result<u16, BenchError> {
     Ok(counts.first_chunk().copied().map_or(0, u16::from_le_bytes))
 }
 
-/// Floods the module for so many seconds.
-pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchError> {
+/// A module whose neighbours at all docks send as fast as they can. The one at Up runs `up`.
+pub fn robot(images: &ModuleImages, up: &str) -> Result<RobotBuilder, BenchError> {
     // Those in front and behind are neighbours to the module, which so is a spine. The others do not probe.
-    let mut robot = RobotBuilder::new(images.firmware()?, 7)
+    let robot = RobotBuilder::new(images.firmware()?, 7)
         .program(1, images.neighbour("flood_side", "flood_back")?)
         .program(2, images.neighbour("flood_front", "flood_side")?)
         .attach(Face { module: MEASURED, dock: Dock::Front }, Face { module: 1, dock: Dock::Back })
         .attach(Face { module: MEASURED, dock: Dock::Back }, Face { module: 2, dock: Dock::Front })
         .seed(1);
-    // The console, on the slave, tells at Up. What it asks the master crosses the bridge.
-    let sides = [
-        (Dock::Left, "flood_side"),
-        (Dock::Right, "flood_side"),
-        (Dock::Up, "flood_console"),
-        (Dock::Down, "flood_side"),
-    ];
+    at_sides(robot, images, up)
+}
+
+/// Has neighbours flood the module from all sides but its front and back.
+pub fn at_sides(
+    mut robot: RobotBuilder,
+    images: &ModuleImages,
+    up: &str,
+) -> Result<RobotBuilder, BenchError> {
+    let sides =
+        [(Dock::Left, "flood_side"), (Dock::Right, "flood_side"), (Dock::Up, up), (Dock::Down, "flood_side")];
     for (number, (dock, image)) in (3..).zip(sides) {
         robot = robot
             .program(number, images.neighbour(image, image)?)
             .attach(Face { module: MEASURED, dock }, Face { module: number, dock: Dock::Back });
     }
+    Ok(robot)
+}
+
+/// Floods the module for so many seconds.
+pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchError> {
+    // The console, on the slave, tells at Up. What it asks the master crosses the bridge.
+    let robot = robot(images, "flood_console")?;
     let mut engine = Engine::new(robot.build()?, 1);
     engine.run_until(SECOND);
     let mut control = Control::watch(&mut engine);

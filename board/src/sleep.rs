@@ -1,0 +1,21 @@
+//! Sleep, for a program that waits for interrupts by itself. The kernel's idle task sleeps where one does not.
+
+use core::arch::asm;
+
+use kernel::{Context, Interrupt, Task};
+
+/// Sleeps until an interrupt has been served, unless `has_work` says that there is something to do. Interrupts
+/// are masked while that looks, so that none comes between the look and the sleep.
+#[inline(always)]
+pub fn sleep_unless(task: &mut Task, has_work: impl FnOnce(&mut Interrupt) -> bool) {
+    task.mask(|_| {
+        // SAFETY: interrupts are masked as in a handler, and this context is gone before they are enabled. It
+        // could make a switch due, which the next handler's end would make.
+        let has_work = has_work(&mut unsafe { Interrupt::assume() });
+        if !has_work {
+            // SAFETY: interrupts are masked again at the end. `sei` takes effect after the next instruction,
+            // so that the interrupt that ends the sleep comes after it began. Handlers restore all registers.
+            unsafe { asm!("sei", "sleep", "cli") };
+        }
+    });
+}

@@ -1,0 +1,125 @@
+//! The program behind `./x bench concurrency`: tasks against one loop, as a table, as JSON, and as a plot.
+
+use std::error::Error;
+use std::fmt;
+
+use serde::Serialize;
+use simavr_harness::bench::concurrency::{self, Case, Concurrency, Row, Style};
+
+use super::json::{Destination, tell};
+use super::{arguments, concurrency_plot};
+
+/// Measures and prints.
+pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
+    let svg = options.svg.as_ref().map(|path| Destination::file(path, None, "--svg")).transpose()?;
+    let figures = concurrency::measure(&options.images, options.seconds)?;
+    if let Some(svg) = svg {
+        svg.write_text(&concurrency_plot::plot(&figures)?)?;
+    }
+    tell(destination, &Report(figures))
+}
+
+#[derive(Serialize)]
+#[serde(transparent)]
+struct Report(Concurrency);
+
+/// What the case is called in tables.
+pub fn title(case: Case) -> &'static str {
+    match case {
+        Case::Control => "joints alone",
+        Case::Saturated => "six docks saturated",
+        Case::Crowded => "four docks saturated",
+        Case::Babble => "babble at six docks",
+        Case::Computes => "50 ms computed",
+        Case::ComputesInPieces => "50 ms, cut in pieces",
+        Case::ComputesUnknown => "0 to 80 ms computed",
+        Case::Hangs => "a behaviour hangs",
+    }
+}
+
+/// How the program is called there.
+pub fn name(style: Style) -> &'static str {
+    match style {
+        Style::Tasks => "tasks",
+        Style::Loop => "loop",
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Concurrency { styles, cases, .. } = &self.0;
+        write!(f, "{:36}", "")?;
+        for program in styles {
+            write!(f, "{:>10}", name(program.style))?;
+        }
+        writeln!(f)?;
+        let mut line = |what: &str, value: fn(&concurrency::Program) -> String| {
+            write!(f, "{what:36}")?;
+            styles.iter().try_for_each(|program| write!(f, "{:>10}", value(program)))?;
+            writeln!(f)
+        };
+        line("flash, bytes", |program| program.size.flash_bytes.to_string())?;
+        line("  of it the kernel's code", |program| program.size.flash_of_kernel_bytes.to_string())?;
+        line("RAM, bytes", |program| program.size.ram_bytes.to_string())?;
+        line("  of it stacks", |program| program.size.stack_bytes.to_string())?;
+        line("CPU at rest, %", |program| format!("{:.1}", program.cpu_at_rest_percent))?;
+        line("lines of its own", |program| program.size.lines.to_string())?;
+        line("lines of the four behaviours", |program| program.size.trial_lines.to_string())?;
+        line("step of 30 degrees: overshoot, %", |program| format!("{:.1}", program.step_overshoot_percent))?;
+        line("  off in the end, degrees", |program| format!("{:.2}", program.step_error_deg))?;
+        line("back after babble, ms", |program| format!("{:.0}", program.babble_recovery_ms))?;
+        writeln!(f)?;
+        head(
+            f,
+            ["control: missed", "done, us", "strays", "bytes", "repeated", "hormones"],
+            ["hop, us", "edges", "answer, us", "late, ms", "CPU", "resets"],
+        )?;
+        head(
+            f,
+            ["of periods", "at most", "degrees", "lost", "frames", "lost"],
+            ["mean   at most", "lost", "mean   at most", "of 7   of 11", "%", ""],
+        )?;
+        cases.iter().try_for_each(|row| row_of(f, row))?;
+        writeln!(f, "\n* At the end the joints were no longer controlled.")
+    }
+}
+
+/// Two lines of these are above the rows.
+fn head(f: &mut fmt::Formatter, control: [&str; 6], rest: [&str; 6]) -> fmt::Result {
+    let [missed, done, strays, bytes, repeated, hormones] = control;
+    let [hop, edges, answer, late, cpu, resets] = rest;
+    writeln!(
+        f,
+        "{:27} {missed:>16} {done:>8} {strays:>7} {bytes:>5} {repeated:>8} {hormones:>8} {hop:>15} {edges:>5} {answer:>15} \
+         {late:>13} {cpu:>5} {resets:>6}",
+        ""
+    )
+}
+
+fn row_of(f: &mut fmt::Formatter, row: &Row) -> fmt::Result {
+    let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.0}"));
+    let count = |value: Option<u64>| value.map_or("-".into(), |value| value.to_string());
+    writeln!(
+        f,
+        "{:20} {:6} {:>16} {:>8} {:>7.1} {:>5} {:>8} {:>8} {:>15} {:>5} {:>15} {:>13} {:>5.1} {:>6}",
+        title(row.case),
+        name(row.style),
+        format!(
+            "{} of {}{}",
+            row.control_missed,
+            row.control_periods,
+            if row.control_given_up { "*" } else { " " }
+        ),
+        number(Some(row.control_done_us_max)),
+        row.joint_strays_deg_max,
+        count(row.bytes_lost),
+        row.frames_repeated,
+        count(row.hormones_lost),
+        format!("{:>6} {:>8}", number(row.hop_us_mean), number(row.hop_us_max)),
+        row.edges_unanswered,
+        format!("{:>6} {:>8}", number(row.reaction_us_mean), number(row.reaction_us_max)),
+        format!("{:>6.1} {:>6.1}", row.seven.late_ms_max, row.eleven.late_ms_max),
+        row.cpu_percent,
+        row.resets,
+    )
+}

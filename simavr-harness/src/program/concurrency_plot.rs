@@ -1,0 +1,128 @@
+//! Tasks against one loop as a plot: what took longest, case by case.
+
+use std::error::Error;
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use simavr_harness::bench::concurrency::{Case, Concurrency, Row, Style};
+
+use super::concurrency::{name, title};
+
+const TASKS: RGBColor = RGBColor(9, 105, 218);
+const LOOP: RGBColor = RGBColor(207, 34, 46);
+const FONT: (&str, u32) = ("sans-serif", 14);
+
+/// What a dark page has in place of a plot's white, black and grey.
+const DARK: &str = r##"<style>@media (prefers-color-scheme: dark) {
+[fill="#FFFFFF"] { fill: #0d1117 } [fill="#000000"] { fill: #e6edf3 } [stroke="#000000"] { stroke: #8c959f }
+[fill="#0969DA"] { fill: #58a6ff } [fill="#CF222E"] { fill: #ff7b72 } }</style>
+"##;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// What took longest.
+struct Panel {
+    caption: &'static str,
+    /// In us, where the case has it.
+    of: fn(&Row) -> Option<f64>,
+    /// What it must not exceed, in ms.
+    limit: Option<f64>,
+}
+
+/// The range of all panels, in ms.
+const RANGE: Range<f64> = 0.1..300.0;
+
+/// `longest`, unless resets left some without an answer, whose time it would not tell of.
+fn answered(row: &Row, longest: Option<f64>) -> Option<f64> {
+    longest.filter(|_| row.resets == 0)
+}
+
+/// The figures as SVG, light or dark as the page is that shows it.
+pub fn plot(figures: &Concurrency) -> Result<String, Box<dyn Error>> {
+    let panels = [
+        Panel {
+            caption: "joints' control done, ms",
+            of: |row| Some(row.control_done_us_max),
+            limit: Some(1.0),
+        },
+        Panel { caption: "edge answered, ms", of: |row| answered(row, row.reaction_us_max), limit: None },
+        Panel { caption: "hop, ms", of: |row| answered(row, row.hop_us_max), limit: None },
+    ];
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (980, 330)).into_drawing_area();
+        area.fill(&WHITE)?;
+        let (labels, charts) = area.split_horizontally(170);
+        let charts = charts.split_evenly((1, panels.len()));
+        label(&labels)?;
+        for (chart, panel) in charts.iter().zip(&panels) {
+            draw(chart, panel, figures)?;
+        }
+        area.present()?;
+    }
+    let begin = svg.find("<rect").ok_or("the plot is empty")?;
+    svg.insert_str(begin, DARK);
+    Ok(svg)
+}
+
+/// The pixels of a panel above and below what is plotted.
+const ABOVE: i32 = 40;
+const BELOW: i32 = 50;
+
+/// The height at which a case stands in an area.
+fn height(case: usize, area: &Area) -> i32 {
+    let (_, height) = area.dim_in_pixel();
+    ABOVE + (2 * case as i32 + 1) * (height as i32 - ABOVE - BELOW) / (2 * Case::ALL.len() as i32)
+}
+
+/// The names of the cases, and of the colours.
+fn label(area: &Area) -> Result<(), Box<dyn Error>> {
+    for (number, case) in Case::ALL.into_iter().enumerate() {
+        area.draw(&Text::new(title(case), (12, height(number, area) - 7), FONT))?;
+    }
+    for (style, x) in [(Style::Tasks, 12), (Style::Loop, 90)] {
+        area.draw(&Circle::new((x + 5, 20), 5, colour(style).filled()))?;
+        area.draw(&Text::new(name(style), (x + 16, 13), FONT))?;
+    }
+    Ok(())
+}
+
+fn colour(style: Style) -> RGBColor {
+    match style {
+        Style::Tasks => TASKS,
+        Style::Loop => LOOP,
+    }
+}
+
+fn draw(area: &Area, panel: &Panel, figures: &Concurrency) -> Result<(), Box<dyn Error>> {
+    let cases = 0.0..Case::ALL.len() as f64;
+    let mut chart = ChartBuilder::on(area)
+        .margin_left(14)
+        .margin_right(22)
+        .margin_top(ABOVE)
+        .x_label_area_size(BELOW)
+        .build_cartesian_2d(RANGE.log_scale(), cases.clone())?;
+    chart
+        .configure_mesh()
+        .disable_y_mesh()
+        .y_labels(0)
+        .x_labels(4)
+        .x_label_formatter(&|value| value.to_string())
+        .x_desc(panel.caption)
+        .light_line_style(TRANSPARENT)
+        .label_style(FONT)
+        .axis_desc_style(FONT)
+        .draw()?;
+    if let Some(limit) = panel.limit {
+        chart.draw_series([PathElement::new([(limit, cases.start), (limit, cases.end)], BLACK)])?;
+    }
+    let points = figures.cases.iter().filter_map(|row| {
+        let number = Case::ALL.iter().position(|case| *case == row.case)?;
+        let beside = if row.style == Style::Tasks { 0.12 } else { -0.12 };
+        let y = cases.end - 0.5 - number as f64 + beside;
+        Some(Circle::new(((panel.of)(row)? / 1000.0, y), 5, colour(row.style).filled()))
+    });
+    chart.draw_series(points)?;
+    Ok(())
+}

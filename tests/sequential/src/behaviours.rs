@@ -1,0 +1,83 @@
+//! The three behaviours in turns: what [`hormone::task`] does as tasks.
+
+use hormone::behaviours::AdaptiveCommunication;
+use hormone::behaviours::hormone::Behaviour;
+use hormone::gait::GaitName;
+use hormone::status::Status;
+use hormone::task::Here;
+use hormone::task::hormone::ALIVE;
+use kernel::{Mutex, Task, Ticks, now};
+use tasks::api::Api;
+use tasks::mailbox::Mailbox;
+
+/// AC_RECV and AC_SEND.
+pub struct Neighbours {
+    mailbox: &'static Mailbox,
+    api: Api,
+    state: AdaptiveCommunication,
+}
+
+impl Neighbours {
+    /// Both, on the mailbox of AC_RECV.
+    pub fn new(task: &mut Task, mailbox: &'static Mailbox, api: Api) -> Self {
+        let state = AdaptiveCommunication::new(now(task));
+        Neighbours { mailbox, api, state }
+    }
+
+    /// Takes a message, if there is one, and does what it is time for. Returns when it has another turn though
+    /// nothing is posted.
+    #[inline(never)] // its stack is needed here alone
+    pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
+        let time = now(task);
+        if let Some(message) = self.mailbox.take(task) {
+            self.state.receive(time, &message);
+        }
+        self.state.poll(time, &mut Here { task, api: self.api });
+        Some(time.wrapping_add(self.state.next_due(time)))
+    }
+
+    /// Messages that could not be read.
+    pub fn malformed(&self) -> u16 {
+        self.state.malformed()
+    }
+}
+
+/// HORMONE.
+pub struct Hormones {
+    mailbox: &'static Mailbox,
+    status: &'static Mutex<Status>,
+    api: Api,
+    state: Behaviour,
+    malformed: u16,
+}
+
+impl Hormones {
+    /// See [`hormone::task::hormone::run`].
+    pub fn new(
+        task: &mut Task,
+        mailbox: &'static Mailbox,
+        gait: GaitName,
+        seed: u16,
+        status: &'static Mutex<Status>,
+        api: Api,
+    ) -> Self {
+        let state = Behaviour::new(gait.gait(), seed, now(task));
+        Hormones { mailbox, status, api, state, malformed: 0 }
+    }
+
+    /// Takes a message, if there is one, and does what it is time for. `unread` messages were not for AC_RECV
+    /// to read. Returns when it has another turn though nothing is posted.
+    #[inline(never)] // its stack is needed here alone
+    pub fn turn(&mut self, task: &mut Task, unread: u16) -> Option<Ticks> {
+        let time = now(task);
+        if let Some(message) = self.mailbox.take(task) {
+            self.state.receive(time, message, &mut Here { task, api: self.api });
+        }
+        let has_acted = self.state.act(time, &mut Here { task, api: self.api });
+        if has_acted || unread != self.malformed {
+            self.malformed = unread;
+            self.status.with(task, |status| *status = self.state.status(unread));
+        }
+        Some(time.wrapping_add(self.state.next_due(time).min(ALIVE)))
+    }
+}

@@ -1,0 +1,53 @@
+//! The bridge and the devices in turns: what [`tasks::bridge::task`] and [`tasks::devices::task`] do as tasks.
+
+use board::twi::Interface;
+use kernel::{Task, Ticks, now};
+use tasks::bridge::task::{Bridge, Crossing};
+use tasks::device::Peripherals;
+use tasks::devices::task::{Devices, Schedule};
+use tasks::mailbox::Mailbox;
+use tasks::post_office::PostOffice;
+
+/// The bridge to the other MCU.
+pub struct Bridging {
+    bridge: &'static Bridge,
+    bus: Interface,
+    office: &'static PostOffice,
+    crossing: Crossing,
+}
+
+impl Bridging {
+    /// The `bridge` over `bus`.
+    pub fn new(bridge: &'static Bridge, bus: Interface, office: &'static PostOffice) -> Self {
+        Bridging { bridge, bus, office, crossing: Crossing::new() }
+    }
+
+    /// Has its turn. Returns when it has another though nothing is posted.
+    #[inline(never)] // its stack is needed here alone
+    pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
+        let left = self.crossing.turn(task, self.bridge, &mut self.bus, self.office)?;
+        Some(now(task).wrapping_add(left))
+    }
+}
+
+/// All devices but the links, the bridge and the joints.
+pub struct Serving<P, const N: usize> {
+    mailbox: &'static Mailbox,
+    devices: Devices<P, N>,
+    schedule: Schedule,
+}
+
+impl<P: Peripherals, const N: usize> Serving<P, N> {
+    /// The `devices`, asked at `mailbox`.
+    pub fn new(task: &mut Task, mailbox: &'static Mailbox, mut devices: Devices<P, N>) -> Self {
+        let schedule = Schedule::begin(task, &mut devices);
+        Serving { mailbox, devices, schedule }
+    }
+
+    /// Has its turn. Returns when it has another though nothing is posted.
+    #[inline(never)] // its stack is needed here alone
+    pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
+        let left = self.schedule.turn(task, self.mailbox, &mut self.devices);
+        Some(now(task).wrapping_add(left))
+    }
+}

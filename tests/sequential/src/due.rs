@@ -1,0 +1,119 @@
+//! What in the loop is due: after a signal, or at its time.
+
+use kernel::{Context, LONGEST, Semaphore, Ticks};
+
+/// A part of the loop that has its turns, or a signal for one: a bit each.
+#[derive(Clone, Copy)]
+pub struct Parts(u16);
+
+impl Parts {
+    pub const NONE: Parts = Parts(0);
+    /// The joints' control.
+    pub const JOINTS: Parts = Parts(1 << 0);
+    pub const BRIDGE: Parts = Parts(1 << 1);
+    /// The sending halves of the docks, by their places.
+    pub const SENDING0: Parts = Parts(1 << 2);
+    pub const SENDING1: Parts = Parts(1 << 3);
+    pub const SENDING2: Parts = Parts(1 << 4);
+    pub const DEVICES: Parts = Parts(1 << 5);
+    pub const NEIGHBOURS: Parts = Parts(1 << 6);
+    pub const HORMONES: Parts = Parts(1 << 7);
+    #[cfg(feature = "trial")]
+    pub const TRIAL: Parts = Parts(1 << 8);
+    /// The parts above have times.
+    const TIMES: usize = if cfg!(feature = "trial") { 9 } else { 8 };
+    /// Something has come in at a dock.
+    pub const RECEIVED: Parts = Parts(1 << 9);
+    /// A frame has left a dock.
+    pub const SENT0: Parts = Parts(1 << 10);
+    pub const SENT1: Parts = Parts(1 << 11);
+    pub const SENT2: Parts = Parts(1 << 12);
+    /// A joint was told to move.
+    pub const ORDERED: Parts = Parts(1 << 13);
+    /// A period of the joints' control has begun.
+    pub const PERIOD: Parts = Parts(1 << 14);
+    #[cfg(feature = "trial")]
+    pub const EDGE: Parts = Parts(1 << 15);
+
+    /// These, and `part` if its `signal` is posted, which is taken.
+    #[inline(always)] // so that the addresses are known
+    pub fn with(self, part: Parts, signal: &Semaphore, context: &mut impl Context) -> Parts {
+        if signal.try_wait(context) { self.and(part) } else { self }
+    }
+
+    /// These and the others.
+    #[inline(always)]
+    pub fn and(self, others: Parts) -> Parts {
+        Parts(self.0 | others.0)
+    }
+
+    /// Whether there is one.
+    #[inline(always)]
+    pub fn is_any(self) -> bool {
+        self.0 != 0
+    }
+
+    /// Whether one of `parts` is among these.
+    #[inline(always)]
+    pub fn has(self, parts: Parts) -> bool {
+        self.0 & parts.0 != 0
+    }
+}
+
+/// When parts have their turns though nothing was posted.
+pub struct Times {
+    times: [Option<Ticks>; Parts::TIMES],
+    /// None of them is before it.
+    pub next: Ticks,
+}
+
+impl Times {
+    /// Parts that are to begin at `now`.
+    pub const fn new(now: Ticks) -> Self {
+        Times { times: [Some(now); Parts::TIMES], next: now }
+    }
+
+    /// The turn of this one is next at that time.
+    #[inline(always)]
+    pub fn set(&mut self, part: Parts, at: Option<Ticks>) {
+        if let Some(time) = self.times.get_mut(part.0.trailing_zeros() as usize) {
+            *time = at;
+        }
+        if let Some(at) = at
+            && is_reached(at, self.next)
+        {
+            self.next = at;
+        }
+    }
+
+    /// The parts whose times are reached.
+    #[inline(always)] // mostly none is
+    pub fn reached(&mut self, now: Ticks) -> Parts {
+        if is_reached(self.next, now) { self.look(now) } else { Parts::NONE }
+    }
+
+    #[inline(never)] // its registers are needed here alone
+    fn look(&mut self, now: Ticks) -> Parts {
+        let mut parts = 0;
+        let mut bit = 1;
+        let mut rest = LONGEST;
+        for time in &self.times {
+            if let Some(time) = *time {
+                if is_reached(time, now) {
+                    parts |= bit;
+                } else {
+                    rest = rest.min(time.wrapping_sub(now));
+                }
+            }
+            bit <<= 1;
+        }
+        self.next = now.wrapping_add(if parts == 0 { rest } else { 0 });
+        Parts(parts)
+    }
+}
+
+/// Whether `now` is at `time` or after it.
+#[inline(always)]
+pub fn is_reached(time: Ticks, now: Ticks) -> bool {
+    now.wrapping_sub(time) <= LONGEST
+}
