@@ -11,6 +11,7 @@ use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution;
 use crate::image::{Image, Place};
 use crate::marker::{self, Marker, Markers};
+use crate::masked::{OpenedBy, Windows};
 use crate::part::{Part, Pin};
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
@@ -67,6 +68,8 @@ pub struct Mcu {
     starts_at: u64,
     /// The address at which the program hangs.
     hangs_at: Option<u32>,
+    /// Where masked windows are recorded.
+    pub(crate) windows: Option<Windows>,
 }
 
 /// What an MCU is doing.
@@ -149,6 +152,7 @@ impl Mcu {
             start_up: 0,
             starts_at: 0,
             hangs_at: None,
+            windows: None,
         };
         let (image, flash) = (mcu.image.flash(), cpu.flash_size());
         if image.len() > flash {
@@ -376,7 +380,11 @@ impl Mcu {
         if self.cpu.core() == Core::Running {
             let (program, coverage) = (self.image.program(), self.image.coverage());
             match self.hangs_at {
-                None => execution::run(self.cpu, limit, program, coverage),
+                None => {
+                    // What is recorded is looked at after each instruction.
+                    let limit = if self.windows.is_some() { start + 1 } else { limit };
+                    execution::run(self.cpu, limit, program, coverage);
+                }
                 Some(address) if address == self.pc() => self.cpu.set_cycle(start + JUMP),
                 Some(_) => execution::run(self.cpu, start + 1, program, coverage),
             }
@@ -387,7 +395,9 @@ impl Mcu {
         let to_next_timer = self.cpu.process_timers();
         if self.cycle() < before_timers {
             self.complete_reset(before_timers);
+            self.open_window(OpenedBy::Start, 0);
         }
+        self.watch_window();
         match self.cpu.core() {
             Core::Running => {}
             Core::Sleeping if self.cpu.interrupts_enabled() => {
@@ -421,6 +431,7 @@ impl Mcu {
         if let Some(spm) = &self.spm {
             spm.get().refresh(self.cpu);
         }
+        self.open_window(OpenedBy::Interrupt(vector.number()), response_cycles);
         Some(Accepted { vector: vector.number(), response_cycles })
     }
 
