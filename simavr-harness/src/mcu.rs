@@ -10,6 +10,7 @@ use crate::cpu::{Core, Cpu, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution;
 use crate::image::{Image, Place};
+use crate::job::Jobs;
 use crate::marker::{self, Marker, Markers};
 use crate::masked::{OpenedBy, Windows};
 use crate::part::{Part, Pin};
@@ -70,6 +71,8 @@ pub struct Mcu {
     hangs_at: Option<u32>,
     /// Where masked windows are recorded.
     pub(crate) windows: Option<Windows>,
+    /// Where turns of a task's loop are.
+    pub(crate) jobs: Option<Jobs>,
 }
 
 /// What an MCU is doing.
@@ -153,6 +156,7 @@ impl Mcu {
             starts_at: 0,
             hangs_at: None,
             windows: None,
+            jobs: None,
         };
         let (image, flash) = (mcu.image.flash(), cpu.flash_size());
         if image.len() > flash {
@@ -382,7 +386,7 @@ impl Mcu {
             match self.hangs_at {
                 None => {
                     // What is recorded is looked at after each instruction.
-                    let limit = if self.windows.is_some() { start + 1 } else { limit };
+                    let limit = if self.windows.is_some() || self.jobs.is_some() { start + 1 } else { limit };
                     execution::run(self.cpu, limit, program, coverage);
                 }
                 Some(address) if address == self.pc() => self.cpu.set_cycle(start + JUMP),
@@ -396,8 +400,10 @@ impl Mcu {
         if self.cycle() < before_timers {
             self.complete_reset(before_timers);
             self.open_window(OpenedBy::Start, 0);
+            self.drop_turn();
         }
         self.watch_window();
+        self.watch_turn();
         match self.cpu.core() {
             Core::Running => {}
             Core::Sleeping if self.cpu.interrupts_enabled() => {
@@ -432,6 +438,7 @@ impl Mcu {
             spm.get().refresh(self.cpu);
         }
         self.open_window(OpenedBy::Interrupt(vector.number()), response_cycles);
+        self.pause_turn(response_cycles);
         Some(Accepted { vector: vector.number(), response_cycles })
     }
 

@@ -84,6 +84,18 @@ pub struct Task {
     pub masked: u64,
 }
 
+/// A turn of a task's loop that is noted as a job.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Job {
+    /// The function that has the loop.
+    pub function: String,
+    /// Where the loop begins, in bytes of flash.
+    pub address: u32,
+    /// What a turn takes at most on its own, in cycles: with the kernel's switches, which its waits make, and
+    /// without what runs meanwhile.
+    pub cycles: u64,
+}
+
 /// The bounds of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Bounds {
@@ -91,6 +103,8 @@ pub struct Bounds {
     pub interrupts: Vec<Interrupt>,
     /// By name.
     pub tasks: Vec<Task>,
+    /// By address.
+    pub jobs: Vec<Job>,
 }
 
 /// What the interrupt takes whose vector leads there.
@@ -133,8 +147,18 @@ impl Bounds {
                     Err(more) => problems.extend(more),
                 }
             }
-            // Of tasks no instruction asks whose stack it has found.
-            for entry in image.task_entries().filter(|_| found == Found::Task) {
+            if found == Found::Kernel {
+                continue; // of tasks no instruction asks whose stack it has found
+            }
+            for entry in facts.with_jobs(&flows) {
+                problems.extend(timer.function(entry).err().into_iter().flatten());
+            }
+            bounds.jobs.extend(timer.jobs.iter().map(|(&address, &cycles)| Job {
+                function: image.name(address).to_owned(),
+                address,
+                cycles,
+            }));
+            for entry in image.task_entries() {
                 match stretcher.function(entry, false) {
                     Ok(stretches) => bounds.tasks.push(Task {
                         name: image.body(entry).to_owned(),

@@ -16,12 +16,14 @@ pub struct Timer<'a> {
     flows: &'a BTreeMap<u32, Flow>,
     facts: &'a Facts,
     known: BTreeMap<u32, Result<Longest, BTreeSet<Problem>>>,
+    /// The jobs of the functions that were asked for: by where one begins, how long it takes.
+    pub jobs: BTreeMap<u32, u64>,
 }
 
 impl<'a> Timer<'a> {
     /// Of an image's functions, about whose loops and calls `facts` tells.
     pub fn new(image: &'a Image, flows: &'a BTreeMap<u32, Flow>, facts: &'a Facts) -> Self {
-        Timer { image, flows, facts, known: BTreeMap::new() }
+        Timer { image, flows, facts, known: BTreeMap::new(), jobs: BTreeMap::new() }
     }
 
     /// The function that begins there.
@@ -50,8 +52,11 @@ impl<'a> Timer<'a> {
         if !problems.is_empty() {
             return Err(problems);
         }
-        let no_path = |_| Problem::NoPath { function: self.image.name(entry.0).to_owned() };
-        ways.longest().map_err(|error| [no_path(error)].into())
+        let no_path = |_| [Problem::NoPath { function: self.image.name(entry.0).to_owned() }].into();
+        let facts = self.facts;
+        let is_job = |(address, _): &(u32, u64)| facts.turns.get(address) == Some(&Turns::Job);
+        self.jobs.extend(ways.by_begin().map_err(no_path)?.into_iter().filter(is_job));
+        ways.longest().map_err(no_path)
     }
 
     /// Adds an instruction, with what it calls.

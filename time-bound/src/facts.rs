@@ -93,6 +93,15 @@ impl Facts {
     }
 }
 
+impl Facts {
+    /// Where the functions begin that have jobs.
+    pub fn with_jobs(&self, flows: &BTreeMap<u32, Flow>) -> Vec<u32> {
+        let has_job =
+            |flow: &Flow| flow.nodes.keys().any(|(address, _)| self.turns.get(address) == Some(&Turns::Job));
+        flows.iter().filter(|(_, flow)| has_job(flow)).map(|(&entry, _)| entry).collect()
+    }
+}
+
 /// The loops of each function, by its name. What several functions end with belongs to one of them.
 fn shapes(image: &Image, flows: &BTreeMap<u32, Flow>) -> BTreeMap<String, Shape> {
     let mut shapes = BTreeMap::<String, Shape>::new();

@@ -1,5 +1,5 @@
-//! How long each interrupt of a program for the AVR takes at most, and how long interrupts are masked,
-//! computed from the image that is flashed.
+//! How long each interrupt of a program for the AVR takes at most, how long interrupts are masked, and how
+//! long tasks compute that are noted, computed from the image that is flashed.
 //!
 //! # How
 //! The control flow is that which [`stack_bound`] follows: each way through each function, with what it
@@ -28,6 +28,6 @@ mod paths;
 mod problem;
 mod ways;
 
-pub use bounds::{Bounds, Interrupt, Task};
+pub use bounds::{Bounds, Interrupt, Job, Task};
 pub use notes::{NoteError, Notes};
 pub use problem::Problem;

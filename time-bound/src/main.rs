@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use stack_bound::{Annotations, Image};
-use time_bound::{Bounds, Interrupt, Notes, Task};
+use time_bound::{Bounds, Interrupt, Job, Notes, Task};
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
@@ -52,6 +52,10 @@ fn print_table(bounds: &Bounds) {
     for interrupt in &bounds.interrupts {
         let Interrupt { vector, cycles, masked, masked_again } = interrupt;
         println!("{cycles:6}  {masked:6}  {masked_again:5}  {vector} {}", interrupt.name());
+    }
+    println!("cycles                 job");
+    for Job { function, address, cycles } in &bounds.jobs {
+        println!("{cycles:6}                 {function}, at {address:#x}");
     }
     println!("        masked         task");
     for Task { name, masked } in &bounds.tasks {

@@ -117,6 +117,19 @@ impl Ways {
         if problems.is_empty() { Ok(()) } else { Err(problems) }
     }
 
+    /// The longest from each cut of the function's own to the next, by where it is.
+    ///
+    /// # Errors
+    /// What is known of loops and calls leaves no way.
+    pub fn by_begin(&self) -> Result<BTreeMap<u32, u64>, microlp::Error> {
+        let mut longest = BTreeMap::new();
+        for (&begin, &before) in &self.begins {
+            let way = self.paths.longest(&[(begin, before)].into(), &self.ends)?;
+            longest.extend(way.map(|way| (begin.0.0, way)));
+        }
+        Ok(longest)
+    }
+
     /// The longest of them.
     ///
     /// # Errors

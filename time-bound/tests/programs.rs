@@ -64,6 +64,8 @@ fn each_bound_is_exact() {
     let tasks: Vec<_> = bounds.tasks.iter().map(|task| (task.name.as_str(), task.masked)).collect();
     assert_eq!(tasks, [("task", 6)]);
     assert_eq!(bounds.masked_by_instructions(), 12);
+    let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
+    assert_eq!(jobs, [("task", 10)]);
 }
 
 #[test]

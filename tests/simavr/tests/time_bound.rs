@@ -1,4 +1,5 @@
-//! No interrupt and no task ever masks interrupts for longer than was computed.
+//! No interrupt and no task ever masks interrupts for longer than was computed, and no period of the joints' control
+//! computes for longer.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +9,7 @@ use stack_bound::{Annotations, Image};
 use superbot_tests_simavr::{firmware, image, images};
 use tasks::dock::Dock;
 use tasks::motor::Axis;
-use time_bound::{Bounds, Notes};
+use time_bound::{Bounds, Job, Notes};
 
 const SECOND: u64 = CLOCK_HZ as u64;
 
@@ -39,13 +40,31 @@ fn flooded() -> Engine {
     Engine::new(robot.build().expect("the robot can be built"), 2)
 }
 
-/// The bounds of an image of the robot.
-fn bounds(name: &str) -> Bounds {
+/// What was computed of an image of the robot.
+struct Computed {
+    bounds: Bounds,
+    /// Where the kernel switches to another task.
+    switch: u32,
+}
+
+fn computed(name: &str) -> Computed {
     let notes = |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name).join(file);
     let image = Image::load(images().join(name).with_extension("elf")).expect("the image can be read");
     let annotations = Annotations::load(notes("stacks.txt"), &image).expect("the notes fit");
     let loops = Notes::load(notes("loops.txt"), &image).expect("the notes fit");
-    Bounds::new(&image, &annotations, &loops).unwrap_or_else(|problems| panic!("{name}: {problems:?}"))
+    let bounds = Bounds::new(&image, &annotations, &loops);
+    Computed {
+        bounds: bounds.unwrap_or_else(|problems| panic!("{name}: {problems:?}")),
+        switch: image.function("kernel_switch").expect("each image has the kernel"),
+    }
+}
+
+impl Computed {
+    /// A period of the joints' control: the last of its task's loops.
+    fn period(&self) -> &Job {
+        let jobs = self.bounds.jobs.iter().filter(|job| job.function.starts_with("tasks::motor::task::run"));
+        jobs.last().expect("the joints' control is noted")
+    }
 }
 
 /// In place of a vector's number: in a task, or in an interrupt that masks others again.
@@ -69,6 +88,8 @@ fn longest(windows: &[MaskedWindow], bounds: &Bounds) -> BTreeMap<u8, u64> {
 
 #[test]
 fn of_the_robot() {
+    let mcus = [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")];
+    let mcus = mcus.map(|(controller, name)| (controller, computed(name)));
     let mut engine = flooded();
     let pull = |engine: &mut Engine, pull: f64| {
         let module = engine.robot_mut().module_mut(FLOODED).expect("it is there");
@@ -77,31 +98,37 @@ fn of_the_robot() {
         }
     };
     engine.run_until(SECOND / 2);
-    for controller in Controller::ALL {
+    for (controller, computed) in &mcus {
         let module = engine.robot_mut().module_mut(FLOODED).expect("it is there");
-        module.mcu_mut(controller).record_masked_windows();
+        let mcu = module.mcu_mut(*controller);
+        mcu.record_masked_windows();
+        mcu.record_turns(computed.period().address, computed.switch);
     }
     for turn in 1..=TURNS {
         pull(&mut engine, if turn % 2 == 0 { -PULL } else { PULL });
         engine.run_until(SECOND / 2 + turn * TURN);
     }
 
-    println!("MCU     vector   bound  longest  bound over longest");
+    println!("MCU     masked by  bound  longest  bound over longest");
     let mut beyond = Vec::new();
-    for (controller, name) in [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")]
-    {
-        let bounds = bounds(name);
-        let module = engine.robot().module(FLOODED).expect("it is there");
-        let windows = module.mcu(controller).recorded_windows();
-        for (by, cycles) in longest(&windows, &bounds) {
+    let mut hold = |controller, what: String, bound: u64, longest: u64| {
+        let over = bound as f64 / longest as f64;
+        println!("{:7} {what:>9} {bound:6} {longest:8} {over:19.2}", format!("{controller:?}"));
+        if longest > bound {
+            beyond.push((controller, what, longest, bound));
+        }
+    };
+    for (controller, computed) in &mcus {
+        let bounds = &computed.bounds;
+        let mcu = engine.robot().module(FLOODED).expect("it is there").mcu(*controller);
+        for (by, cycles) in longest(&mcu.recorded_windows(), bounds) {
             let interrupt = bounds.interrupts.iter().find(|interrupt| interrupt.vector == by);
             let bound = interrupt.map_or(bounds.masked_by_instructions(), |interrupt| interrupt.masked);
-            let over = bound as f64 / cycles as f64;
-            println!("{:7} {by:6} {bound:7} {cycles:8} {over:19.2}", format!("{controller:?}"));
-            if cycles > bound {
-                beyond.push((controller, by, cycles, bound));
-            }
+            hold(*controller, by.to_string(), bound, cycles);
         }
+        let (cycles, times) = mcu.recorded_turns();
+        assert!(times > 100, "the joints were controlled in {times} periods only");
+        hold(*controller, "(period)".to_owned(), computed.period().cycles, cycles);
     }
-    assert!(beyond.is_empty(), "masked for longer than the bound: {beyond:?}");
+    assert!(beyond.is_empty(), "longer than the bound: {beyond:?}");
 }
