@@ -134,6 +134,11 @@ impl Image {
         served.filter_map(move |(at, name)| Some((number(name)?, *at)))
     }
 
+    /// How many bytes a call and an interrupt push.
+    pub fn return_address_bytes(&self) -> u16 {
+        self.return_address
+    }
+
     /// Where the program's tasks begin.
     pub fn task_entries(&self) -> impl Iterator<Item = u32> {
         self.tasks.iter().map(|task| task.entry)

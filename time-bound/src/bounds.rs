@@ -13,8 +13,12 @@ use crate::notes::Notes;
 use crate::problem::Problem;
 
 /// From the acceptance of an interrupt that ends a sleep to the first instruction of its handler, in cycles:
-/// the response, and the jump in the table of vectors (ATmega128 datasheet, "Interrupt Response Time").
-const RESPONSE: u64 = 8 + 3;
+/// the response, and the jump in the table of vectors (datasheets of ATmega128 and ATmega2560, "Interrupt
+/// Response Time").
+fn response(image: &Image) -> u64 {
+    let jump = 3;
+    jump + if image.return_address_bytes() == 3 { 10 } else { 8 }
+}
 
 /// What an interrupt takes at most, in cycles, from its acceptance on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -109,8 +113,8 @@ pub struct Bounds {
 
 /// What the interrupt takes whose vector leads there.
 fn interrupt(
-    vector: u8,
-    entry: u32,
+    (vector, entry): (u8, u32),
+    response: u64,
     timer: &mut Timer,
     stretcher: &mut Stretcher,
 ) -> Result<Interrupt, BTreeSet<Problem>> {
@@ -119,8 +123,8 @@ fn interrupt(
     match (longest.whole, masked.into) {
         (Some(cycles), Some(first)) if longest.into.is_none() => Ok(Interrupt {
             vector,
-            cycles: cycles + RESPONSE,
-            masked: first + RESPONSE,
+            cycles: cycles + response,
+            masked: first + response,
             masked_again: masked.between.unwrap_or(0),
         }),
         _ => Err([Problem::NoEnd { vector }].into()),
@@ -141,8 +145,8 @@ impl Bounds {
             let facts = Facts::new(image, notes, &flows).map_err(Vec::from_iter)?;
             let mut timer = Timer::new(image, &flows, &facts);
             let mut stretcher = Stretcher::new(image, &flows, &facts);
-            for (vector, entry) in image.interrupts() {
-                match interrupt(vector, entry, &mut timer, &mut stretcher) {
+            for served in image.interrupts() {
+                match interrupt(served, response(image), &mut timer, &mut stretcher) {
                     Ok(interrupt) => bounds.raise(interrupt),
                     Err(more) => problems.extend(more),
                 }

@@ -35,13 +35,16 @@ impl<'a> Timer<'a> {
             return known.clone();
         }
         let flows = self.flows;
-        let longest = flows.get(&entry).map_or(Ok(Longest::default()), |flow| self.flow(flow));
+        let not_followed = || Problem::NotFollowed { function: self.image.name(entry).to_owned() };
+        let longest = match flows.get(&entry).and_then(|flow| Some((flow, flow.entry?))) {
+            Some((flow, begin)) => self.flow(flow, begin),
+            None => Err([not_followed()].into()),
+        };
         self.known.insert(entry, longest.clone());
         longest
     }
 
-    fn flow(&mut self, flow: &Flow) -> Result<Longest, BTreeSet<Problem>> {
-        let Some(entry) = flow.entry else { return Ok(Longest::default()) };
+    fn flow(&mut self, flow: &Flow, entry: Place) -> Result<Longest, BTreeSet<Problem>> {
         let mut ways = Ways::default();
         let mut problems = BTreeSet::new();
         ways.enter((entry, false));

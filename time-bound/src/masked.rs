@@ -51,13 +51,21 @@ impl<'a> Stretcher<'a> {
             return known.clone();
         }
         let flows = self.flows;
-        let found = flows.get(&entry).map_or(Ok(Stretches::default()), |flow| self.flow(flow, is_masked));
+        let not_followed = || Problem::NotFollowed { function: self.image.name(entry).to_owned() };
+        let found = match flows.get(&entry).and_then(|flow| Some((flow, flow.entry?))) {
+            Some((flow, begin)) => self.flow(flow, begin, is_masked),
+            None => Err([not_followed()].into()),
+        };
         self.known.insert((entry, is_masked), found.clone());
         found
     }
 
-    fn flow(&mut self, flow: &Flow, begins_masked: bool) -> Result<Stretches, BTreeSet<Problem>> {
-        let Some(entry) = flow.entry else { return Ok(Stretches::default()) };
+    fn flow(
+        &mut self,
+        flow: &Flow,
+        entry: Place,
+        begins_masked: bool,
+    ) -> Result<Stretches, BTreeSet<Problem>> {
         let mut ways = Ways::default();
         if begins_masked {
             ways.enter((entry, false));

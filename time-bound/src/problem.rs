@@ -27,6 +27,10 @@ pub enum Problem {
         "nobody can tell what SREG holds that {function} reads or writes at {address:#x}, in a nested section"
     )]
     Nested { function: String, address: u32 },
+    #[error(
+        "what {function} does was not followed, for its use of the stack is noted: how long it takes nobody knows"
+    )]
+    NotFollowed { function: String },
     #[error("interrupt {vector} does not come to an end, or has a loop that is noted as a task's job")]
     NoEnd { vector: u8 },
     #[error("the loop of {function} at {address:#x} can be entered at two places")]

@@ -99,6 +99,16 @@ fn notes_that_fit_no_loop_and_no_call_are_named() {
 }
 
 #[test]
+fn a_function_that_was_not_followed_has_no_bound() {
+    let image = image();
+    let notes = Notes::parse("__vector_1 = 10\n__vector_2 = 4(5)\nmasks = 4", &image).expect("they fit");
+    let annotations = Annotations::parse("long = 2", &image).expect("it fits");
+    let problems = Bounds::new(&image, &annotations, &notes).expect_err("nobody knows what it takes");
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(problem.to_string().starts_with("what long does was not followed"), "{problem}");
+}
+
+#[test]
 fn notes_that_are_none_are_refused() {
     let image = image();
     let refused = |notes| Notes::parse(notes, &image).expect_err("it is refused");
