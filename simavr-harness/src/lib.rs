@@ -30,6 +30,7 @@ mod engine;
 mod execution;
 mod image;
 mod interpreter;
+mod job;
 mod link;
 pub mod lockstep;
 mod marker;

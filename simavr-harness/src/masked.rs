@@ -36,50 +36,73 @@ struct Open {
     at: u64,
 }
 
+/// The windows of a run.
+pub(crate) struct Windows {
+    longest: BTreeMap<(u32, OpenedBy), MaskedWindow>,
+    open: Option<Open>,
+}
+
 impl Mcu {
-    /// Runs up to `cycle` or to the program's end, one instruction at a time, and returns the masked
-    /// windows, longest first: one entry for each place and cause. A window that the end of the run
-    /// cuts off is not among them.
-    pub fn masked_windows(&mut self, cycle: u64) -> Vec<MaskedWindow> {
-        let mut longest = BTreeMap::new();
-        let mut open = (!self.interrupts_enabled()).then(|| self.open(OpenedBy::Start, 0));
-        while self.is_alive() && self.cycle() < cycle {
-            let resets = self.resets();
-            if let Some(accepted) = self.step() {
-                let opened_by = OpenedBy::Interrupt(accepted.vector);
-                open = Some(self.open(opened_by, accepted.response_cycles));
-            } else if self.resets() != resets {
-                open = Some(self.open(OpenedBy::Start, 0));
-            } else if !self.interrupts_enabled() {
-                open = open.or_else(|| Some(self.open(OpenedBy::Instruction, 0)));
-            } else if let Some(window) = open.take() {
-                close(&mut longest, window, self.cycle());
-            }
+    /// From now on takes note of masked windows. The MCU runs slower, and does the same.
+    pub fn record_masked_windows(&mut self) {
+        self.windows = Some(Windows { longest: BTreeMap::new(), open: None });
+        if !self.interrupts_enabled() {
+            self.open_window(OpenedBy::Start, 0);
         }
-        let mut windows: Vec<_> = longest.into_values().collect();
+    }
+
+    /// The masked windows since they were [recorded](Self::record_masked_windows), longest first: one entry
+    /// for each place and cause. One that is still open is not among them.
+    pub fn recorded_windows(&self) -> Vec<MaskedWindow> {
+        let mut windows: Vec<_> =
+            self.windows.iter().flat_map(|windows| windows.longest.values().copied()).collect();
         windows.sort_by_key(|window: &MaskedWindow| std::cmp::Reverse(window.cycles));
         windows
     }
 
-    /// A window that began `ago` cycles ago, before the instruction to come.
-    fn open(&self, opened_by: OpenedBy, ago: u64) -> Open {
-        Open { start: self.pc(), opened_by, at: self.cycle() - ago }
+    /// Runs up to `cycle` or to the program's end, and returns the masked windows, as
+    /// [`recorded_windows`](Self::recorded_windows) does.
+    pub fn masked_windows(&mut self, cycle: u64) -> Vec<MaskedWindow> {
+        self.record_masked_windows();
+        self.run_until(cycle);
+        self.recorded_windows()
+    }
+
+    /// A window has opened `ago` cycles ago, before the instruction to come.
+    pub(crate) fn open_window(&mut self, opened_by: OpenedBy, ago: u64) {
+        let open = Open { start: self.pc(), opened_by, at: self.cycle() - ago };
+        if let Some(windows) = &mut self.windows {
+            windows.open = Some(open);
+        }
+    }
+
+    /// An instruction was executed.
+    pub(crate) fn watch_window(&mut self) {
+        let (is_enabled, now) = (self.interrupts_enabled(), self.cycle());
+        let Some(windows) = &mut self.windows else { return };
+        match (is_enabled, windows.open.is_some()) {
+            (false, false) => self.open_window(OpenedBy::Instruction, 0),
+            (true, true) => windows.close(now),
+            _ => {}
+        }
     }
 }
 
-/// Adds a window to the longest ones by place and cause.
-fn close(longest: &mut BTreeMap<(u32, OpenedBy), MaskedWindow>, window: Open, end: u64) {
-    let Open { start, opened_by, at } = window;
-    let known = longest.entry((start, opened_by)).or_insert(MaskedWindow {
-        start,
-        opened_by,
-        cycles: 0,
-        at,
-        times: 0,
-    });
-    known.times += 1;
-    if end - at > known.cycles {
-        known.cycles = end - at;
-        known.at = at;
+impl Windows {
+    /// Adds the window that was open to the longest ones by place and cause.
+    fn close(&mut self, end: u64) {
+        let Some(Open { start, opened_by, at }) = self.open.take() else { return };
+        let known = self.longest.entry((start, opened_by)).or_insert(MaskedWindow {
+            start,
+            opened_by,
+            cycles: 0,
+            at,
+            times: 0,
+        });
+        known.times += 1;
+        if end - at > known.cycles {
+            known.cycles = end - at;
+            known.at = at;
+        }
     }
 }

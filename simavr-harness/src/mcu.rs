@@ -10,7 +10,9 @@ use crate::cpu::{Core, Cpu, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution::{self, Watchers};
 use crate::image::{Image, Place};
+use crate::job::Jobs;
 use crate::marker::{self, Marker, Markers};
+use crate::masked::{OpenedBy, Windows};
 use crate::part::{Part, Pin};
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
@@ -69,6 +71,10 @@ pub struct Mcu {
     /// The address at which the program hangs.
     hangs_at: Option<u32>,
     tracer: Option<Box<Tracer>>,
+    /// Where masked windows are recorded.
+    pub(crate) windows: Option<Windows>,
+    /// Where turns of a task's loop are.
+    pub(crate) jobs: Option<Jobs>,
 }
 
 /// What an MCU is doing.
@@ -152,6 +158,8 @@ impl Mcu {
             starts_at: 0,
             hangs_at: None,
             tracer: None,
+            windows: None,
+            jobs: None,
         };
         let (image, flash) = (mcu.image.flash(), cpu.flash_size());
         if image.len() > flash {
@@ -398,7 +406,11 @@ impl Mcu {
             let (program, pc) = (self.image.program(), self.pc());
             let watchers = Watchers { coverage: self.image.coverage(), tracer: self.tracer.as_deref_mut() };
             match self.hangs_at {
-                None => execution::run(self.cpu, limit, program, watchers),
+                None => {
+                    // What is recorded is looked at after each instruction.
+                    let limit = if self.windows.is_some() || self.jobs.is_some() { start + 1 } else { limit };
+                    execution::run(self.cpu, limit, program, watchers);
+                }
                 Some(address) if address == pc => self.cpu.set_cycle(start + JUMP),
                 Some(_) => execution::run(self.cpu, start + 1, program, watchers),
             }
@@ -409,7 +421,11 @@ impl Mcu {
         let to_next_timer = self.cpu.process_timers();
         if self.cycle() < before_timers {
             self.complete_reset(before_timers);
+            self.open_window(OpenedBy::Start, 0);
+            self.drop_turn();
         }
+        self.watch_window();
+        self.watch_turn();
         match self.cpu.core() {
             Core::Running => {}
             Core::Sleeping if self.cpu.interrupts_enabled() => {
@@ -446,6 +462,8 @@ impl Mcu {
         if let Some(spm) = &self.spm {
             spm.get().refresh(self.cpu);
         }
+        self.open_window(OpenedBy::Interrupt(vector.number()), response_cycles);
+        self.pause_turn(response_cycles);
         Some(Accepted { vector: vector.number(), response_cycles })
     }
 

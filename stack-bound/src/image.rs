@@ -109,13 +109,13 @@ impl Image {
     }
 
     /// The name of the function at an address.
-    pub(crate) fn name(&self, address: u32) -> &str {
+    pub fn name(&self, address: u32) -> &str {
         let after = self.symbols.partition_point(|&(at, _)| at <= address);
         self.symbols[..after].last().map_or("?", |(_, name)| name)
     }
 
     /// The name of the body of the task that begins there.
-    pub(crate) fn body(&self, entry: u32) -> &str {
+    pub fn body(&self, entry: u32) -> &str {
         let name = self.name(entry);
         name.strip_prefix(ENTRY).map_or(name, first_argument)
     }
@@ -123,6 +123,25 @@ impl Image {
     /// Where the function of this name begins.
     pub fn function(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
+    }
+
+    /// The interrupts that the program serves, by the numbers of their vectors, and where these lead.
+    pub fn interrupts(&self) -> impl Iterator<Item = (u8, u32)> {
+        // Where all others lead.
+        let other = self.function("__bad_interrupt");
+        let number = |name: &str| name.strip_prefix("__vector_").and_then(|number| number.parse().ok());
+        let served = self.symbols.iter().filter(move |(at, _)| Some(*at) != other);
+        served.filter_map(move |(at, name)| Some((number(name)?, *at)))
+    }
+
+    /// How many bytes a call and an interrupt push.
+    pub fn return_address_bytes(&self) -> u16 {
+        self.return_address
+    }
+
+    /// Where the program's tasks begin.
+    pub fn task_entries(&self) -> impl Iterator<Item = u32> {
+        self.tasks.iter().map(|task| task.entry)
     }
 
     /// Where the interrupt vectors that the program has lead.

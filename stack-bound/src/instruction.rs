@@ -23,7 +23,7 @@ pub enum Instruction {
     /// `in` or `lds` from SREG.
     ReadStatus(u8),
     /// `out` or `sts` to SREG.
-    WriteStatus,
+    WriteStatus(u8),
     /// `sei`.
     EnableInterrupts,
     /// `cli`.
@@ -93,7 +93,8 @@ fn length(word: u16) -> u32 {
     if is_jump_or_call(word) || is_direct(word) { 4 } else { 2 }
 }
 
-fn word(flash: &[u8], address: u32) -> Option<u16> {
+/// The word at an address.
+pub fn word(flash: &[u8], address: u32) -> Option<u16> {
     let bytes = flash.get(address as usize..)?.first_chunk()?;
     Some(u16::from_le_bytes(*bytes))
 }
@@ -139,7 +140,7 @@ fn two_words(first: u16, second: u16) -> Instruction {
 fn written(address: u16, from: u8) -> Instruction {
     match stack_pointer(address) {
         Some(half) => WriteStackPointer(half, from),
-        None if address == STATUS => WriteStatus,
+        None if address == STATUS => WriteStatus(from),
         None => NOTHING,
     }
 }

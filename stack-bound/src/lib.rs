@@ -26,13 +26,15 @@
 //!   saved. An interrupt compares SP with `__heap_start` to know whether it has found a task's stack.
 
 mod annotations;
+pub mod flow;
 mod image;
-mod instruction;
+pub mod instruction;
 mod problem;
 mod program;
 mod registers;
 mod report;
 mod state;
+pub mod timing;
 mod usage;
 
 pub use annotations::{AnnotationError, Annotations};

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// Something that keeps the use of a stack from being computed. Addresses are in bytes, as `avr-objdump`
 /// prints them.
-#[derive(Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Problem {
     #[error("recursion: {}; if you know how many bytes it uses in all, note \"{} = bytes\"", .0.join(" calls "), .0[0])]
     Recursion(Vec<String>),

@@ -4,12 +4,13 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use crate::flow::{Flow, Masking};
 use crate::instruction::{self, Instruction, decode};
 use crate::problem::Problem;
 use crate::registers::{PRESERVED, StackPointer};
 use crate::state::State;
 use crate::usage::{Usage, Use};
-use crate::{Annotations, Image};
+use crate::{Annotations, Image, timing};
 
 /// The function that leaves a stack for another task's. Nothing else may load a stack pointer that is not
 /// known.
@@ -31,6 +32,8 @@ pub struct Function {
     pub kernel: Usage,
     /// How it returns, if it does.
     returns: Option<Return>,
+    /// What can follow what.
+    flow: Flow,
 }
 
 /// What holds at every return of a function.
@@ -57,7 +60,7 @@ impl Return {
 }
 
 /// A place and a stack pointer: how a function gets to a place with different stack pointers is kept apart.
-type Place = (u32, StackPointer);
+pub type Place = (u32, StackPointer);
 
 pub struct Program<'a> {
     pub image: &'a Image,
@@ -112,12 +115,18 @@ impl<'a> Program<'a> {
     fn believed(&self, entry: u32, bytes: u16) -> Function {
         let name = format!("{} (as noted)", self.image.name(entry));
         let own = Usage::only(Use::of(&name, bytes.into()));
-        Function { own, kernel: Usage::default(), returns: Some(Return::UNKNOWN) }
+        Function { own, returns: Some(Return::UNKNOWN), ..Function::default() }
+    }
+
+    /// The control flow of the functions that were asked for, and of those that they call.
+    pub fn into_flows(self) -> BTreeMap<u32, Flow> {
+        self.functions.into_iter().map(|(entry, function)| (entry, function.flow.clone())).collect()
     }
 
     /// Goes all ways from `entry`, until nothing new is found out.
     fn explore(&mut self, entry: u32, stack_pointer: StackPointer) -> Function {
         let mut function = Function::default();
+        function.flow.entry = Some((entry, stack_pointer));
         let mut known: BTreeMap<Place, State> = BTreeMap::new();
         let mut due = vec![((entry, stack_pointer), State::at_start())];
         while let Some((place, state)) = due.pop() {
@@ -134,7 +143,10 @@ impl<'a> Program<'a> {
                 }
             };
             match self.step(place, state, &mut function) {
-                Ok(next) => due.extend(next),
+                Ok(next) => {
+                    self.record(place, &next, &mut function.flow);
+                    due.extend(next);
+                }
                 Err(problem) => {
                     self.problems.insert(problem);
                     function.returns = Some(Return::UNKNOWN); // more problems may follow
@@ -142,6 +154,30 @@ impl<'a> Program<'a> {
             }
         }
         function
+    }
+
+    /// Takes note of where an instruction leads: of all that was known there, the last time it was the most.
+    fn record(&self, place: Place, next: &[(Place, State)], flow: &mut Flow) {
+        let (flash, address) = (&self.image.flash, place.0);
+        let Some((instruction, length)) = decode(flash, address) else { return };
+        let behind = address + length;
+        let node = flow.nodes.entry(place).or_default();
+        node.next =
+            next.iter().map(|&(to, _)| (to, timing::more_cycles(instruction, behind, to.0))).collect();
+        node.masking = match instruction {
+            Instruction::DisableInterrupts => Masking::Masks,
+            Instruction::EnableInterrupts => Masking::Enables,
+            Instruction::Return if timing::is_return_from_interrupt(flash, address) => Masking::Enables,
+            Instruction::ReadStatus(register) => Masking::Reads(register),
+            Instruction::WriteStatus(register) => Masking::Restores(register),
+            _ => Masking::Nothing,
+        };
+        let parts = std::iter::successors(Some(address), |at| Some(at + instruction::skipped(flash, *at)));
+        let parts = parts.take_while(|&at| at < behind);
+        node.cycles = parts.map(|at| timing::cycles(flash, at, self.image.return_address)).sum();
+        if timing::is_sleep(flash, address) {
+            node.next.clear();
+        }
     }
 
     /// Does one instruction, and returns where it leads.
@@ -235,6 +271,7 @@ impl<'a> Program<'a> {
         function: &mut Function,
     ) -> Result<Vec<(Place, State)>, Problem> {
         let mut returns = None;
+        function.flow.nodes.entry(place).or_default().calls = targets.to_vec();
         for &target in targets {
             let callee = self.function(target);
             // Of a function that is called with interrupts enabled any place counts as one where they are.

@@ -20,7 +20,7 @@ pub enum Byte {
 pub struct Pair(BTreeSet<[Byte; 2]>);
 
 /// Where a stack pointer points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum StackPointer {
     /// The stack on which the function was called, with so many bytes on it.
     Own(i32),

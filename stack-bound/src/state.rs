@@ -130,8 +130,8 @@ impl State {
                 self.registers.set(to, Byte::Unknown);
             }
             // What it writes was read there.
-            Instruction::WriteStatus if self.was_enabled => self.enable(),
-            Instruction::WriteStatus => self.interrupts = Interrupts::Masked,
+            Instruction::WriteStatus(_) if self.was_enabled => self.enable(),
+            Instruction::WriteStatus(_) => self.interrupts = Interrupts::Masked,
             Instruction::AddPair(low, amount) => self.registers.add(low, amount),
             Instruction::Other(changed) => self.registers.forget(changed),
             Instruction::Jump(_)

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use simulation::{CLOCK_HZ, Random};
+use stack_bound::{instruction, timing};
 
 use super::instruction::decode;
 use super::*;
@@ -70,6 +71,10 @@ fn compare(part: &Part) -> usize {
             execution::run(simavrs, 1, &[], Watchers::default());
             let after = [ours, simavrs].map(Seen::of);
             assert_eq!(after[0], after[1], "{}: {opcode:#06x} from {before:?}", part.name);
+            if !has_no_time(opcode) {
+                let cycles = tabled(&flash, AT, after[0].pc, ours);
+                assert_eq!(Some(after[0].cycle), cycles, "{}: {opcode:#06x}", part.name);
+            }
         } else {
             assert_eq!((ours.pc(), ours.cycle()), (AT, 0), "{}: {opcode:#06x}, left to simavr", part.name);
         }
@@ -79,6 +84,21 @@ fn compare(part: &Part) -> usize {
         unsafe { cpu.destroy() }
     }
     executed.len()
+}
+
+/// Branches to the next instruction take one cycle or two, and of opcodes that the manual reserves nobody
+/// says what they take.
+fn has_no_time(opcode: u16) -> bool {
+    opcode & 0xfbf8 == 0xf000 || opcode & 0xf808 == 0xf808
+}
+
+/// What the table that bounds are computed from says of the instruction there, which led to `next`.
+fn tabled(flash: &[u8], at: u32, next: u32, cpu: Cpu) -> Option<u64> {
+    let (instruction, _) = instruction::decode(flash, at)?;
+    let behind = at + instruction::skipped(flash, at);
+    let more = timing::more_cycles(instruction, behind, next);
+    let cycles = timing::cycles(flash, at, cpu.return_address_size().into())?;
+    Some(u64::from(cycles + more))
 }
 
 #[test]

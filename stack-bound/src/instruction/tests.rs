@@ -31,7 +31,7 @@ fn a_comparison_of_a_pair_is_one() {
 
 #[test]
 fn the_status_in_the_data_space() {
-    assert_eq!(decode_words(&[0x9380, 0x005f]), Some((WriteStatus, 4))); // sts 0x5f, r24
+    assert_eq!(decode_words(&[0x9380, 0x005f]), Some((WriteStatus(24), 4))); // sts 0x5f, r24
     assert_eq!(decode_words(&[0x9180, 0x005f]), Some((ReadStatus(24), 4))); // lds r24, 0x5f
 }
 
@@ -100,7 +100,7 @@ fn expected(text: &str, next: u32) -> Option<Instruction> {
         "in" if from == "0x3d" => Some(ReadStackPointer(Half::Low, register(to)?)),
         "in" if from == "0x3e" => Some(ReadStackPointer(Half::High, register(to)?)),
         "in" if from == "0x3f" => Some(ReadStatus(register(to)?)),
-        "out" if to == "0x3f" => Some(WriteStatus),
+        "out" if to == "0x3f" => Some(WriteStatus(register(from)?)),
         "sei" => Some(EnableInterrupts),
         "cli" => Some(DisableInterrupts),
         "out" if to == "0x3d" => Some(WriteStackPointer(Half::Low, register(from)?)),

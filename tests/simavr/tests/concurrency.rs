@@ -71,7 +71,7 @@ fn waves(images: Images) -> Vec<f64> {
     engine.run_until(1_000 * MILLISECOND);
     let period = Period::of_milliseconds(4_000).expect("there is such a Period");
     let order = Order { what: What::Walk(GaitName::Caterpillar as u8, period), serial: 1 };
-    let payload = Hormone::Order(order).to_payload().bytes().to_vec();
+    let payload = Hormone::Order(order).to_payload().to_vec();
     let at = Face { module: 0, dock: Dock::Front };
     engine.robot_mut().change(&Change::Command { at, payload }).expect("the dock is free");
     engine.run_until(3_000 * MILLISECOND);

@@ -1,0 +1,92 @@
+//! How long functions take at most, on their own: nothing preempts them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use stack_bound::Image;
+use stack_bound::flow::{Flow, Node, Place};
+
+use crate::facts::Facts;
+use crate::notes::Turns;
+use crate::problem::Problem;
+use crate::ways::{Longest, Ways};
+
+/// Times functions. What cuts their ways is the end of a job.
+pub struct Timer<'a> {
+    image: &'a Image,
+    flows: &'a BTreeMap<u32, Flow>,
+    facts: &'a Facts,
+    known: BTreeMap<u32, Result<Longest, BTreeSet<Problem>>>,
+    /// The jobs of the functions that were asked for: by where one begins, how long it takes.
+    pub jobs: BTreeMap<u32, u64>,
+}
+
+impl<'a> Timer<'a> {
+    /// Of an image's functions, about whose loops and calls `facts` tells.
+    pub fn new(image: &'a Image, flows: &'a BTreeMap<u32, Flow>, facts: &'a Facts) -> Self {
+        Timer { image, flows, facts, known: BTreeMap::new(), jobs: BTreeMap::new() }
+    }
+
+    /// The function that begins there.
+    ///
+    /// # Errors
+    /// All that keeps it from having a bound.
+    pub fn function(&mut self, entry: u32) -> Result<Longest, BTreeSet<Problem>> {
+        if let Some(known) = self.known.get(&entry) {
+            return known.clone();
+        }
+        let flows = self.flows;
+        let not_followed = || Problem::NotFollowed { function: self.image.name(entry).to_owned() };
+        let longest = match flows.get(&entry).and_then(|flow| Some((flow, flow.entry?))) {
+            Some((flow, begin)) => self.flow(flow, begin),
+            None => Err([not_followed()].into()),
+        };
+        self.known.insert(entry, longest.clone());
+        longest
+    }
+
+    fn flow(&mut self, flow: &Flow, entry: Place) -> Result<Longest, BTreeSet<Problem>> {
+        let mut ways = Ways::default();
+        let mut problems = BTreeSet::new();
+        ways.enter((entry, false));
+        for (&place, node) in &flow.nodes {
+            problems.extend(self.add(place, node, &mut ways).err().into_iter().flatten());
+        }
+        problems.extend(ways.bound(self.image, flow, self.facts).err().into_iter().flatten());
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let no_path = |_| [Problem::NoPath { function: self.image.name(entry.0).to_owned() }].into();
+        let facts = self.facts;
+        let is_job = |(address, _): &(u32, u64)| facts.turns.get(address) == Some(&Turns::Job);
+        self.jobs.extend(ways.by_begin().map_err(no_path)?.into_iter().filter(is_job));
+        ways.longest().map_err(no_path)
+    }
+
+    /// Adds an instruction, with what it calls.
+    fn add(&mut self, place: Place, node: &Node, ways: &mut Ways) -> Result<(), BTreeSet<Problem>> {
+        let address = place.0;
+        let no_time = || Problem::NoTime { function: self.image.name(address).to_owned(), address };
+        let cycles = u64::from(node.cycles.ok_or_else(|| BTreeSet::from([no_time()]))?);
+        let called = node.calls.iter().map(|&callee| self.function(callee));
+        let called = called.collect::<Result<Vec<_>, _>>()?.into_iter().reduce(Longest::max);
+        if self.facts.turns.get(&address) == Some(&Turns::Job) {
+            // The job ends before this instruction, which is the next one's first.
+            ways.end(place, 0);
+            ways.begin(place, cycles, node);
+        } else if let Some(called) = called {
+            ways.add_inside(called.between);
+            if let Some(whole) = called.whole {
+                ways.go_on((place, false), cycles + whole, node);
+            }
+            if let Some(into) = called.into {
+                ways.end(place, cycles + into);
+            }
+            if let Some(out_of) = called.out_of {
+                ways.begin(place, out_of, node);
+            }
+        } else {
+            ways.go_on((place, false), cycles, node);
+        }
+        Ok(())
+    }
+}

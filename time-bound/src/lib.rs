@@ -1,0 +1,33 @@
+//! How long each interrupt of a program for the AVR takes at most, how long interrupts are masked, and how
+//! long tasks compute that are noted, computed from the image that is flashed.
+//!
+//! # How
+//! The control flow is that which [`stack_bound`] follows: each way through each function, with what it
+//! calls. What each instruction takes stands in [`stack_bound::timing`], which a test holds against simavr
+//! for every opcode. The longest way through a function is found by implicit path enumeration: how often
+//! each edge is taken is a variable of a linear program, whose optimum is the bound. What bounds loops from
+//! above the machine code does not tell: that is [noted](Notes), and a loop without a note is an error that
+//! names it.
+//!
+//! The same ways, followed from where interrupts are masked to where they are enabled, tell for how long
+//! that is.
+//!
+//! # What is taken for granted
+//! - All that [`stack_bound`] takes for granted, and that the notes are true.
+//! - SREG is restored as the function found it that restores it: each critical section ends in the function
+//!   in which it began. (Where another one nests in it, that is checked.)
+//! - Start-up, until the first task runs, is not looked at.
+
+mod bounds;
+mod execution;
+mod facts;
+mod masked;
+mod nest;
+mod notes;
+mod paths;
+mod problem;
+mod ways;
+
+pub use bounds::{Bounds, Interrupt, Job, Task};
+pub use notes::{NoteError, Notes};
+pub use problem::Problem;

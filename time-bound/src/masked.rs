@@ -1,0 +1,153 @@
+//! How long interrupts are masked at a stretch, at most.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use stack_bound::Image;
+use stack_bound::flow::{Flow, Masking, Node, Place};
+
+use crate::facts::Facts;
+use crate::problem::Problem;
+use crate::ways::{Longest, Ways};
+
+/// How long a function masks interrupts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stretches {
+    /// Ways with interrupts masked: what cuts them is that interrupts are enabled and masked again.
+    pub longest: Longest,
+    /// How it may return: with interrupts enabled, masked.
+    returns: [bool; 2],
+}
+
+/// Whether interrupts are masked.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Mode {
+    Enabled,
+    Masked,
+    /// They are, and were when SREG was read into this register.
+    Nested(u8),
+}
+
+/// Finds the stretches.
+pub struct Stretcher<'a> {
+    image: &'a Image,
+    flows: &'a BTreeMap<u32, Flow>,
+    facts: &'a Facts,
+    /// By where a function begins, and whether interrupts are masked then.
+    known: BTreeMap<(u32, bool), Result<Stretches, BTreeSet<Problem>>>,
+}
+
+impl<'a> Stretcher<'a> {
+    /// Of an image's functions, about whose loops and calls `facts` tells.
+    pub fn new(image: &'a Image, flows: &'a BTreeMap<u32, Flow>, facts: &'a Facts) -> Self {
+        Stretcher { image, flows, facts, known: BTreeMap::new() }
+    }
+
+    /// The function that begins there, called with interrupts masked or enabled.
+    ///
+    /// # Errors
+    /// All that keeps it from having a bound.
+    pub fn function(&mut self, entry: u32, is_masked: bool) -> Result<Stretches, BTreeSet<Problem>> {
+        if let Some(known) = self.known.get(&(entry, is_masked)) {
+            return known.clone();
+        }
+        let flows = self.flows;
+        let not_followed = || Problem::NotFollowed { function: self.image.name(entry).to_owned() };
+        let found = match flows.get(&entry).and_then(|flow| Some((flow, flow.entry?))) {
+            Some((flow, begin)) => self.flow(flow, begin, is_masked),
+            None => Err([not_followed()].into()),
+        };
+        self.known.insert((entry, is_masked), found.clone());
+        found
+    }
+
+    fn flow(
+        &mut self,
+        flow: &Flow,
+        entry: Place,
+        begins_masked: bool,
+    ) -> Result<Stretches, BTreeSet<Problem>> {
+        let mut ways = Ways::default();
+        if begins_masked {
+            ways.enter((entry, false));
+        }
+        let mut returns = [false; 2];
+        let mut seen = BTreeSet::new();
+        let begins = if begins_masked { Mode::Masked } else { Mode::Enabled };
+        let mut due = vec![(entry, begins)];
+        while let Some((place, mode)) = due.pop() {
+            let Some(node) = flow.nodes.get(&place).filter(|_| seen.insert((place, mode))) else {
+                continue;
+            };
+            for after in self.add(place, node, mode, begins, &mut ways)? {
+                returns[usize::from(after != Mode::Enabled)] |= node.next.is_empty();
+                due.extend(node.next.iter().map(|&(to, _)| (to, after)));
+            }
+        }
+        ways.bound(self.image, flow, self.facts)?;
+        let no_path = |_| Problem::NoPath { function: self.image.name(entry.0).to_owned() };
+        let longest = ways.longest().map_err(|error| BTreeSet::from([no_path(error)]))?;
+        Ok(Stretches { longest, returns })
+    }
+
+    /// Adds an instruction, with what it calls. Returns how it goes on.
+    fn add(
+        &mut self,
+        place: Place,
+        node: &Node,
+        mode: Mode,
+        begins: Mode,
+        ways: &mut Ways,
+    ) -> Result<Vec<Mode>, BTreeSet<Problem>> {
+        let is_masked = mode != Mode::Enabled;
+        let problem = |problem: fn(String, u32) -> Problem| {
+            BTreeSet::from([problem(self.image.name(place.0).to_owned(), place.0)])
+        };
+        let no_time = || problem(|function, address| Problem::NoTime { function, address });
+        let cycles = u64::from(node.cycles.ok_or_else(no_time)?);
+        let nested = || problem(|function, address| Problem::Nested { function, address });
+        let mut called: Option<Stretches> = None;
+        for &callee in &node.calls {
+            let one = self.function(callee, is_masked)?;
+            let both = |other: Stretches| Stretches {
+                longest: one.longest.max(other.longest),
+                returns: [0, 1].map(|mode| one.returns[mode] || other.returns[mode]),
+            };
+            called = Some(called.map_or(one, both));
+        }
+        if let Some(Stretches { longest, returns }) = called {
+            ways.add_inside(longest.between);
+            if let Some(whole) = longest.whole.filter(|_| is_masked) {
+                ways.go_on((place, false), cycles + whole, node);
+            }
+            if let Some(into) = longest.into.filter(|_| is_masked) {
+                ways.end(place, cycles + into);
+            }
+            if let Some(out_of) = longest.out_of {
+                ways.begin(place, out_of, node);
+            }
+            let masked = if is_masked { mode } else { Mode::Masked };
+            let modes = [Mode::Enabled, masked].into_iter().zip(returns);
+            return Ok(modes.filter(|(_, returns)| *returns).map(|(mode, _)| mode).collect());
+        }
+        let after = match (node.masking, mode) {
+            (Masking::Nothing, _) => mode,
+            (Masking::Masks, Mode::Enabled) => Mode::Masked,
+            (Masking::Masks, _) => mode,
+            (Masking::Enables, _) => Mode::Enabled,
+            // It is what the function began with that is read, or else what is restored first.
+            (Masking::Reads(register), Mode::Masked) if begins == Mode::Enabled => Mode::Nested(register),
+            (Masking::Reads(_), Mode::Nested(_)) => return Err(nested()),
+            (Masking::Reads(_), _) => mode,
+            (Masking::Restores(register), Mode::Nested(read)) if register == read => Mode::Masked,
+            (Masking::Restores(_), Mode::Nested(_)) => return Err(nested()),
+            (Masking::Restores(_), _) => begins,
+        };
+        match (is_masked, after != Mode::Enabled) {
+            (true, true) => ways.go_on((place, false), cycles, node),
+            (true, false) => ways.end(place, cycles),
+            (false, true) => ways.begin(place, 0, node),
+            (false, false) => {}
+        }
+        Ok(vec![after])
+    }
+}

@@ -1,0 +1,45 @@
+//! Why there is no bound.
+
+use thiserror::Error;
+
+/// Something that keeps an execution time from being computed. Addresses are in bytes, as `avr-objdump`
+/// prints them.
+#[derive(Clone, Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Problem {
+    #[error(transparent)]
+    Flow(stack_bound::Problem),
+    #[error(
+        "nobody says how often the loops of {function} go round, {}; note \"{function} = turns\", in this shape: {shape}",
+        addresses(.headers)
+    )]
+    NotNoted { function: String, headers: Vec<u32>, shape: String },
+    #[error(
+        "the note of {function} does not fit its loops {}: they have this shape: {shape}", addresses(.headers)
+    )]
+    Misfit { function: String, headers: Vec<u32>, shape: String },
+    #[error("{function} has a note, but no loop: take the note out")]
+    NoLoop { function: String },
+    #[error("{caller} does not call {callee}: take the note out")]
+    NoCall { caller: String, callee: String },
+    #[error("what is noted of {function} leaves no way through it")]
+    NoPath { function: String },
+    #[error(
+        "nobody can tell what SREG holds that {function} reads or writes at {address:#x}, in a nested section"
+    )]
+    Nested { function: String, address: u32 },
+    #[error(
+        "what {function} does was not followed, for its use of the stack is noted: how long it takes nobody knows"
+    )]
+    NotFollowed { function: String },
+    #[error("interrupt {vector} does not come to an end, or has a loop that is noted as a task's job")]
+    NoEnd { vector: u8 },
+    #[error("the loop of {function} at {address:#x} can be entered at two places")]
+    Irreducible { function: String, address: u32 },
+    #[error("{function} writes to flash at {address:#x}, which takes nobody knows how long")]
+    NoTime { function: String, address: u32 },
+}
+
+fn addresses(headers: &[u32]) -> String {
+    let headers: Vec<_> = headers.iter().map(|header| format!("{header:#x}")).collect();
+    format!("at {}", headers.join(", "))
+}

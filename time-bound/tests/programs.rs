@@ -1,0 +1,159 @@
+//! A program made by hand: its bounds are known to the cycle, and what has none is named.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use stack_bound::{Annotations, Image};
+use time_bound::{Bounds, NoteError, Notes};
+
+const NOTES: &str = "\
+__vector_1 = 10
+__vector_2 = 4(5)
+masks = 4
+__vector_4 -> long = 1
+# The task's own.
+task = job
+";
+
+fn fixture() -> PathBuf {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/interrupts.S");
+    let name = std::thread::current().name().unwrap_or_default().to_owned();
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("elf");
+    let status = Command::new("avr-gcc")
+        .args(["-Wall", "-Werror", "-mmcu=atmega128", "-o"])
+        .args([&elf, &source])
+        .status()
+        .expect("avr-gcc runs (Debian: gcc-avr and avr-libc; ./x test installs them)");
+    assert!(status.success(), "avr-gcc builds {}", source.display());
+    elf
+}
+
+fn image() -> Image {
+    Image::load(fixture()).expect("avr-gcc makes an AVR image")
+}
+
+/// With these notes: the bounds, or what is said of those that there are not.
+fn bounds(notes: &str) -> Result<Bounds, Vec<String>> {
+    let image = image();
+    let notes = Notes::parse(notes, &image).expect("the notes fit the image");
+    Bounds::new(&image, &Annotations::default(), &notes)
+        .map_err(|problems| problems.iter().map(ToString::to_string).collect())
+}
+
+#[test]
+fn each_bound_is_exact() {
+    let bounds = bounds(NOTES).expect("there is a bound for each");
+    let found: Vec<_> = bounds
+        .interrupts
+        .iter()
+        .map(|interrupt| {
+            (interrupt.vector, interrupt.cycles - 11, interrupt.masked - 11, interrupt.masked_again)
+        })
+        .collect();
+    let masks = 1 + 1 + 11 + 1 + 4;
+    let long = 3 + 3 + 2 + 4;
+    assert_eq!(
+        found,
+        [
+            (1, 44, 44, 0),
+            (2, 71, 71, 0),
+            (3, 2 + 1 + 4 + masks + 4, 2, 12),
+            (4, 1 + long + 2 + 4, 1 + long + 2 + 4, 0)
+        ]
+    );
+    let tasks: Vec<_> = bounds.tasks.iter().map(|task| (task.name.as_str(), task.masked)).collect();
+    assert_eq!(tasks, [("task", 6)]);
+    assert_eq!(bounds.masked_by_instructions(), 12);
+    let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
+    assert_eq!(jobs, [("task", 10)]);
+}
+
+#[test]
+fn without_a_note_both_calls_count() {
+    let bounds = bounds(&NOTES.replace("__vector_4 -> long = 1", "")).expect("there is a bound");
+    assert_eq!(bounds.interrupts[3].cycles - 11, 2 * (1 + 3 + 3 + 2 + 4) + 4);
+}
+
+#[test]
+fn a_loop_without_a_note_is_named() {
+    let problems = bounds(&NOTES.replace("__vector_2 = 4(5)", "")).expect_err("there is no bound");
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(
+        problem.starts_with("nobody says how often the loops of __vector_2 go round, at 0x"),
+        "{problem}"
+    );
+    assert!(problem.ends_with("note \"__vector_2 = turns\", in this shape: ?(?)"), "{problem}");
+}
+
+#[test]
+fn notes_that_fit_no_loop_and_no_call_are_named() {
+    let named = |from: &str, to: &str, problem: &str| {
+        let problems = bounds(&NOTES.replace(from, to)).expect_err("there is no bound").join("\n");
+        assert!(problems.contains(problem), "{problems}");
+    };
+    named("4(5)", "4 5", "the note of __vector_2 does not fit its loops");
+    named("4(5)", "4", "they have this shape: ?(?)");
+    named("__vector_4 -> long", "__vector_4 -> masks", "__vector_4 does not call masks: take the note out");
+    named("masks = 4", "masks = 4\nlong = 4", "long has a note, but no loop: take the note out");
+    named("masks = 4", "masks = job", "nobody says how often the loops of masks go round");
+}
+
+#[test]
+fn a_function_that_was_not_followed_has_no_bound() {
+    let image = image();
+    let notes = Notes::parse("__vector_1 = 10\n__vector_2 = 4(5)\nmasks = 4", &image).expect("they fit");
+    let annotations = Annotations::parse("long = 2", &image).expect("it fits");
+    let problems = Bounds::new(&image, &annotations, &notes).expect_err("nobody knows what it takes");
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(problem.to_string().starts_with("what long does was not followed"), "{problem}");
+}
+
+#[test]
+fn notes_that_are_none_are_refused() {
+    let image = image();
+    let refused = |notes| Notes::parse(notes, &image).expect_err("it is refused");
+    for notes in ["masks", "\nmasks = many", "\nmasks = 0", "\nmasks =", "\n__vector_4 -> long = often"] {
+        let line = if notes.starts_with('\n') { 2 } else { 1 };
+        assert!(matches!(refused(notes), NoteError::Malformed { line: at } if at == line), "{notes}");
+    }
+    let is_unknown =
+        |notes, unknown| matches!(refused(notes), NoteError::NoFunction { line: 1, name } if name == unknown);
+    assert!(is_unknown("mask = 4", "mask"));
+    assert!(is_unknown("__vector_4 -> lang = 1", "lang"));
+    assert!(matches!(refused("masks = 4\nmasks = 5"), NoteError::Twice { line: 2, .. }));
+}
+
+fn run(arguments: &[&Path]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_superbot-time-bound"))
+        .args(arguments)
+        .output()
+        .expect("the program runs")
+}
+
+#[test]
+fn the_program_prints_a_table_or_json_and_fails_without_a_bound() {
+    let elf = fixture();
+    let file = |name: &str, text: &str| {
+        let path = elf.with_extension(name);
+        std::fs::write(&path, text).expect("the file can be written");
+        path
+    };
+    let (none, notes) = (file("none", ""), file("notes", NOTES));
+    let table = run(&[&elf, &none, &notes]);
+    let text = String::from_utf8(table.stdout).expect("text");
+    assert!(table.status.success() && text.contains("    55      55      0  1 INT0\n"), "{text}");
+    let json = run(&[&elf, &none, &notes, Path::new("--json")]);
+    let text = String::from_utf8(json.stdout).expect("text");
+    assert!(text.contains(r#"{"cycles":55,"masked":55,"masked_again":0,"vector":1}"#), "{text}");
+
+    let without = run(&[&elf, &none, &none]);
+    let errors = String::from_utf8(without.stderr).expect("text");
+    assert_eq!((without.status.code(), without.stdout.len()), (Some(1), 0), "{errors}");
+    assert!(errors.contains("nobody says how often the loops of masks go round"), "{errors}");
+    let missing = run(&[&elf, &none, Path::new("/nowhere")]);
+    let errors = String::from_utf8(missing.stderr).expect("text");
+    assert!(missing.status.code() == Some(1) && errors.contains("cannot read /nowhere"), "{errors}");
+    assert!(
+        String::from_utf8_lossy(&run(&[]).stderr).contains("usage: superbot-time-bound IMAGE NOTES LOOPS")
+    );
+}
