@@ -91,7 +91,7 @@ pub struct Sim {
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
 
-    /// Which MCUs: modules and halves, as in 0.master,3.slave.
+    /// Of which MCUs that is: modules' numbers, and master or slave, as in 0.master,3.slave.
     #[arg(long, value_name = "MCUS", value_delimiter = ',', default_value = "0.master", requires = "trace")]
     pub trace_of: Vec<McuName>,
 

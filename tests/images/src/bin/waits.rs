@@ -17,7 +17,7 @@ static OTHER: Semaphore = Semaphore::new(0);
 static READINGS: Queue<Reading> = Queue::new(2);
 static NEVER: Semaphore = Semaphore::new(0);
 
-static FIRST: Stack<160> = Stack::new();
+static FIRST: Stack<208> = Stack::new();
 static SECOND: Stack<128> = Stack::new();
 static LAST: Stack<128> = Stack::new();
 
