@@ -126,3 +126,50 @@ fn draw(area: &Area, panel: &Panel, figures: &Concurrency) -> Result<(), Box<dyn
     chart.draw_series(points)?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use simavr_harness::bench::concurrency::Periodic;
+
+    fn row(style: Style, resets: u64) -> Row {
+        let period = Periodic { periods: 100, missed: 0, late_ms_max: 0.5 };
+        Row {
+            case: Case::Hangs,
+            style,
+            control_missed: 0,
+            control_periods: 1_000,
+            control_given_up: false,
+            control_jitter_us: None,
+            control_done_us_max: 200.0,
+            joint_strays_deg_max: 1.0,
+            bytes_lost: None,
+            frames_repeated: 0,
+            hormones_lost: Some(0),
+            hop_us_mean: Some(3_000.0),
+            hop_us_max: Some(4_000.0),
+            reaction_us_mean: Some(50.0),
+            reaction_us_max: Some(400.0),
+            edges_unanswered: 0,
+            seven: period,
+            eleven: period,
+            cpu_percent: 25.0,
+            resets,
+        }
+    }
+
+    #[test]
+    fn a_plot_has_a_point_for_each_row_and_panel_but_for_what_resets_left_unanswered() {
+        let cases = vec![row(Style::Tasks, 0), row(Style::Loop, 3)];
+        let svg = plot(&Concurrency { seconds: 1, styles: Vec::new(), cases }).unwrap();
+        let legend = Style::ALL.len();
+        assert_eq!(svg.matches("<circle").count(), legend + 3 + 1);
+        assert!(svg.contains("prefers-color-scheme: dark") && svg.contains("hop, ms"));
+        for colour in ["#0969DA", "#CF222E", "#FFFFFF", "#000000"] {
+            assert!(
+                svg.matches(&format!("\"{colour}\"")).count() > 1,
+                "no {colour}, which a dark page replaces"
+            );
+        }
+    }
+}

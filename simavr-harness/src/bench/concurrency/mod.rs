@@ -22,6 +22,7 @@ use tasks::dock::Dock;
 
 pub use case::{Case, Row, run};
 pub use size::Size;
+pub use watch::Periodic;
 
 /// How the master is programmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
