@@ -70,7 +70,7 @@ pub use robot::{Event, LONGEST_WINDOW, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
-pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait, vector_name};
+pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait};
 pub use trace::{Line, bus_lines, motor_lines, serial_line};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

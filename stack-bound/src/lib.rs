@@ -36,6 +36,7 @@ mod report;
 mod state;
 pub mod timing;
 mod usage;
+pub mod vectors;
 
 pub use annotations::{AnnotationError, Annotations};
 pub use image::{Image, ImageError};

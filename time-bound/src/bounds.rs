@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 use stack_bound::flow::{Found, functions};
-use stack_bound::{Annotations, Image};
+use stack_bound::{Annotations, Image, vectors};
 
 use crate::execution::Timer;
 use crate::facts::Facts;
@@ -35,49 +35,11 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// What the datasheet calls it (ATmega128, "Interrupt Vectors in ATmega128").
+    /// What the datasheet calls it.
     pub fn name(&self) -> &'static str {
-        VECTORS.get(usize::from(self.vector)).copied().unwrap_or("?")
+        vectors::name(self.vector).unwrap_or("?")
     }
 }
-
-const VECTORS: [&str; 35] = [
-    "RESET",
-    "INT0",
-    "INT1",
-    "INT2",
-    "INT3",
-    "INT4",
-    "INT5",
-    "INT6",
-    "INT7",
-    "TIMER2 COMP",
-    "TIMER2 OVF",
-    "TIMER1 CAPT",
-    "TIMER1 COMPA",
-    "TIMER1 COMPB",
-    "TIMER1 OVF",
-    "TIMER0 COMP",
-    "TIMER0 OVF",
-    "SPI, STC",
-    "USART0, RX",
-    "USART0, UDRE",
-    "USART0, TX",
-    "ADC",
-    "EE READY",
-    "ANALOG COMP",
-    "TIMER1 COMPC",
-    "TIMER3 CAPT",
-    "TIMER3 COMPA",
-    "TIMER3 COMPB",
-    "TIMER3 COMPC",
-    "TIMER3 OVF",
-    "USART1, RX",
-    "USART1, UDRE",
-    "USART1, TX",
-    "TWI",
-    "SPM READY",
-];
 
 /// What a task keeps interrupts waiting for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -9,7 +9,6 @@
 //! - `names`: what lies where, in the words of the program.
 //! - `tracer`: takes note.
 //! - `line`: the levels of wires, by what was sent there; `motors`: those of the pins that drive motors.
-//! - `vectors`: the names of interrupts.
 
 mod kernel;
 mod line;
@@ -17,7 +16,6 @@ mod motors;
 mod names;
 mod tracer;
 mod track;
-mod vectors;
 mod watch;
 
 use std::sync::Arc;
@@ -29,7 +27,6 @@ pub use line::{Line, bus_lines, serial_line};
 pub use motors::motor_lines;
 pub(crate) use tracer::Tracer;
 pub use track::Slice;
-pub use vectors::vector_name;
 
 /// What an MCU did, from power-up to where its run ended. All times are cycles since power-up of the robot.
 #[derive(Clone, Debug)]

@@ -1,7 +1,8 @@
 //! An MCU's tasks and interrupts as a timeline.
 
 use serde_json::{Value, json};
-use simavr_harness::{Holder, TaskState, Trace, Wait, vector_name};
+use simavr_harness::{Holder, TaskState, Trace, Wait};
+use stack_bound::vectors;
 
 use super::events::{Events, Track};
 
@@ -50,7 +51,7 @@ fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
         (slice.begin, slice.end, "cpu", name)
     });
     let interrupts = trace.interrupts.iter().map(|slice| {
-        let name = vector_name(slice.what).unwrap_or("interrupt");
+        let name = vectors::name(slice.what).unwrap_or("interrupt");
         (slice.begin, slice.end, "interrupt", name)
     });
     let mut slices: Vec<_> = holders.chain(interrupts).collect();
