@@ -58,13 +58,15 @@ pub fn run(
     mut bus: impl Bus,
     office: &'static PostOffice,
 ) -> Never {
-    let mut crossing = Crossing::new();
+    let mut incoming = [0; MAX_PACKET];
+    let mut next = Next::new();
+    let mut sender = Sender::new();
     loop {
         bridge.mailbox().wait(task);
-        match crossing.turn(task, bridge, &mut bus, office) {
+        match turn(task, bridge, &mut bus, office, (&mut incoming, &mut next, &mut sender)) {
             None => bridge.mailbox().cancel_alarm(task),
             // The alarm of the packet before rings before this one's, and is set anew then.
-            Some(left) if crossing.sender.is_on_bus() => bridge.mailbox().wake_within(task, left),
+            Some(left) if sender.is_on_bus() => bridge.mailbox().wake_within(task, left),
             Some(left) => bridge.mailbox().wake_in(task, left),
         }
     }
@@ -93,24 +95,35 @@ impl Crossing {
         bus: &mut impl Bus,
         office: &'static PostOffice,
     ) -> Option<Ticks> {
-        let Crossing { incoming, next, sender } = self;
-        // The bus first, which is idle while it waits for this task.
-        let outcome = bus.outcome(task);
-        look_after(task, bridge, bus, sender, outcome);
-        if sender.is_idle() {
-            next.prepare(task, bridge);
-            if let Some(packet) = next.take() {
-                bus.send(task, packet);
-                sender.begin(now(task));
-            }
-        }
-        if let Some(length) = bus.receive(task, incoming) {
-            take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
-        }
-        let left = sender.poll_in(now(task))?;
-        next.prepare(task, bridge);
-        Some(left)
+        turn(task, bridge, bus, office, (&mut self.incoming, &mut self.next, &mut self.sender))
     }
+}
+
+/// One turn. What crosses is no [`Crossing`] here: as locals of the task these are faster.
+#[inline(always)]
+fn turn(
+    task: &mut Task,
+    bridge: &'static Bridge,
+    bus: &mut impl Bus,
+    office: &'static PostOffice,
+    (incoming, next, sender): (&mut [u8; MAX_PACKET], &mut Next, &mut Sender),
+) -> Option<Ticks> {
+    // The bus first, which is idle while it waits for this task.
+    let outcome = bus.outcome(task);
+    look_after(task, bridge, bus, sender, outcome);
+    if sender.is_idle() {
+        next.prepare(task, bridge);
+        if let Some(packet) = next.take() {
+            bus.send(task, packet);
+            sender.begin(now(task));
+        }
+    }
+    if let Some(length) = bus.receive(task, incoming) {
+        take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
+    }
+    let left = sender.poll_in(now(task))?;
+    next.prepare(task, bridge);
+    Some(left)
 }
 
 impl Default for Crossing {

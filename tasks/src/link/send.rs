@@ -58,18 +58,17 @@ pub struct Wire {
     buffer: WireBuffer,
     /// The message whose frame that is.
     message: Option<Label>,
-    is_whole: bool,
 }
 
 impl Wire {
     /// None yet.
     pub const fn new() -> Self {
-        Wire { buffer: WireBuffer::new(), message: None, is_whole: false }
+        Wire { buffer: WireBuffer::new(), message: None }
     }
 
-    /// Puts `frame` in its place. A repeated one is there already.
+    /// Puts `frame` in its place. A repeated one is there already. Returns whether it can be said.
     #[inline(always)] // its stack is that of `transmit`
-    pub fn put(&mut self, frame: Frame) {
+    pub fn put(&mut self, frame: Frame) -> bool {
         let message = match frame {
             Frame::Data { label, .. } => Some(label),
             _ => None,
@@ -77,13 +76,13 @@ impl Wire {
         let is_there = message.is_some() && message == self.message;
         self.message = message;
         // The router lets nothing come here that no frame can say. If it did, nothing would go out.
-        self.is_whole = is_there || frame.encode(&mut self.buffer).is_ok();
+        is_there || frame.encode(&mut self.buffer).is_ok()
     }
 
-    /// Its bytes for the line; empty if there are none.
+    /// Its bytes for the line.
     #[inline(always)] // likewise
     pub fn bytes(&self) -> &[u8] {
-        if self.is_whole { self.buffer.bytes() } else { &[] }
+        self.buffer.bytes()
     }
 }
 
@@ -102,7 +101,8 @@ struct Line<Transmitter> {
 impl<Transmitter: Transmit> Line<Transmitter> {
     #[inline(never)] // its stack is needed here alone
     fn transmit(&mut self, task: &mut Task, frame: Frame) {
-        self.wire.put(frame);
-        self.line.transmit(task, self.wire.bytes());
+        if self.wire.put(frame) {
+            self.line.transmit(task, self.wire.bytes());
+        }
     }
 }

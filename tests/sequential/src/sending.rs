@@ -65,22 +65,16 @@ impl Sending {
             return;
         }
         match self.sender.poll(time, &mut AtPort { task, port: self.port }) {
-            Some(frame) => {
-                self.wire.put(frame);
-                self.phase = Phase::Held;
-            }
+            Some(frame) if self.wire.put(frame) => self.phase = Phase::Held,
+            Some(_) => self.leave(task),
             None => self.at = self.sender.poll_at(),
         }
     }
 
     fn begin(&mut self, task: &mut Task) {
-        let bytes = self.wire.bytes();
-        if bytes.is_empty() {
-            return self.leave(task);
-        }
         // SAFETY: the bytes lie in the frame of `main`'s loop, which does not end and moves nothing, and are
         // left as they are until this phase is over.
-        if unsafe { self.line.begin(task, bytes) } {
+        if unsafe { self.line.begin(task, self.wire.bytes()) } {
             self.phase = Phase::Leaving;
             self.at = None;
         } else {
