@@ -25,6 +25,8 @@ pub struct Control {
     begins: [Vec<u64>; 2],
     /// When it was done with them.
     ends: [Vec<u64>; 2],
+    /// When it began to be watched, and until when it was.
+    watched: [u64; 2],
     turns: u64,
 }
 
@@ -38,7 +40,8 @@ impl Control {
                 module.mcu_mut(mcu).add_probe(CONTROL_PROBE);
             }
         }
-        Control { begins: [Vec::new(), Vec::new()], ends: [Vec::new(), Vec::new()], turns: 0 }
+        let watched = [engine.cycle(); 2];
+        Control { begins: [Vec::new(), Vec::new()], ends: [Vec::new(), Vec::new()], watched, turns: 0 }
     }
 
     /// Runs for a turn.
@@ -52,6 +55,7 @@ impl Control {
         self.turns += 1;
         let end = engine.cycle() + TURN;
         run(engine, end);
+        self.watched[1] = engine.cycle();
         if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
             for ((mcu, begins), ends) in Controller::ALL.into_iter().zip(&mut self.begins).zip(&mut self.ends)
             {
@@ -64,7 +68,7 @@ impl Control {
 
     /// How well the master kept time.
     pub fn of_master(&self) -> Option<Rhythm> {
-        Rhythm::of(&self.begins[0], self.periods())
+        Rhythm::of(&self.begins[0], self.watched)
     }
 
     /// How long the master took at most from the begin of a period until it was done with it, in cycles.
@@ -91,10 +95,9 @@ impl Control {
 
     /// How well both MCUs kept time.
     pub fn rhythm(&self) -> Result<Rhythm, BenchError> {
-        let periods = self.periods();
         let mut worst = Rhythm { jitter: 0, missed: 0 };
         for begins in &self.begins {
-            let rhythm = Rhythm::of(begins, periods)
+            let rhythm = Rhythm::of(begins, self.watched)
                 .ok_or_else(|| unmeasurable("firmware-master", "its joints are not controlled"))?;
             worst.jitter = worst.jitter.max(rhythm.jitter);
             worst.missed = worst.missed.max(rhythm.missed);
@@ -122,8 +125,8 @@ pub struct Rhythm {
 }
 
 impl Rhythm {
-    /// Of so many periods that should have begun; `None` without any begin.
-    fn of(begins: &[u64], periods: u64) -> Option<Rhythm> {
+    /// Of the periods that began between two moments; `None` without any.
+    fn of(begins: &[u64], [start, end]: [u64; 2]) -> Option<Rhythm> {
         let first = *begins.first()?;
         // From the nearest multiple of a period after the first.
         let offsets = || {
@@ -133,7 +136,12 @@ impl Rhythm {
             })
         };
         let jitter = offsets().max()?.abs_diff(offsets().min()?);
-        Some(Rhythm { jitter, missed: periods.saturating_sub(begins.len() as u64) })
+        // From one begin to the next, and to both ends. Their number alone would not tell: with a begin that is
+        // due as the watch ends one more or less is in time.
+        let from = [start].into_iter().chain(begins.iter().copied());
+        let to = begins.iter().copied().chain([end]);
+        let missed = |(from, to): (u64, u64)| ((to - from + PERIOD / 2) / PERIOD).saturating_sub(1);
+        Some(Rhythm { jitter, missed: from.zip(to).map(missed).sum() })
     }
 }
 
@@ -143,10 +151,16 @@ mod tests {
 
     #[test]
     fn jitter_is_from_the_earliest_to_the_latest() {
-        let rhythm = |begins: &[u64]| Rhythm::of(begins, 3).map(|rhythm| (rhythm.jitter, rhythm.missed));
+        let rhythm =
+            |begins: &[u64]| Rhythm::of(begins, [0, 48_000]).map(|rhythm| (rhythm.jitter, rhythm.missed));
         assert_eq!(rhythm(&[]), None);
         assert_eq!(rhythm(&[100, 16_100, 32_100]), Some((0, 0)));
         assert_eq!(rhythm(&[100, 16_400, 32_050]), Some((350, 0)));
-        assert_eq!(rhythm(&[100, 48_110]), Some((10, 1)));
+        assert_eq!(rhythm(&[100, 32_110]), Some((10, 1)));
+        // One that is due as the watch ends or begins is not missed.
+        assert_eq!(rhythm(&[15_990, 32_000]), Some((10, 0)));
+        assert_eq!(rhythm(&[16_010, 32_000, 47_990]), Some((20, 0)));
+        assert_eq!(rhythm(&[24_100, 40_100]), Some((0, 1)), "none began at first");
+        assert_eq!(rhythm(&[100]), Some((0, 2)), "none began any more");
     }
 }
