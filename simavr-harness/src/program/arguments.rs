@@ -25,6 +25,10 @@ pub enum Command {
     Terrain(Terrain),
     /// Run a centipede by several Periods, and print how fast it is, and how far a charge takes it.
     Period(Period),
+    /// Write a list of jobs for all combinations of options that a file lists, for an engine to run.
+    Campaign(Campaign),
+    /// Print what came of a campaign's runs, and write it as tables.
+    Report(CampaignReport),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
 }
@@ -145,6 +149,47 @@ pub struct Period {
 }
 
 #[derive(Args)]
+pub struct Campaign {
+    /// The campaign: a TOML file of options of sim, each with a list of values.
+    pub file: PathBuf,
+
+    /// Where its list of jobs and their results go.
+    #[arg(value_name = "DIR")]
+    pub directory: PathBuf,
+
+    /// Run the jobs here and now, by GNU parallel or else by xargs; those that are done are not run again.
+    #[arg(long)]
+    pub run: bool,
+
+    /// How many jobs run at once. As many as the machine has cores, unless given.
+    #[arg(long, value_name = "N", value_parser = jobs, allow_hyphen_values = true)]
+    pub jobs: Option<usize>,
+
+    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
+    pub images: PathBuf,
+}
+
+#[derive(Args)]
+pub struct CampaignReport {
+    /// The campaign's directory. runs.csv and summary.csv are written there.
+    #[arg(value_name = "DIR")]
+    pub directory: PathBuf,
+
+    /// Plot this figure, too: a column of runs.csv that has numbers, or failed.
+    #[arg(long, value_name = "FIGURE", requires = "against", requires = "svg")]
+    pub plot: Option<String>,
+
+    /// Against what: loss, modules, seconds or seed.
+    #[arg(long, value_name = "PARAMETER", requires = "plot")]
+    pub against: Option<String>,
+
+    /// Plot it to this file.
+    #[arg(long, value_name = "FILE", requires = "plot")]
+    pub svg: Option<String>,
+}
+
+#[derive(Args)]
 pub struct Bench {
     /// What to measure: the kernel's figures, those of a module, or how fast the simulator is.
     #[arg(value_enum, default_value = "kernel")]
@@ -213,7 +258,7 @@ fn source(text: &str) -> Result<Source, String> {
     })
 }
 
-fn cores() -> usize {
+pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
@@ -228,6 +273,13 @@ fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(threads @ 1..=256) => Ok(threads),
         _ => Err("give a number of threads from 1 to 256".into()),
+    }
+}
+
+fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(jobs @ 1..=1024) => Ok(jobs),
+        _ => Err("give a number of jobs from 1 to 1024".into()),
     }
 }
 
