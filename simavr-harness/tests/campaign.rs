@@ -1,8 +1,10 @@
 //! Campaigns and their reports, as `./x campaign` and `./x report` run them.
 
 use std::fs;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use tempfile::TempDir;
 
@@ -88,7 +90,7 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
     let campaign = Campaign::of(FILE);
     let planned = campaign.plan(&[]);
     assert_eq!(planned.status.code(), Some(0), "{}", said(&planned));
-    assert!(said(&planned).contains("8 runs, 0 of them done"), "{}", said(&planned));
+    assert!(said(&planned).contains("runs: 8, done: 0"), "{}", said(&planned));
 
     // Three are done, then somebody interrupts it.
     let jobs = campaign.file("jobs");
@@ -100,11 +102,11 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
     let first = campaign.results();
     assert_eq!(first.len(), 3);
     let report = said(&campaign.report(&[]));
-    assert!(report.contains("5 runs are still to be made") && report.contains("1 of 2"), "{report}");
+    assert!(report.contains("still to run: 5") && report.contains("1 of 2"), "{report}");
 
     let resumed = campaign.plan(&["--run", "--jobs", "2"]);
     assert_eq!(resumed.status.code(), Some(1), "{}", said(&resumed));
-    assert!(said(&resumed).contains("8 runs, 8 of them done, 4 failed"), "{}", said(&resumed));
+    assert!(said(&resumed).contains("runs: 8, done: 8, failed: 4"), "{}", said(&resumed));
     let results = campaign.results();
     assert_eq!(results.len(), 8);
     assert!(first.iter().all(|result| results.contains(result)), "none is run twice");
@@ -131,6 +133,31 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
     assert!(String::from_utf8_lossy(&again.stderr).contains(fault), "{fault}: {}", said(&again));
     let run = Path::new(&campaign.directory()).join("runs").join(runs[0]("run"));
     assert!(fs::read_to_string(format!("{}.err", run.display())).unwrap().contains(fault));
+}
+
+#[test]
+fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
+    // It takes seconds, so it is in the midst of them when it is killed.
+    let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 4000");
+    let (file, directory) = (campaign.path("campaign.toml"), campaign.directory());
+    let mut running = Command::new(env!("CARGO_BIN_EXE_superbot-sim"))
+        .args(["campaign", &file, &directory, "--run"])
+        .process_group(0)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = Path::new(&directory).join("runs/chain-5.host.none.4000s.loss-0.seed-1.err");
+    while !begun.exists() {
+        assert!(running.try_wait().unwrap().is_none(), "it has ended");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(shell(&format!("kill -KILL -{}", running.id())).status.success());
+    running.wait().unwrap();
+    assert!(campaign.results().is_empty());
+    let report = campaign.report(&[]);
+    assert!(said(&report).contains("still to run: 1"), "{}", said(&report));
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));
+    assert_eq!(campaign.results().len(), 1);
 }
 
 #[test]

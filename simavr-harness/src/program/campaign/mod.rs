@@ -2,6 +2,7 @@
 
 mod file;
 mod jobs;
+mod options;
 mod plan;
 mod plot;
 mod report;
@@ -14,33 +15,36 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use super::arguments::Campaign;
 use super::json::Destination;
 use super::output::print;
 use jobs::Jobs;
 use plan::Plan;
+use results::Outcome;
 
+pub use options::{Campaign, CampaignReport};
 pub use report::run as report;
 
-/// Writes what there is to run, and says how to run it, or does. Returns whether all runs that were started
-/// did as they should.
+/// Writes what there is to run, and says how to run it, or does. Returns whether all robots did as they should,
+/// where they were run.
 pub fn run(options: &Campaign) -> Result<bool, Box<dyn Error>> {
     let plan = Plan::of_file(&options.file, &options.images)?;
     let jobs = Jobs::new(&plan, &options.directory)?;
     jobs.write()?;
-    let results = results::read(&options.directory, &plan)?;
-    let done = results.iter().filter(|result| result.is_done()).count();
-    print(format_args!("{} runs, {done} of them done\n", plan.runs.len()))?;
+    print(count(&results::read(&options.directory, &plan)?))?;
     if !options.run {
         print(jobs.advice(options.jobs)?)?;
         return Ok(true);
     }
     start::start(&jobs, options.jobs)?;
-    let results = results::read(&options.directory, &plan)?;
-    let done = results.iter().filter(|result| result.is_done()).count();
-    let failed = results.iter().filter(|result| result.has_failed()).count();
-    print(format_args!("{} runs, {done} of them done, {failed} failed\n", plan.runs.len()))?;
-    Ok(done == plan.runs.len() && failed == 0)
+    let outcomes = results::read(&options.directory, &plan)?;
+    print(count(&outcomes))?;
+    Ok(outcomes.iter().all(|outcome| outcome.is_done() && !outcome.has_failed()))
+}
+
+fn count(outcomes: &[Outcome]) -> String {
+    let done = outcomes.iter().filter(|outcome| outcome.is_done()).count();
+    let failed = outcomes.iter().filter(|outcome| outcome.has_failed()).count();
+    format!("runs: {}, done: {done}, failed: {failed}\n", outcomes.len())
 }
 
 /// Writes `text` whole or not at all.

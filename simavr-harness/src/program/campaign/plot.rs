@@ -38,6 +38,9 @@ pub struct Series {
     points: Vec<Point>,
 }
 
+/// Runs by the values of a parameter.
+type Along = Vec<(f64, Vec<Row>)>;
+
 /// A mean over seeds, with the ends of its interval.
 struct Point {
     x: f64,
@@ -67,7 +70,7 @@ pub fn series(outcomes: &[Outcome], figure: &str, against: &str) -> Result<Vec<S
         .into());
     }
     // By all other parameters, then by this one.
-    let mut groups: Vec<(Row, Vec<(f64, Vec<Row>)>)> = Vec::new();
+    let mut groups: Vec<(Row, Along)> = Vec::new();
     for (outcome, row) in outcomes.iter().zip(rows).filter(|(outcome, _)| outcome.is_done()) {
         let Some(x) = row.get(against).and_then(Value::as_f64) else { continue };
         let mut others = parameters(outcome)?;

@@ -3,9 +3,9 @@
 use std::error::Error;
 use std::fmt::Write;
 
-use super::super::arguments::CampaignReport;
 use super::super::json::Destination;
 use super::super::output::print;
+use super::CampaignReport;
 use super::jobs;
 use super::plan::Plan;
 use super::plot;
@@ -64,7 +64,7 @@ fn failures(outcomes: &[Outcome]) -> Result<String, Box<dyn Error>> {
     }
     match outcomes.iter().filter(|outcome| outcome.status.is_none()).count() {
         0 => {}
-        missing => writeln!(text, "\n{missing} runs are still to be made")?,
+        missing => writeln!(text, "\nstill to run: {missing}")?,
     }
     Ok(text)
 }
