@@ -138,7 +138,7 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
 #[test]
 fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
     // It takes seconds, so it is in the midst of them when it is killed.
-    let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 4000");
+    let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 1500");
     let (file, directory) = (campaign.path("campaign.toml"), campaign.directory());
     let mut running = Command::new(env!("CARGO_BIN_EXE_superbot-sim"))
         .args(["campaign", &file, &directory, "--run"])
@@ -146,7 +146,7 @@ fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let begun = Path::new(&directory).join("runs/chain-5.host.none.4000s.loss-0.seed-1.err");
+    let begun = Path::new(&directory).join("runs/chain-5.host.none.1500s.loss-0.seed-1.err");
     while !begun.exists() {
         assert!(running.try_wait().unwrap().is_none(), "it has ended");
         std::thread::sleep(Duration::from_millis(10));

@@ -99,8 +99,11 @@ pub fn series(outcomes: &[Outcome], figure: &str, against: &str) -> Result<Vec<S
 fn labels(groups: Vec<&Row>) -> Vec<String> {
     let varies = |name: &str| groups.iter().any(|group| group.get(name) != groups[0].get(name));
     let label = |group: &&Row| {
-        let parts = group.iter().filter(|(name, _)| varies(name));
-        parts.map(|(name, value)| format!("{name} {}", cell(Some(value)))).collect::<Vec<_>>().join(", ")
+        let parts = group.iter().filter(|(name, _)| varies(name)).map(|(name, value)| match value {
+            Value::String(text) => text.clone(),
+            value => format!("{name} {}", cell(Some(value))),
+        });
+        parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     };
     groups.iter().map(label).collect()
 }
@@ -129,6 +132,10 @@ pub fn plot(series: &[Series], figure: &str, against: &str) -> Result<String, Bo
     }
     let xs = around(smallest(|point| point.x), largest(|point| point.x));
     let ys = around(smallest(|point| point.low).min(0.0), largest(|point| point.high));
+    // The legend stands above what is plotted.
+    let has_legend = series.iter().any(|series| !series.label.is_empty());
+    let legend = if has_legend { (0.06 * (1 + series.len()) as f64).min(0.7) } else { 0.0 };
+    let ys = ys.start..ys.end + (ys.end - ys.start) * legend / (1.0 - legend);
     let font = ("sans-serif", 14);
     let mut svg = String::new();
     {
@@ -159,8 +166,9 @@ pub fn plot(series: &[Series], figure: &str, against: &str) -> Result<String, Bo
             });
             chart.draw_series(intervals)?;
         }
-        if series.iter().any(|series| !series.label.is_empty()) {
-            chart.configure_series_labels().label_font(font).border_style(BLACK).draw()?;
+        if has_legend {
+            let mut labels = chart.configure_series_labels();
+            labels.position(SeriesLabelPosition::UpperLeft).label_font(font).draw()?;
         }
         area.present()?;
     }

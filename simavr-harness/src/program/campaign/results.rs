@@ -163,8 +163,9 @@ mod tests {
         let row = flat(report);
         let names: Vec<_> = row.keys().map(String::as_str).collect();
         assert_eq!(names, ["cpu.master.mean", "cpu.slave", "faults", "consoles", "right"]);
-        let columns = columns(&[row.clone()]);
-        let text = csv(&columns, &[row]).unwrap();
+        let rows = [row];
+        let columns = columns(&rows);
+        let text = csv(&columns, &rows).unwrap();
         let expected =
             "cpu.master.mean,cpu.slave,faults,consoles,right\n0.25,,\"late, by a beat; lost\",1,true\n";
         assert_eq!(text, expected);

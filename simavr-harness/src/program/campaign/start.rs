@@ -1,6 +1,7 @@
 //! Starts the jobs of a campaign on this machine.
 
 use std::error::Error;
+use std::io::IsTerminal;
 use std::process::{Command, Stdio};
 
 use super::super::output::say;
@@ -12,7 +13,10 @@ use super::jobs::Jobs;
 /// There is neither, or it was ended by a signal.
 pub fn start(jobs: &Jobs, at_once: Option<usize>) -> Result<(), Box<dyn Error>> {
     let command = if has_parallel() {
-        jobs.parallel(at_once)?
+        let mut command = jobs.parallel(at_once)?;
+        // Its progress is for terminals.
+        command.retain(|argument| argument != "--bar" || std::io::stderr().is_terminal());
+        command
     } else {
         say(
             "superbot-sim: GNU parallel is not installed: xargs runs the jobs, and shows nothing meanwhile\n",

@@ -55,8 +55,7 @@ mod tests {
         assert!((value - expected).abs() < 5e-5, "{value} is not {expected}");
     }
 
-    /// As R's prop.test(..., correct = FALSE) has them; 81 of 263 is Newcombe's example (Statistics in Medicine
-    /// 17, 1998, Table I).
+    /// Newcombe, Statistics in Medicine 17 (1998), Table I, method 3; and where none or all failed, z²/(n + z²).
     #[test]
     fn wilsons_interval_is_that_of_the_books() {
         for (some, all, [low, high]) in [
