@@ -85,8 +85,8 @@ impl Jobs {
         ))
     }
 
-    /// Tasks of an array take turns at the lines: each the one of its number, and from there on every one that
-    /// is as many lines away as there are tasks.
+    /// Tasks of an array take turns at the lines: each the one of its number, and from there on every
+    /// one that is as many lines away as there are tasks.
     fn slurm(&self) -> Result<String, Box<dyn Error>> {
         let last = self.number.min(ARRAY);
         let list = text(&self.list_path())?;

@@ -24,8 +24,8 @@ use results::Outcome;
 pub use options::{Campaign, CampaignReport};
 pub use report::run as report;
 
-/// Writes what there is to run, and says how to run it, or does. Returns whether all robots did as they should,
-/// where they were run.
+/// Writes what there is to run, and says how to run it, or does. Returns whether all robots did as they
+/// should, where they were run.
 pub fn run(options: &Campaign) -> Result<bool, Box<dyn Error>> {
     let plan = Plan::of_file(&options.file, &options.images)?;
     let jobs = Jobs::new(&plan, &options.directory)?;

@@ -12,7 +12,7 @@ pub struct Mean {
     /// Of so many values.
     pub number: usize,
     pub mean: f64,
-    /// By how much the interval reaches to either side; `None` for a single value, which says nothing of that.
+    /// By how much the interval reaches to either side; `None` for a single value.
     pub margin: Option<f64>,
 }
 
@@ -31,8 +31,8 @@ pub fn mean(values: &[f64]) -> Option<Mean> {
     Some(Mean { number, mean, margin })
 }
 
-/// The Wilson interval for the probability of what came about in `some` cases of `all`; from 0 to 1 where there
-/// is no case.
+/// The Wilson interval for the probability of what came about in `some` cases of `all`; from 0 to 1 where
+/// there is no case.
 pub fn wilson(some: usize, all: usize) -> [f64; 2] {
     if all == 0 {
         return [0.0, 1.0];
@@ -55,7 +55,7 @@ mod tests {
         assert!((value - expected).abs() < 5e-5, "{value} is not {expected}");
     }
 
-    /// Newcombe, Statistics in Medicine 17 (1998), Table I, method 3; and where none or all failed, z²/(n + z²).
+    /// Newcombe, Statistics in Medicine 17 (1998), Table I, method 3; at the ends z²/(n + z²).
     #[test]
     fn wilsons_interval_is_that_of_the_books() {
         for (some, all, [low, high]) in [
