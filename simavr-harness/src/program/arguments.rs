@@ -8,6 +8,7 @@ use serde::Serialize;
 use simavr_harness::Variation;
 use simulation::Shape;
 
+use super::campaign::{Campaign, CampaignReport};
 use super::trace::McuName;
 
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
@@ -27,6 +28,10 @@ pub enum Command {
     Terrain(Terrain),
     /// Run a centipede by several Periods, and print how fast it is, and how far a charge takes it.
     Period(Period),
+    /// Write a list of jobs for all combinations of options that a file lists, for an engine to run.
+    Campaign(Campaign),
+    /// Print what came of a campaign's runs, and write it as tables.
+    Report(CampaignReport),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
 }
@@ -229,7 +234,7 @@ fn source(text: &str) -> Result<Source, String> {
     })
 }
 
-fn cores() -> usize {
+pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 

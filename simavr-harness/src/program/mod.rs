@@ -1,7 +1,8 @@
-//! The program behind `./x sim`, `./x terrain`, `./x period` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report` and `./x bench`.
 
 mod arguments;
 mod bench;
+mod campaign;
 mod concurrency;
 mod concurrency_plot;
 mod display;
@@ -33,6 +34,8 @@ pub fn main() -> ExitCode {
         Command::Sim(options) => sim::run(&options),
         Command::Terrain(options) => terrain::run(&options).map(|()| true),
         Command::Period(options) => period::run(&options).map(|()| true),
+        Command::Campaign(options) => campaign::run(&options),
+        Command::Report(options) => campaign::report(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

@@ -92,7 +92,7 @@ pub struct Report {
     pub consoles: Vec<Console>,
     /// Over the RAM, registers and clocks of all MCUs, in hexadecimal.
     pub state_hash: String,
-    #[serde(skip)]
+    /// What it did not do as it should, a line each.
     faults: Vec<String>,
 }
 

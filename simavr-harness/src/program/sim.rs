@@ -39,6 +39,28 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     let record = Record::of(options, robot_file, report.as_ref(), &scenario)?;
     let others = [report.as_ref(), record.as_ref().map(Record::destination)];
     let timeline = Timeline::of(options, robot_file, others, scenario.wiring.modules())?;
+    check(options, &scenario)?;
+    match options.engine {
+        EngineName::Simavr => {
+            let mut robot = build_robot(&scenario, options)?;
+            if let Some(timeline) = &timeline {
+                timeline.begin(&mut robot)?;
+            }
+            let engine = Engine::new(robot, options.threads);
+            run_robot(engine, scenario, options, Results { report, record, timeline })
+        }
+        EngineName::Host => {
+            let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
+            run_robot(robot, scenario, options, Results { report, record, timeline })
+        }
+    }
+}
+
+/// Whether what is asked for goes together.
+///
+/// # Errors
+/// It does not.
+pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     if scenario.terrain.is_some() && !has_world(options) {
         return Err(NO_WORLD.into());
     }
@@ -52,40 +74,28 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             return Err(format!("--vary {} is given twice", variation.of.name()).into());
         }
     }
-    match options.engine {
-        EngineName::Simavr => {
-            let mut robot = build_robot(&scenario, options)?;
-            if let Some(timeline) = &timeline {
-                timeline.begin(&mut robot)?;
-            }
-            let engine = Engine::new(robot, options.threads);
-            run_robot(engine, scenario, options, Results { report, record, timeline })
+    if matches!(options.engine, EngineName::Host) {
+        if options.world == Some(WorldName::Ground) {
+            return Err(
+                "the native engine has no world: leave --world out, or ask for --engine simavr".into()
+            );
         }
-        EngineName::Host => {
-            if options.world == Some(WorldName::Ground) {
-                return Err(
-                    "the native engine has no world: leave --world out, or ask for --engine simavr".into()
-                );
-            }
-            if options.core.is_some() {
-                return Err(
-                    "the native engine executes no images: leave --core out, or ask for --engine simavr"
-                        .into(),
-                );
-            }
-            if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
-                return Err("a console tells of programs that run: ask for --engine simavr".into());
-            }
-            if !scenario.images.is_empty() {
-                return Err(
-                    "the native engine executes no images: take each [[image]] out, or ask for --engine simavr"
-                        .into(),
-                );
-            }
-            let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
-            run_robot(robot, scenario, options, Results { report, record, timeline })
+        if options.core.is_some() {
+            return Err(
+                "the native engine executes no images: leave --core out, or ask for --engine simavr".into()
+            );
+        }
+        if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
+            return Err("a console tells of programs that run: ask for --engine simavr".into());
+        }
+        if !scenario.images.is_empty() {
+            return Err(
+                "the native engine executes no images: take each [[image]] out, or ask for --engine simavr"
+                    .into(),
+            );
         }
     }
+    Ok(())
 }
 
 /// What is asked for besides the summary.
@@ -182,7 +192,11 @@ pub fn has_world(options: &Sim) -> bool {
     matches!(options.engine, EngineName::Simavr) && options.world != Some(WorldName::None)
 }
 
-fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
+/// What robot is asked for, and what happens to it.
+///
+/// # Errors
+/// There is none such.
+pub fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
     match &options.robot {
         Source::Shape(shape) => {
             let modules = options.modules.unwrap_or(shape.usual_modules());

@@ -1,0 +1,137 @@
+//! A campaign's directory: the list of jobs, and how engines for lists of jobs take it.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use super::plan::{Plan, Planned};
+
+/// The most tasks of an array that Slurm takes unless it is set up otherwise (MaxArraySize).
+const ARRAY: usize = 1000;
+
+/// A list of jobs, and where it lies.
+pub struct Jobs {
+    directory: PathBuf,
+    list: String,
+    plan: String,
+    number: usize,
+}
+
+impl Jobs {
+    /// The jobs of `plan`, whose results go to `directory`.
+    ///
+    /// # Errors
+    /// Its path is no text.
+    pub fn new(plan: &Plan, directory: &Path) -> Result<Self, Box<dyn Error>> {
+        let directory = std::path::absolute(directory)?;
+        let mut list = String::new();
+        for run in &plan.runs {
+            writeln!(list, "{}", line(run, &directory)?)?;
+        }
+        let plan_text = serde_json::to_string_pretty(plan)? + "\n";
+        Ok(Jobs { directory, list, plan: plan_text, number: plan.runs.len() })
+    }
+
+    /// Writes all but the results.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn write(&self) -> Result<(), Box<dyn Error>> {
+        let results = results(&self.directory);
+        std::fs::create_dir_all(&results)
+            .map_err(|error| format!("can't make {}: {error}", results.display()))?;
+        let path = self.list_path();
+        let before = std::fs::read_to_string(&path).unwrap_or_default();
+        if before != self.list {
+            // It counts lines of a list that is no more. Runs that are done are known by their results.
+            let _ = std::fs::remove_file(self.joblog_path());
+        }
+        super::write(&path, &self.list)?;
+        super::write(&plan_path(&self.directory), &self.plan)?;
+        super::write(&self.slurm_path(), &self.slurm()?)
+    }
+
+    /// How GNU parallel runs the list, or goes on with it; `at_once` so many jobs, or one for each core.
+    pub fn parallel(&self, at_once: Option<usize>) -> Result<Vec<String>, Box<dyn Error>> {
+        let mut command: Vec<String> =
+            ["parallel", "--bar", "--resume-failed", "--joblog"].map(Into::into).into();
+        command.push(text(&self.joblog_path())?);
+        if let Some(at_once) = at_once {
+            command.extend(["--jobs".into(), at_once.to_string()]);
+        }
+        command.extend(["--arg-file".into(), text(&self.list_path())?, "sh".into(), "-c".into()]);
+        Ok(command)
+    }
+
+    /// Likewise xargs, which every Linux has.
+    pub fn xargs(&self, at_once: Option<usize>) -> Result<Vec<String>, Box<dyn Error>> {
+        let at_once = at_once.unwrap_or_else(super::super::arguments::cores);
+        let mut command: Vec<String> =
+            ["xargs", "--delimiter", "\\n", "--max-args", "1"].map(Into::into).into();
+        command.extend(["--max-procs".into(), at_once.to_string()]);
+        command.extend(["--arg-file".into(), text(&self.list_path())?, "sh".into(), "-c".into()]);
+        Ok(command)
+    }
+
+    /// What to do next.
+    pub fn advice(&self, at_once: Option<usize>) -> Result<String, Box<dyn Error>> {
+        let shell = |command: Vec<String>| shlex::try_join(command.iter().map(String::as_str));
+        Ok(format!(
+            "Run them, or go on, by one of\n  {}\n  {}\n  {}\nand then\n  {}\n",
+            shell(self.parallel(at_once)?)?,
+            shell(self.xargs(at_once)?)?,
+            shell(vec!["sbatch".into(), text(&self.slurm_path())?])?,
+            shell(vec!["./x".into(), "report".into(), text(&self.directory)?])?,
+        ))
+    }
+
+    /// Tasks of an array take turns at the lines: each the one of its number, and from there on every
+    /// one that is as many lines away as there are tasks.
+    fn slurm(&self) -> Result<String, Box<dyn Error>> {
+        let last = self.number.min(ARRAY);
+        let list = text(&self.list_path())?;
+        let list = shlex::try_quote(&list)?;
+        Ok(format!(
+            "#!/bin/sh\n#SBATCH --array=1-{last}\n#SBATCH --cpus-per-task=1\n#SBATCH --output=/dev/null\n\
+             sed -n \"${{SLURM_ARRAY_TASK_ID}}~{last}p\" {list} | sh\n"
+        ))
+    }
+
+    fn list_path(&self) -> PathBuf {
+        self.directory.join("jobs")
+    }
+
+    fn joblog_path(&self) -> PathBuf {
+        self.directory.join("joblog")
+    }
+
+    fn slurm_path(&self) -> PathBuf {
+        self.directory.join("slurm.sh")
+    }
+}
+
+/// Where a campaign's results are.
+pub fn results(directory: &Path) -> PathBuf {
+    directory.join("runs")
+}
+
+/// Where what a campaign runs is kept.
+pub fn plan_path(directory: &Path) -> PathBuf {
+    directory.join("campaign.json")
+}
+
+/// A job as a line for a shell. It is done once its result is there, however often it is run. It fails as the
+/// run does, of which the exit status is kept then.
+fn line(run: &Planned, directory: &Path) -> Result<String, Box<dyn Error>> {
+    let file = |end: &str| {
+        let path = text(&results(directory).join(format!("{}.{end}", run.key)))?;
+        Ok::<_, Box<dyn Error>>(shlex::try_quote(&path)?.into_owned())
+    };
+    let [json, said, status] = [file("json")?, file("err")?, file("status")?];
+    let command = shlex::try_join(run.command.iter().map(String::as_str))?;
+    Ok(format!("test -e {json} || {command} --json {json} 2>{said} || {{ echo $? >{status}; false; }}"))
+}
+
+fn text(path: &Path) -> Result<String, Box<dyn Error>> {
+    Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
+}

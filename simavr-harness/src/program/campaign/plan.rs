@@ -1,0 +1,202 @@
+//! What a campaign runs: each run with its name, its parameters and its command.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use clap::{Parser, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use super::super::arguments::{Arguments, Command, EngineName, Sim, Source};
+use super::super::sim;
+use super::file::{self, Line};
+
+/// All runs of a campaign, in the order in which they are listed.
+#[derive(Serialize, Deserialize)]
+pub struct Plan {
+    pub runs: Vec<Planned>,
+}
+
+/// A run that is to be made.
+#[derive(Serialize, Deserialize)]
+pub struct Planned {
+    /// Its name, which follows from its parameters, so that it keeps it where the campaign grows.
+    pub key: String,
+    /// The program and its arguments.
+    pub command: Line,
+    pub parameters: Parameters,
+}
+
+/// What a run differs by from the others, each as `./x sim` understands it, also where it is not said.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    pub robot: String,
+    pub modules: usize,
+    pub engine: String,
+    pub world: String,
+    pub seconds: f64,
+    pub loss: f64,
+    /// What varies from module to module, separated by blanks.
+    pub vary: String,
+    pub seed: u64,
+}
+
+impl Plan {
+    /// The runs that a campaign file asks for, by the images in `images` where they take some.
+    ///
+    /// # Errors
+    /// The file can't be read, is no campaign, or has a run that `./x sim` would refuse.
+    pub fn of_file(path: &Path, images: &Path) -> Result<Self, Box<dyn Error>> {
+        let text = super::read(path)?;
+        let directory = path.parent().unwrap_or(Path::new(""));
+        let program = std::env::current_exe()?;
+        let images = std::path::absolute(images)?;
+        let plan = file::lines(&text, directory)
+            .map_err(Into::into)
+            .and_then(|lines| Self::of(lines, &program, &images));
+        plan.map_err(|error| format!("{}: {error}", path.display()).into())
+    }
+
+    fn of(lines: Vec<Line>, program: &Path, images: &Path) -> Result<Self, Box<dyn Error>> {
+        let mut keys = BTreeSet::new();
+        let mut plan = Plan { runs: Vec::new() };
+        let mut checked: Option<(Line, usize)> = None;
+        for line in lines {
+            let options = parse(&line)?;
+            // Seeds change nothing about what goes together, nor about the number of modules.
+            let rest = without_seed(&line);
+            let modules = match checked.take() {
+                Some((before, modules)) if before == rest => modules,
+                _ => check(&options).map_err(|error| format!("sim {}: {error}", line.join(" ")))?,
+            };
+            checked = Some((rest, modules));
+            let parameters = Parameters::of(&options, modules);
+            let key = parameters.key();
+            if !keys.insert(key.clone()) {
+                return Err(format!("the run {key} is asked for twice: give each value once").into());
+            }
+            let mut command = vec![as_text(program)?, "sim".into()];
+            command.extend(line);
+            // As many runs at once as there are cores are done sooner than one run on all of them.
+            command.extend(["--threads", "1"].map(String::from));
+            if matches!(options.engine, EngineName::Simavr) {
+                command.extend(["--images".into(), as_text(images)?]);
+            }
+            plan.runs.push(Planned { key, command, parameters });
+        }
+        Ok(plan)
+    }
+}
+
+fn as_text(path: &Path) -> Result<String, Box<dyn Error>> {
+    Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
+}
+
+fn without_seed(line: &Line) -> Line {
+    line.iter().take_while(|argument| *argument != "--seed").cloned().collect()
+}
+
+fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
+    let arguments = ["superbot-sim", "sim"].into_iter().chain(line.iter().map(String::as_str));
+    match Arguments::try_parse_from(arguments) {
+        Ok(Arguments { command: Command::Sim(options) }) => Ok(options),
+        Ok(_) => Err("a campaign runs robots".into()),
+        // What it says of the program's usage would be about another command.
+        Err(error) => {
+            let text = error.to_string();
+            let text = text.split("\n\n").next().unwrap_or_default();
+            Err(text.trim_start_matches("error: ").to_owned().into())
+        }
+    }
+}
+
+/// Returns how many modules there are.
+fn check(options: &Sim) -> Result<usize, Box<dyn Error>> {
+    let scenario = sim::scenario(options)?;
+    sim::check(options, &scenario)?;
+    Ok(scenario.wiring.modules())
+}
+
+impl Parameters {
+    fn of(options: &Sim, modules: usize) -> Self {
+        let robot = match &options.robot {
+            Source::Shape(shape) => shape.name().into(),
+            Source::File(path) => shown(path),
+        };
+        let vary: Vec<_> =
+            options.vary.iter().map(|it| format!("{}={}%", it.of.name(), it.percent)).collect();
+        Parameters {
+            robot,
+            modules,
+            engine: options.engine.to_possible_value().map_or_else(String::new, |it| it.get_name().into()),
+            world: if sim::has_world(options) { "ground" } else { "none" }.into(),
+            seconds: options.seconds,
+            loss: options.loss,
+            vary: vary.join(" "),
+            seed: options.seed,
+        }
+    }
+
+    /// The name of a file for this run.
+    fn key(&self) -> String {
+        let Parameters { robot, modules, engine, world, seconds, loss, vary, seed } = self;
+        let key = format!("{robot}-{modules}.{engine}.{world}.{seconds}s.loss-{loss}.{vary}.seed-{seed}");
+        let plain =
+            |letter: char| if letter.is_ascii_alphanumeric() || ".-".contains(letter) { letter } else { '_' };
+        key.replace("..", ".").chars().map(plain).collect()
+    }
+}
+
+/// A robot file from the directory in which the program runs, where it lies there.
+fn shown(path: &Path) -> String {
+    let here =
+        std::env::current_dir().and_then(|here| here.canonicalize()).unwrap_or_else(|_| PathBuf::new());
+    path.strip_prefix(here).unwrap_or(path).display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(text: &str) -> Result<Plan, Box<dyn Error>> {
+        Plan::of(file::lines(text, Path::new("."))?, Path::new("/bin/superbot-sim"), Path::new("/images"))
+    }
+
+    #[test]
+    fn a_run_has_a_name_of_its_parameters_and_a_whole_command() {
+        let plan = plan("engine = ['host', 'simavr']\nseconds = 2\nloss = 0.25\nseed = 7").unwrap();
+        let keys: Vec<_> = plan.runs.iter().map(|run| run.key.as_str()).collect();
+        assert_eq!(
+            keys,
+            [
+                "centipede-100.host.none.2s.loss-0.25.seed-7",
+                "centipede-100.simavr.ground.2s.loss-0.25.seed-7"
+            ]
+        );
+        let commands: Vec<_> = plan.runs.iter().map(|run| run.command.join(" ")).collect();
+        let host = "/bin/superbot-sim sim --engine host --seconds 2 --loss 0.25 --seed 7 --threads 1";
+        assert_eq!(commands[0], host);
+        assert_eq!(commands[1], host.replace("host", "simavr") + " --images /images");
+    }
+
+    #[test]
+    fn what_the_simulator_would_refuse_is_refused_before_anything_runs() {
+        for (text, advice) in [
+            ("loss = [0.1, 2]", "give a probability from 0 to 1"),
+            ("seed = 'x'", "--seed"),
+            ("seed = -1", "--seed"),
+            ("engine = 'qemu'", "possible values: simavr, host"),
+            ("robot = 'square'", "give one of centipede, chain, ring"),
+            ("robot = '--json'", "--json"),
+            ("robot = ''", "give one of centipede, chain, ring"),
+            ("engine = ['simavr', 'host']\nworld = 'ground'", "leave --world out"),
+            ("engine = 'host'\nvary = 'mass=20%'", "--vary"),
+            ("robot = { shape = 'six-legs', modules = 2 }", "at least 11 modules"),
+            ("loss = [0.3, 0.3]", "asked for twice"),
+            ("seconds = [1, 1.0]", "asked for twice"),
+        ] {
+            let error = plan(text).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.contains(advice), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! What came of a campaign's runs, each as a row of named figures.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Map, Value};
+
+use super::jobs;
+use super::plan::{Plan, Planned};
+
+/// A figure by its name, in the order in which a report has them.
+pub type Row = Map<String, Value>;
+
+/// A run and what came of it.
+pub struct Outcome<'a> {
+    pub run: &'a Planned,
+    /// Its report, unless there is none.
+    report: Option<Row>,
+    /// The exit status: 0, 1 for a robot that did not as it should, or what the shell saw of a run without
+    /// a report. `None` for one that was not run, or not to its end.
+    pub status: Option<i64>,
+    /// Why it failed, a line each.
+    pub faults: Vec<String>,
+}
+
+/// What came of each run of `plan` so far, in its order.
+///
+/// # Errors
+/// A report is none.
+pub fn read<'a>(directory: &Path, plan: &'a Plan) -> Result<Vec<Outcome<'a>>, Box<dyn Error>> {
+    let results = jobs::results(directory);
+    plan.runs.iter().map(|run| Outcome::read(run, &results)).collect()
+}
+
+impl<'a> Outcome<'a> {
+    fn read(run: &'a Planned, results: &Path) -> Result<Self, Box<dyn Error>> {
+        let file = |end: &str| results.join(format!("{}.{end}", run.key));
+        let path = file("json");
+        if !path.exists() {
+            let status = fs::read_to_string(file("status")).ok().and_then(|text| text.trim().parse().ok());
+            let said = fs::read(file("err")).unwrap_or_default();
+            let said = String::from_utf8_lossy(&said);
+            let faults = said.lines().filter(|line| status.is_some() && !line.is_empty());
+            return Ok(Outcome { run, report: None, status, faults: faults.map(str::to_owned).collect() });
+        }
+        let text = super::read(&path)?;
+        let none = || format!("{} is no report: remove it, and run its job again", path.display());
+        let report: Map<String, Value> = serde_json::from_str(&text).map_err(|_| none())?;
+        let faults = report.get("faults").and_then(Value::as_array).ok_or_else(none)?;
+        let faults: Vec<_> = faults.iter().filter_map(Value::as_str).map(str::to_owned).collect();
+        Ok(Outcome { run, report: Some(report), status: Some(i64::from(!faults.is_empty())), faults })
+    }
+
+    /// Whether it has a report.
+    pub fn is_done(&self) -> bool {
+        self.report.is_some()
+    }
+
+    pub fn has_failed(&self) -> bool {
+        self.status.is_some_and(|status| status != 0)
+    }
+
+    /// All that is known of it: its name, its parameters, its exit status and the figures of its report.
+    ///
+    /// # Errors
+    /// None that parameters could have.
+    pub fn row(&self) -> Result<Row, Box<dyn Error>> {
+        let mut row = Row::new();
+        row.insert("run".into(), self.run.key.clone().into());
+        flatten("", &serde_json::to_value(&self.run.parameters)?, &mut row);
+        row.insert("exit_status".into(), self.status.into());
+        if let Some(report) = &self.report {
+            let mut figures = Row::new();
+            flatten("", &Value::Object(report.clone()), &mut figures);
+            for (name, value) in figures {
+                // What the report repeats of the parameters stands there already.
+                row.entry(name).or_insert(value);
+            }
+        }
+        Ok(row)
+    }
+}
+
+/// Puts what `value` consists of into `row`: fields of an object by `name.field`; of a list its texts, or how
+/// many there are of what is more than a text.
+fn flatten(name: &str, value: &Value, row: &mut Row) {
+    match value {
+        Value::Object(fields) => {
+            for (field, value) in fields {
+                let name = if name.is_empty() { field.clone() } else { format!("{name}.{field}") };
+                flatten(&name, value, row);
+            }
+        }
+        Value::Array(values) => {
+            let texts: Option<Vec<_>> = values.iter().map(Value::as_str).collect();
+            let cell = match texts {
+                Some(texts) if name == "faults" => texts.join("; ").into(),
+                _ => values.len().into(),
+            };
+            row.insert(name.into(), cell);
+        }
+        value => {
+            row.insert(name.into(), value.clone());
+        }
+    }
+}
+
+/// The names in any of `rows`, those of a first row first. A name whose value is missing throughout is left
+/// out where other rows have fields of it.
+pub fn columns(rows: &[Row]) -> Vec<String> {
+    let mut columns: Map<String, Value> = Map::new();
+    for (name, value) in rows.iter().flatten() {
+        let has_value = columns.entry(name.clone()).or_insert(false.into());
+        *has_value = (*has_value == true || !value.is_null()).into();
+    }
+    let is_object = |name: &str| columns.keys().any(|other| other.starts_with(&format!("{name}.")));
+    let kept = columns.iter().filter(|(name, has_value)| **has_value == true || !is_object(name));
+    kept.map(|(name, _)| name.clone()).collect()
+}
+
+/// A value as a cell of a table: nothing for one that is missing.
+pub fn cell(value: Option<&Value>) -> String {
+    match value {
+        None | Some(Value::Null) => String::new(),
+        Some(Value::String(text)) => text.clone(),
+        // 60 s are no more exact as 60.0.
+        Some(Value::Number(number)) if number.is_f64() => number.as_f64().unwrap_or_default().to_string(),
+        Some(value) => value.to_string(),
+    }
+}
+
+/// `rows` as CSV (RFC 4180).
+///
+/// # Errors
+/// None that memory could have.
+pub fn csv(columns: &[String], rows: &[Row]) -> Result<String, Box<dyn Error>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(columns)?;
+    for row in rows {
+        writer.write_record(columns.iter().map(|column| cell(row.get(column))))?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn flat(value: Value) -> Row {
+        let mut row = Row::new();
+        flatten("", &value, &mut row);
+        row
+    }
+
+    #[test]
+    fn a_report_becomes_a_row_of_figures() {
+        let report = json!({
+            "cpu": { "master": { "mean": 0.25 }, "slave": null },
+            "types": {}, "faults": ["late, by a beat", "lost"], "consoles": [{ "at": 1 }], "right": true
+        });
+        let row = flat(report);
+        let names: Vec<_> = row.keys().map(String::as_str).collect();
+        assert_eq!(names, ["cpu.master.mean", "cpu.slave", "faults", "consoles", "right"]);
+        let rows = [row];
+        let columns = columns(&rows);
+        let text = csv(&columns, &rows).unwrap();
+        let expected =
+            "cpu.master.mean,cpu.slave,faults,consoles,right\n0.25,,\"late, by a beat; lost\",1,true\n";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn rows_with_different_figures_share_a_table() {
+        let rows =
+            [flat(json!({ "hop": null, "n": null })), flat(json!({ "hop": { "mean": 3 }, "n": null }))];
+        assert_eq!(columns(&rows), ["n", "hop.mean"]);
+        assert_eq!(csv(&columns(&rows), &rows).unwrap(), "n,hop.mean\n,\n,3\n");
+    }
+}

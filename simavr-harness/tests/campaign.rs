@@ -1,0 +1,246 @@
+//! Campaigns and their reports, as `./x campaign` and `./x report` run them.
+
+use std::fs;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use tempfile::TempDir;
+
+/// Eight runs: a chain walks, and a body of one module, which nobody leads, does not.
+const FILE: &str = "
+robot = { shape = 'chain', modules = [1, 5] }
+engine = 'host'
+seconds = 2
+loss = [0, 0.1]
+seed = { from = 1, to = 2 }
+";
+
+struct Campaign(TempDir);
+
+impl Campaign {
+    /// With a directory whose name a shell would take apart.
+    fn of(text: &str) -> Self {
+        let campaign = Campaign(tempfile::tempdir().unwrap());
+        fs::write(campaign.path("campaign.toml"), text).unwrap();
+        campaign
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.path().join(name).to_str().unwrap().into()
+    }
+
+    fn directory(&self) -> String {
+        self.path("it's a $campaign")
+    }
+
+    fn file(&self, name: &str) -> String {
+        fs::read_to_string(Path::new(&self.directory()).join(name)).unwrap()
+    }
+
+    fn plan(&self, arguments: &[&str]) -> Output {
+        program(&[&["campaign", &self.path("campaign.toml"), &self.directory()], arguments].concat())
+    }
+
+    fn report(&self, arguments: &[&str]) -> Output {
+        program(&[&["report", &self.directory()], arguments].concat())
+    }
+
+    /// The names of the results, and when each was written.
+    fn results(&self) -> Vec<(String, std::time::SystemTime)> {
+        let files = fs::read_dir(Path::new(&self.directory()).join("runs")).unwrap().map(Result::unwrap);
+        let mut results: Vec<_> = files
+            .map(|file| {
+                (file.file_name().into_string().unwrap(), file.metadata().unwrap().modified().unwrap())
+            })
+            .filter(|(name, _)| name.ends_with(".json"))
+            .collect();
+        results.sort();
+        results
+    }
+
+    /// Each line of the table by the names of its columns.
+    fn rows(&self, name: &str) -> Vec<impl Fn(&str) -> String> {
+        let text = self.file(name);
+        let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let heading = lines.next().unwrap();
+        let row = |cells: Vec<String>| {
+            let heading = heading.clone();
+            move |name: &str| cells[heading.iter().position(|column| column == name).expect(name)].clone()
+        };
+        lines.map(row).collect()
+    }
+}
+
+fn program(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_superbot-sim")).args(arguments).output().expect("the program can be run")
+}
+
+fn shell(command: &str) -> Output {
+    Command::new("sh").args(["-c", command]).output().expect("there is a shell")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap() + &String::from_utf8_lossy(&output.stderr)
+}
+
+#[test]
+fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
+    let campaign = Campaign::of(FILE);
+    let planned = campaign.plan(&[]);
+    assert_eq!(planned.status.code(), Some(0), "{}", said(&planned));
+    assert!(said(&planned).contains("runs: 8, done: 0"), "{}", said(&planned));
+
+    // Three are done, then somebody interrupts it.
+    let jobs = campaign.file("jobs");
+    let lines: Vec<_> = jobs.lines().collect();
+    assert_eq!(lines.len(), 8);
+    // A job fails as its run does.
+    assert!(!shell(lines[0]).status.success());
+    assert!(shell(lines[4]).status.success() && shell(lines[7]).status.success());
+    let first = campaign.results();
+    assert_eq!(first.len(), 3);
+    let report = said(&campaign.report(&[]));
+    assert!(report.contains("still to run: 5") && report.contains("1 of 2"), "{report}");
+
+    let resumed = campaign.plan(&["--run", "--jobs", "2"]);
+    assert_eq!(resumed.status.code(), Some(1), "{}", said(&resumed));
+    assert!(said(&resumed).contains("runs: 8, done: 8, failed: 4"), "{}", said(&resumed));
+    let results = campaign.results();
+    assert_eq!(results.len(), 8);
+    assert!(first.iter().all(|result| results.contains(result)), "none is run twice");
+
+    let report = campaign.report(&[]);
+    assert_eq!(report.status.code(), Some(0), "{}", said(&report));
+    let report = said(&report);
+    assert!(report.contains("| 1 | 0.1 | 2 | 2 | 34.2 to 100.0 |"), "{report}");
+    assert!(report.contains("| 5 | 0 | 2 | 0 | 0.0 to 65.8 |"), "{report}");
+    let (runs, summary) = (campaign.rows("runs.csv"), campaign.rows("summary.csv"));
+    assert_eq!((runs.len(), summary.len()), (8, 4));
+    for run in &runs {
+        assert_eq!(run("exit_status"), if run("modules") == "1" { "1" } else { "0" });
+        assert_eq!(run("hop_latency_us.mean").is_empty(), run("modules") == "1");
+    }
+    assert_eq!((summary[3]("done"), summary[3]("failed")), ("2".into(), "0".into()));
+
+    // What failed is told with its command, and fails by it as it did.
+    let told: Vec<_> = report.lines().filter_map(|line| line.strip_prefix("exit status 1: ")).collect();
+    assert_eq!(told.len(), 4, "{report}");
+    let again = shell(told[0]);
+    assert_eq!(again.status.code(), Some(1));
+    let fault = report.lines().skip_while(|line| !line.contains(told[0])).nth(1).unwrap().trim();
+    assert!(String::from_utf8_lossy(&again.stderr).contains(fault), "{fault}: {}", said(&again));
+    let run = Path::new(&campaign.directory()).join("runs").join(runs[0]("run"));
+    assert!(fs::read_to_string(format!("{}.err", run.display())).unwrap().contains(fault));
+}
+
+#[test]
+fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
+    // It takes seconds, so it is in the midst of them when it is killed.
+    let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 1500");
+    let (file, directory) = (campaign.path("campaign.toml"), campaign.directory());
+    let mut running = Command::new(env!("CARGO_BIN_EXE_superbot-sim"))
+        .args(["campaign", &file, &directory, "--run"])
+        .process_group(0)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = Path::new(&directory).join("runs/chain-5.host.none.1500s.loss-0.seed-1.err");
+    while !begun.exists() {
+        assert!(running.try_wait().unwrap().is_none(), "it has ended");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(shell(&format!("kill -KILL -{}", running.id())).status.success());
+    running.wait().unwrap();
+    assert!(campaign.results().is_empty());
+    let report = campaign.report(&[]);
+    assert!(said(&report).contains("still to run: 1"), "{}", said(&report));
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));
+    assert_eq!(campaign.results().len(), 1);
+}
+
+#[test]
+fn tasks_of_an_array_do_each_job_once() {
+    let campaign = Campaign::of(FILE);
+    campaign.plan(&[]);
+    for task in 1..=8 {
+        let script = Path::new(&campaign.directory()).join("slurm.sh");
+        let run =
+            Command::new("sh").arg(script).env("SLURM_ARRAY_TASK_ID", task.to_string()).output().unwrap();
+        assert_eq!(run.status.success(), task > 4, "{}", said(&run));
+        assert_eq!(campaign.results().len(), task);
+    }
+}
+
+#[test]
+fn a_run_that_can_not_be_made_fails_and_is_made_once_it_can() {
+    let campaign = Campaign::of("robot = 'two.toml'\nengine = 'host'\nseconds = 2");
+    let robot = campaign.path("two.toml");
+    let text = "modules = 2\nshape = 'chain'\n";
+    fs::write(&robot, text).unwrap();
+    campaign.plan(&[]);
+    fs::write(&robot, "modules = 0").unwrap();
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(2), "it is refused beforehand");
+    assert!(!shell(&campaign.file("jobs")).status.success());
+    let report = said(&campaign.report(&[]));
+    assert!(report.contains("exit status 2: ") && report.contains("give a number of modules"), "{report}");
+    assert_eq!(campaign.rows("runs.csv")[0]("exit_status"), "2");
+    assert_eq!(campaign.rows("summary.csv")[0]("done"), "0");
+
+    fs::write(&robot, text).unwrap();
+    let mended = campaign.plan(&["--run"]);
+    assert_eq!(mended.status.code(), Some(0), "{}", said(&mended));
+    campaign.report(&[]);
+    assert_eq!(campaign.rows("runs.csv")[0]("exit_status"), "0");
+}
+
+#[test]
+fn a_campaign_that_grows_keeps_what_is_done() {
+    let text =
+        |seeds| format!("robot = 'chain'\nengine = 'host'\nseconds = 2\nseed = {{ from = 1, to = {seeds} }}");
+    let campaign = Campaign::of(&text(1));
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));
+    let before = campaign.results();
+    fs::write(campaign.path("campaign.toml"), text(3)).unwrap();
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));
+    let results = campaign.results();
+    assert!(results.len() == 3 && results.contains(&before[0]));
+
+    let plot = |figure, against| {
+        let svg = campaign.path("plot.svg");
+        campaign.report(&["--plot", figure, "--against", against, "--svg", &svg])
+    };
+    assert_eq!(plot("hop_latency_us.mean", "seed").status.code(), Some(0));
+    let svg = fs::read_to_string(campaign.path("plot.svg")).unwrap();
+    assert_eq!(svg.matches("<circle").count(), 3);
+    assert!(svg.contains("hop_latency_us.mean") && svg.contains("prefers-color-scheme: dark"));
+    assert_eq!(plot("failed", "loss").status.code(), Some(0));
+    for (figure, against, advice) in [
+        ("hop_latency", "loss", "no run has a number by that name; there are failed, "),
+        ("failed", "engine", "give one of loss, modules, seconds, seed"),
+    ] {
+        let output = plot(figure, against);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(said(&output).contains(advice), "{}", said(&output));
+    }
+}
+
+#[test]
+fn what_is_no_campaign_is_refused_with_advice() {
+    let campaign = Campaign::of("engine = 'host'\nlos = 0.1");
+    for (output, advice) in [
+        (campaign.plan(&[]), "unknown field `los`"),
+        (campaign.plan(&["--jobs", "0"]), "give a number of jobs from 1 to 1024"),
+        (campaign.report(&[]), "./x campaign FILE.toml DIR makes one"),
+        (campaign.report(&["--plot", "failed"]), "--against"),
+        (program(&["campaign", "nowhere.toml", &campaign.directory()]), "can't read nowhere.toml"),
+    ] {
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains(advice), "{}", said(&output));
+    }
+    assert!(!Path::new(&campaign.directory()).exists());
+    let campaign = Campaign::of(FILE);
+    fs::write(campaign.directory(), "a file").unwrap();
+    assert!(said(&campaign.plan(&[])).contains("can't make"), "{}", said(&campaign.plan(&[])));
+}
