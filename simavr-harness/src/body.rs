@@ -12,6 +12,7 @@ use tasks::motor::Axis;
 use tasks::superbot::{MASTER, SLAVE};
 
 use crate::controller::Controller;
+use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};
 use crate::mcu::Mcu;
 use crate::part::Pin;
 use crate::repair::adc::Multiplexer;
@@ -31,26 +32,9 @@ const MULTIPLEXER: Multiplexer = Multiplexer {
     address: [Pin { port: 'G', bit: 0 }, Pin { port: 'G', bit: 1 }, Pin { port: 'G', bit: 2 }],
 };
 
-/// Where a joint's bridge is wired to, and which inputs measure it.
-pub(crate) struct JointWiring {
-    pub controller: Controller,
-    pub axis: Axis,
-    /// Data addresses of the compare register, and the bit of TCCR1A that gives its pin to the timer.
-    pub compare: u16,
-    pub connected: u8,
-    /// The bit of PORTC that gives the direction.
-    pub direction: u8,
-    potentiometer: usize,
-    current: usize,
-}
-
 // Data addresses: a look at a register is far cheaper than asking simavr for a pin's level.
-pub(crate) const TCCR1A: u16 = 0x4f;
-pub(crate) const TCCR1B: u16 = 0x4e;
 const TCNT1H: u16 = 0x4d;
 const TCNT1L: u16 = 0x4c;
-pub(crate) const ICR1: u16 = 0x46;
-pub(crate) const PORTC: u16 = 0x35;
 const PORTD: u16 = 0x32;
 const PORTB: u16 = 0x38;
 
@@ -58,32 +42,6 @@ const PORTB: u16 = 0x38;
 /// pulse of the motors, 20,000 a second, and tell each pin of its level.
 const FOLLOWED: [u16; 13] =
     [PORTC, ICR1, 0x47, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
-
-pub(crate) const JOINTS: [JointWiring; 3] = [
-    half_joint(Controller::Master, Axis::Front),
-    JointWiring {
-        controller: Controller::Master,
-        axis: Axis::Roll,
-        compare: 0x48,
-        connected: 1 << 5,
-        direction: 1,
-        potentiometer: 2,
-        current: 3,
-    },
-    half_joint(Controller::Slave, Axis::Back),
-];
-
-const fn half_joint(controller: Controller, axis: Axis) -> JointWiring {
-    JointWiring {
-        controller,
-        axis,
-        compare: 0x4a,
-        connected: 1 << 7,
-        direction: 0,
-        potentiometer: 0,
-        current: 1,
-    }
-}
 
 /// The docks of each half, by their places.
 const DOCKS: [(Controller, [Dock; 3]); 2] =

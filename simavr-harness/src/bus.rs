@@ -10,7 +10,7 @@
 
 use crate::mcu::Mcu;
 use crate::repair::twi::Command;
-use crate::trace::Slice;
+use crate::trace::{BusSignal, Slice};
 
 /// Status codes (tables "Status Codes for Master Transmitter Mode" and following).
 mod status {
@@ -78,18 +78,6 @@ pub struct Bus {
     counts: BusCounts,
     /// What was on the wires, where that is to be noted.
     signals: Option<Vec<Slice<BusSignal>>>,
-}
-
-/// What takes the wires of a bus for a while: a START and a STOP for a bit, a byte for nine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusSignal {
-    /// Or a repeated one.
-    Start,
-    Byte {
-        value: u8,
-        acknowledged: bool,
-    },
-    Stop,
 }
 
 /// What a bus has carried since power-up.

@@ -10,9 +10,7 @@ use crate::cpu::{Core, Cpu, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution::{self, Watchers};
 use crate::image::{Image, Place};
-use crate::job::Jobs;
 use crate::marker::{self, Marker, Markers};
-use crate::masked::{OpenedBy, Windows};
 use crate::part::{Part, Pin};
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
@@ -28,6 +26,11 @@ use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
 
 mod explore;
+mod job;
+pub mod masked;
+
+use job::Jobs;
+use masked::{OpenedBy, Windows};
 
 /// Data address of the status register.
 const SREG: u16 = 0x5f;

@@ -8,7 +8,7 @@ use tasks::superbot::{Half, MASTER, SLAVE};
 use thiserror::Error;
 
 use crate::body::{self, Body};
-use crate::bus::{Bus, BusCounts, BusSignal};
+use crate::bus::{Bus, BusCounts};
 use crate::character::Character;
 use crate::controller::Controller;
 use crate::counters;
@@ -17,7 +17,7 @@ use crate::lockstep;
 use crate::mcu::{Mcu, McuError};
 use crate::part::{Part, Pin};
 use crate::serial_pins::SerialPins;
-use crate::trace::Slice;
+use crate::trace::{BusSignal, Slice};
 
 /// The programs of a module's MCUs.
 #[derive(Clone, Debug)]

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::program::Program;
-use crate::{Annotations, Image, Problem};
+use crate::registers::StackPointer;
 
-pub use crate::program::{Found, Place};
+/// A place and a stack pointer: how a function gets to a place with different stack pointers is kept apart.
+pub type Place = (u32, StackPointer);
 
 /// An instruction, or two that are decoded as one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -40,25 +40,4 @@ pub enum Masking {
 pub struct Flow {
     pub entry: Option<Place>,
     pub nodes: BTreeMap<Place, Node>,
-}
-
-/// The control flow of all functions that a program's tasks and interrupts reach, by where they begin.
-/// Interrupts find the stack that `found` says.
-///
-/// # Errors
-/// All that keeps a function from being followed.
-pub fn functions(
-    image: &Image,
-    annotations: &Annotations,
-    found: Found,
-) -> Result<BTreeMap<u32, Flow>, Vec<Problem>> {
-    let mut program = Program::new(image, annotations, found);
-    let entries: Vec<_> = image.vectors().chain(image.tasks.iter().map(|task| task.entry)).collect();
-    for entry in entries {
-        program.function(entry);
-    }
-    if !program.problems.is_empty() {
-        return Err(program.problems.into_iter().collect());
-    }
-    Ok(program.into_flows())
 }

@@ -41,9 +41,12 @@ pub mod vectors;
 pub use annotations::{AnnotationError, Annotations};
 pub use image::{Image, ImageError};
 pub use problem::Problem;
+pub use program::Found;
 pub use report::{Stack, Step};
 
-use program::{Found, Program, SWITCH};
+use std::collections::BTreeMap;
+
+use program::{Program, SWITCH};
 use usage::{Usage, Use};
 
 /// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds
@@ -75,6 +78,27 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     stacks.push(Stack::of_kernel(image, kernel.with(&on_kernel)));
     program.problems.append(&mut nested.problems);
     if program.problems.is_empty() { Ok(stacks) } else { Err(program.problems.into_iter().collect()) }
+}
+
+/// The control flow of all functions that a program's tasks and interrupts reach, by where they begin.
+/// Interrupts find the stack that `found` says.
+///
+/// # Errors
+/// All that keeps a function from being followed.
+pub fn flows(
+    image: &Image,
+    annotations: &Annotations,
+    found: Found,
+) -> Result<BTreeMap<u32, flow::Flow>, Vec<Problem>> {
+    let mut program = Program::new(image, annotations, found);
+    let entries: Vec<_> = image.vectors().chain(image.tasks.iter().map(|task| task.entry)).collect();
+    for entry in entries {
+        program.function(entry);
+    }
+    if !program.problems.is_empty() {
+        return Err(program.problems.into_iter().collect());
+    }
+    Ok(program.into_flows())
 }
 
 /// What interrupts use of the stack that they find; and `kernel` is raised to what they use of the kernel's

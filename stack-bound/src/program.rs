@@ -4,7 +4,7 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use crate::flow::{Flow, Masking};
+use crate::flow::{Flow, Masking, Place};
 use crate::instruction::{self, Instruction, decode};
 use crate::problem::Problem;
 use crate::registers::{PRESERVED, StackPointer};
@@ -58,9 +58,6 @@ impl Return {
         }
     }
 }
-
-/// A place and a stack pointer: how a function gets to a place with different stack pointers is kept apart.
-pub type Place = (u32, StackPointer);
 
 pub struct Program<'a> {
     pub image: &'a Image,

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use serde::Serialize;
-use stack_bound::flow::{Found, functions};
-use stack_bound::{Annotations, Image, vectors};
+use stack_bound::{Annotations, Found, Image, flows, vectors};
 
 use crate::execution::Timer;
 use crate::facts::Facts;
@@ -102,7 +101,7 @@ impl Bounds {
         let mut bounds = Bounds::default();
         let mut problems = BTreeSet::new();
         for found in [Found::Task, Found::Kernel] {
-            let flows = functions(image, annotations, found)
+            let flows = flows(image, annotations, found)
                 .map_err(|problems| problems.into_iter().map(Problem::Flow).collect::<Vec<_>>())?;
             let facts = Facts::new(image, notes, &flows).map_err(Vec::from_iter)?;
             let mut timer = Timer::new(image, &flows, &facts);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{BenchError, Measured, Stretch, TestImages, unmeasurable};
-use crate::masked::{MaskedWindow, OpenedBy};
+use crate::mcu::masked::{MaskedWindow, OpenedBy};
 
 /// So long runs an image that does not end, in cycles: 0.25 s.
 const RUN: u64 = 4_000_000;

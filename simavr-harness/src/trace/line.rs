@@ -1,6 +1,5 @@
 //! The levels of wires, by what was sent there.
 
-use crate::bus::BusSignal;
 use crate::character::Character;
 use crate::probe::Edge;
 use crate::serial_pins::{BITS, levels};
@@ -57,6 +56,18 @@ pub fn serial_line(name: String, characters: &[Character]) -> Line {
         lows.map(move |(number, _)| (bit(number), bit(number + 1)))
     });
     Line::of(name, true, lows.collect())
+}
+
+/// What takes the wires of a bus for a while: a START and a STOP for a bit, a byte for nine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusSignal {
+    /// Or a repeated one.
+    Start,
+    Byte {
+        value: u8,
+        acknowledged: bool,
+    },
+    Stop,
 }
 
 /// SCL and SDA of a two-wire bus that carries these signals.

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::character::Character;
-pub use line::{Line, bus_lines, serial_line};
+pub use line::{BusSignal, Line, bus_lines, serial_line};
 pub use motors::motor_lines;
 pub(crate) use tracer::Tracer;
 pub use track::Slice;

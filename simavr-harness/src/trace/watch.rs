@@ -1,9 +1,9 @@
 //! Which instructions and which bytes of SRAM are looked at.
 
-use crate::body::{ICR1, JOINTS, PORTC, TCCR1A, TCCR1B};
 use crate::cpu::Cpu;
 use crate::image::{Image, Place};
 use crate::interpreter::instruction::{self, Flow, Instruction, Memory, Special, Step, Store, Transfer};
+use crate::joint_pins::{ICR1, JOINTS, PORTC, TCCR1A, TCCR1B};
 use crate::trace::NotTraceable;
 
 /// The opcode of SLEEP.

@@ -1,0 +1,51 @@
+//! Which pins and registers of the MCUs the motors of a module's joints are wired to, as `board/src/superbot.rs` has it.
+
+use tasks::motor::Axis;
+
+use crate::controller::Controller;
+
+/// Data addresses.
+pub const TCCR1A: u16 = 0x4f;
+pub const TCCR1B: u16 = 0x4e;
+pub const ICR1: u16 = 0x46;
+pub const PORTC: u16 = 0x35;
+
+/// Where a joint's bridge is wired to, and which inputs measure it.
+pub struct JointWiring {
+    pub controller: Controller,
+    pub axis: Axis,
+    /// Data addresses of the compare register, and the bit of TCCR1A that gives its pin to the timer.
+    pub compare: u16,
+    pub connected: u8,
+    /// The bit of PORTC that gives the direction.
+    pub direction: u8,
+    /// The inputs of the converter.
+    pub potentiometer: usize,
+    pub current: usize,
+}
+
+pub const JOINTS: [JointWiring; 3] = [
+    half_joint(Controller::Master, Axis::Front),
+    JointWiring {
+        controller: Controller::Master,
+        axis: Axis::Roll,
+        compare: 0x48,
+        connected: 1 << 5,
+        direction: 1,
+        potentiometer: 2,
+        current: 3,
+    },
+    half_joint(Controller::Slave, Axis::Back),
+];
+
+const fn half_joint(controller: Controller, axis: Axis) -> JointWiring {
+    JointWiring {
+        controller,
+        axis,
+        compare: 0x4a,
+        connected: 1 << 7,
+        direction: 0,
+        potentiometer: 0,
+        current: 1,
+    }
+}
