@@ -1,4 +1,5 @@
-//! What `./x bench concurrency` adds, each as a task of its own. It is in no image that a module is flashed with.
+//! What `./x bench concurrency` adds, each as a task of its own. It is in no image that a module is flashed
+//! with.
 
 use board::debug::mark;
 use board::delay;

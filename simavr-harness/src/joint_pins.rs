@@ -1,4 +1,5 @@
-//! Which pins and registers of the MCUs the motors of a module's joints are wired to, as `board/src/superbot.rs` has it.
+//! Which pins and registers of the MCUs the motors of a module's joints are wired to, as
+//! `board/src/superbot.rs` has it.
 
 use tasks::motor::Axis;
 

@@ -1,5 +1,5 @@
-//! `./x sim --trace FILE.vcd`: the levels are read as an instrument at the pins would see them, and held against
-//! the timeline of the same run.
+//! `./x sim --trace FILE.vcd`: the levels are read as an instrument at the pins would see them, and held
+//! against the timeline of the same run.
 
 use std::collections::BTreeMap;
 use std::fs::File;

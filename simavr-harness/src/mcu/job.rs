@@ -33,8 +33,8 @@ impl Mcu {
         self.jobs = Some(Jobs { begin, switch, turn: None, longest: 0, times: 0 });
     }
 
-    /// The most cycles of a turn since turns were [recorded](Self::record_turns), without the kernel's switches,
-    /// other tasks and interrupts; and how many turns there were.
+    /// The most cycles of a turn since turns were [recorded](Self::record_turns), without the kernel's
+    /// switches, other tasks and interrupts; and how many turns there were.
     pub fn recorded_turns(&self) -> (u64, u64) {
         self.jobs.as_ref().map_or((0, 0), |jobs| (jobs.longest, jobs.times))
     }

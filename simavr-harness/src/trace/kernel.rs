@@ -3,8 +3,8 @@
 //! Where its fields lie is told by `repr(C)` of [`ready.rs`](../../../kernel/src/ready.rs),
 //! [`control_block.rs`](../../../kernel/src/control_block.rs), [`proxy.rs`](../../../kernel/src/proxy.rs) and
 //! [`timer.rs`](../../../kernel/src/timer.rs), with addresses of two bytes; what links mean by
-//! [`link.rs`](../../../kernel/src/link.rs). A program that runs wild may have anything there: nothing here counts on
-//! its being right.
+//! [`link.rs`](../../../kernel/src/link.rs). A program that runs wild may have anything there: nothing here
+//! counts on its being right.
 
 use crate::cpu::Cpu;
 use crate::trace::NotTraceable;

@@ -17,8 +17,8 @@ pub struct Size {
     pub ram_bytes: usize,
     /// Of it the stacks.
     pub stack_bytes: usize,
-    /// Of what is there for this program alone: its wiring, and what gives the state machines their turns. Lines
-    /// that are neither empty nor comment.
+    /// Of what is there for this program alone: its wiring, and what gives the state machines their turns.
+    /// Lines that are neither empty nor comment.
     pub lines: usize,
     /// Of what the bench adds.
     pub trial_lines: usize,
