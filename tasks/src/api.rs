@@ -44,3 +44,63 @@ impl Api {
         (self.trace)(event);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::mailbox::Mailbox;
+    use crate::router::{Mcu, Router};
+    use crate::sensor::Sensor;
+    use crate::superbot::RESIDENCE;
+    use kernel::{Priority, Stack, host};
+    use std::sync::Mutex;
+    use std::vec::Vec;
+
+    #[test]
+    fn messages_requests_and_events_get_out() {
+        static HORMONE: Mailbox = Mailbox::new(2);
+        static DEVICES: Mailbox = Mailbox::new(2);
+        static BRIDGE: Mailbox = Mailbox::new(0);
+        static OFFICE: PostOffice = PostOffice {
+            router: Router::new(Mcu::Master, RESIDENCE),
+            tasks: &[(TaskCode::HORMONE, &HORMONE)],
+            devices: &DEVICES,
+            links: &[],
+            bridge: &BRIDGE,
+        };
+        static STACK: Stack<2000> = Stack::new();
+        static EVENTS: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+        host::run_for(
+            1,
+            |boot| {
+                let body = |task: &mut Task| {
+                    let api = Api::new(&OFFICE, |event| EVENTS.lock().expect("no test panicked").push(event));
+                    let (to, from) = (Address::here(TaskCode::HORMONE), Address::here(TaskCode::CONSOLE));
+                    let message = Message::new(to, from, &[7]).expect("it is short");
+                    assert_eq!(api.send(task, message), Ok(()));
+                    let taken = HORMONE.take(task).expect("it has come");
+                    assert_eq!(taken.message(), message);
+
+                    let read = Request::Read(Sensor::AccelerationZ);
+                    assert_eq!(api.request(task, TaskCode::CONSOLE, read), Ok(()));
+                    let taken = DEVICES.take(task).expect("it has come");
+                    assert_eq!((taken.from(), Request::from_payload(taken.payload())), (from, Some(read)));
+                    assert_eq!(taken.to(), Address::here(TaskCode::ACCELEROMETER));
+                    // The bridge's mailbox has no room.
+                    let read = Request::Read(Sensor::BatteryVoltage);
+                    assert_eq!(api.request(task, TaskCode::CONSOLE, read), Err(Undelivered::NoRoom));
+                    api.trace(0x42);
+                    drop(taken);
+                    loop {
+                        task.delay(kernel::LONGEST);
+                    }
+                };
+                STACK.start(boot, Priority::P4, body).expect("the stack is free");
+            },
+            |_, _| {},
+        );
+        assert_eq!(*EVENTS.lock().expect("no test panicked"), [0x42]);
+    }
+}

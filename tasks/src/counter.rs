@@ -46,3 +46,29 @@ impl Counter {
         context.mask(|masked| self.0.get(masked))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernel::{Priority, Stack, Task, host};
+
+    #[test]
+    fn it_counts_is_taken_over_and_begins_again() {
+        static COUNTER: Counter = Counter::new();
+        static STACK: Stack<2000> = Stack::new();
+        let body = |task: &mut Task| {
+            assert_eq!(COUNTER.get(task), 0);
+            COUNTER.count(task);
+            COUNTER.count(task);
+            assert_eq!(COUNTER.get(task), 2);
+            COUNTER.set(task, u16::MAX);
+            assert_eq!(COUNTER.get(task), u16::MAX);
+            COUNTER.count(task);
+            assert_eq!(COUNTER.get(task), 0);
+            loop {
+                task.delay(kernel::LONGEST);
+            }
+        };
+        host::run_for(1, |boot| STACK.start(boot, Priority::P4, body).expect("the stack is free"), |_, _| {});
+    }
+}
