@@ -64,5 +64,5 @@ fn print_table(bounds: &Bounds) {
 }
 
 fn print_json(bounds: &Bounds) {
-    println!("{}", serde_json::json!(bounds));
+    println!("{}", serde_json::to_string(bounds).expect("names and numbers"));
 }

@@ -144,7 +144,7 @@ fn the_program_prints_a_table_or_json_and_fails_without_a_bound() {
     assert!(table.status.success() && text.contains("    55      55      0  1 INT0\n"), "{text}");
     let json = run(&[&elf, &none, &notes, Path::new("--json")]);
     let text = String::from_utf8(json.stdout).expect("text");
-    assert!(text.contains(r#"{"cycles":55,"masked":55,"masked_again":0,"vector":1}"#), "{text}");
+    assert!(text.contains(r#"{"vector":1,"cycles":55,"masked":55,"masked_again":0}"#), "{text}");
 
     let without = run(&[&elf, &none, &none]);
     let errors = String::from_utf8(without.stderr).expect("text");

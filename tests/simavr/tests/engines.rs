@@ -24,7 +24,7 @@ const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 const APART_PER_HOP: u64 = 3 * MILLISECOND;
 
 /// How far apart their mean hop latencies may be, in parts of the longer.
-const LATENCY_APART: f64 = 0.05;
+const LATENCY_APART: f64 = 0.06;
 
 /// Of so many hormones no more than one is repeated in either engine: nothing is lost here but what ends that
 /// send at once drown.
