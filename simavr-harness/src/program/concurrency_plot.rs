@@ -8,16 +8,11 @@ use plotters::prelude::*;
 use simavr_harness::bench::concurrency::{Case, Concurrency, Row, Style};
 
 use super::concurrency::{name, title};
+use super::dark::for_any_page;
 
 const TASKS: RGBColor = RGBColor(9, 105, 218);
 const LOOP: RGBColor = RGBColor(207, 34, 46);
 const FONT: (&str, u32) = ("sans-serif", 14);
-
-/// What a dark page has in place of a plot's white, black and grey.
-const DARK: &str = r##"<style>@media (prefers-color-scheme: dark) {
-[fill="#FFFFFF"] { fill: #0d1117 } [fill="#000000"] { fill: #e6edf3 } [stroke="#000000"] { stroke: #8c959f }
-[fill="#0969DA"] { fill: #58a6ff } [fill="#CF222E"] { fill: #ff7b72 } }</style>
-"##;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -61,16 +56,14 @@ pub fn plot(figures: &Concurrency) -> Result<String, Box<dyn Error>> {
         }
         area.present()?;
     }
-    let begin = svg.find("<rect").ok_or("the plot is empty")?;
-    svg.insert_str(begin, DARK);
-    Ok(svg)
+    for_any_page(svg)
 }
 
 /// The pixels of a panel above and below what is plotted.
 const ABOVE: i32 = 40;
 const BELOW: i32 = 50;
 
-/// The height at which a case stands in an area.
+/// The height of a case in an area.
 fn height(case: usize, area: &Area) -> i32 {
     let (_, height) = area.dim_in_pixel();
     ABOVE + (2 * case as i32 + 1) * (height as i32 - ABOVE - BELOW) / (2 * Case::ALL.len() as i32)

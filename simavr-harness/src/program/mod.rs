@@ -5,6 +5,7 @@ mod bench;
 mod campaign;
 mod concurrency;
 mod concurrency_plot;
+mod dark;
 mod display;
 mod images;
 mod json;

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::results::{self, Outcome, Row, cell};
 use super::statistics::{mean, wilson};
 use super::summary::{numbers, parameters};
+use crate::program::dark::for_any_page;
 
 /// The figure that is no run's, but of many: how many of 100 failed.
 const FAILED: &str = "failed";
@@ -20,17 +21,6 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(154, 103, 0),
     RGBColor(87, 96, 106),
 ];
-
-/// What a dark page has in place of a plot's white, black and colours.
-const DARK: &str = r##"<style>@media (prefers-color-scheme: dark) {
-[fill="#FFFFFF"] { fill: #0d1117 } [fill="#000000"] { fill: #e6edf3 } [stroke="#000000"] { stroke: #8c959f }
-[fill="#0969DA"] { fill: #58a6ff } [stroke="#0969DA"] { stroke: #58a6ff }
-[fill="#CF222E"] { fill: #ff7b72 } [stroke="#CF222E"] { stroke: #ff7b72 }
-[fill="#1A7F37"] { fill: #56d364 } [stroke="#1A7F37"] { stroke: #56d364 }
-[fill="#8250DF"] { fill: #bc8cff } [stroke="#8250DF"] { stroke: #bc8cff }
-[fill="#9A6700"] { fill: #e3b341 } [stroke="#9A6700"] { stroke: #e3b341 }
-[fill="#57606A"] { fill: #8b949e } [stroke="#57606A"] { stroke: #8b949e } }</style>
-"##;
 
 /// Runs that differ by their seeds and the parameter only.
 pub struct Series {
@@ -172,9 +162,7 @@ pub fn plot(series: &[Series], figure: &str, against: &str) -> Result<String, Bo
         }
         area.present()?;
     }
-    let begin = svg.find("<rect").ok_or("the plot is empty")?;
-    svg.insert_str(begin, DARK);
-    Ok(svg)
+    for_any_page(svg)
 }
 
 /// From `least` to `most` and somewhat more.
