@@ -1,21 +1,13 @@
 //! The program `superbot-sim`, as `./x sim` and people's CI run it.
 
+mod command;
+
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use command::{images, run};
 use serde_json::Value;
-
-/// Where `./x build` puts the robot's images.
-fn images() -> PathBuf {
-    std::env::var_os("SUPERBOT_IMAGES")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from)
-}
-
-fn run(arguments: &[&str]) -> Output {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
-    program.args(arguments).env("SUPERBOT_IMAGES", images()).output().expect("the program can be run")
-}
 
 /// What the program printed to the standard output, all of it.
 fn json(output: &Output) -> Value {

@@ -1,12 +1,14 @@
 //! `./x sim --trace FILE.vcd`: the levels are read as an instrument at the pins would see them, and held
 //! against the timeline of the same run.
 
+mod command;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
-use std::process::Command as Process;
 
+use command::run;
 use serde_json::Value;
 use vcd::{Command, IdCode, Parser, ScopeItem, Value as Level};
 
@@ -21,12 +23,9 @@ const ROBOT: [&str; 8] =
     ["sim", "chain", "--modules", "2", "--seconds", "1", "--trace-of", "0.master,0.slave,1.master"];
 
 fn trace(name: &str) -> (Value, PathBuf) {
-    let images = std::env::var_os("SUPERBOT_IMAGES")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from);
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{name}", std::process::id()));
-    let mut program = Process::new(env!("CARGO_BIN_EXE_superbot-sim"));
-    program.args(ROBOT).args(["--world", "none", "--json", "-", "--trace"]).arg(&path);
-    let output = program.env("SUPERBOT_IMAGES", images).output().expect("the program can be run");
+    let path_text = path.to_str().expect("the path is text");
+    let output = run(&[&ROBOT[..], &["--world", "none", "--json", "-", "--trace", path_text]].concat());
     let error = String::from_utf8_lossy(&output.stderr);
     (serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{error}")), path)
 }

@@ -1,23 +1,15 @@
 //! `./x sim --trace`: a timeline is read as Perfetto reads it, and held against the summary.
 
+mod command;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use command::run;
 use serde_json::Value;
 
 /// Cycles in a microsecond, the unit of time in the file.
 const MICROSECOND: f64 = 16.0;
-
-fn images() -> PathBuf {
-    std::env::var_os("SUPERBOT_IMAGES")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from)
-}
-
-fn run(arguments: &[&str]) -> Output {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
-    program.args(arguments).env("SUPERBOT_IMAGES", images()).output().expect("the program can be run")
-}
 
 /// A file that no other test writes.
 fn file(name: &str) -> PathBuf {
