@@ -1,11 +1,12 @@
-//! Sleep, for a program that waits for interrupts by itself. The kernel's idle task sleeps where one does not.
+//! Sleep, for a program that waits for interrupts by itself. The kernel's idle task sleeps where one does
+//! not.
 
 use core::arch::asm;
 
 use kernel::{Context, Interrupt, Task};
 
-/// Sleeps until an interrupt has been served, unless `has_work` says that there is something to do. Interrupts
-/// are masked while that looks, so that none comes between the look and the sleep.
+/// Sleeps until an interrupt has been served, unless `has_work` says that there is something to do.
+/// Interrupts are masked while that looks, so that none comes between the look and the sleep.
 #[inline(always)]
 pub fn sleep_unless(task: &mut Task, has_work: impl FnOnce(&mut Interrupt) -> bool) {
     task.mask(|_| {

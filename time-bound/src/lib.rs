@@ -3,7 +3,7 @@
 //!
 //! # How
 //! The control flow is that which [`stack_bound`] follows: each way through each function, with what it
-//! calls. What each instruction takes stands in [`stack_bound::timing`], which a test holds against simavr
+//! calls. What each instruction takes is in [`stack_bound::timing`], which a test holds against simavr
 //! for every opcode. The longest way through a function is found by implicit path enumeration: how often
 //! each edge is taken is a variable of a linear program, whose optimum is the bound. What bounds loops from
 //! above the machine code does not tell: that is [noted](Notes), and a loop without a note is an error that

@@ -29,7 +29,7 @@ pub struct Noted {
 /// tasks::link::receive::run = 4 job(4(7(32) 2))
 /// firmware_master::__vector_34::handler -> kernel::post = 1
 /// ```
-/// A function's loops follow each other as in flash, and what stands in brackets behind one is inside of it.
+/// A function's loops follow each other as in flash, and what is in brackets behind one is inside of it.
 /// Where another compiler makes other loops the notes no longer fit, and are refused. The second line says
 /// how often the function calls another at most: each time that it is called, or in each job.
 #[derive(Debug, Default)]

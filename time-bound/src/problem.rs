@@ -9,7 +9,8 @@ pub enum Problem {
     #[error(transparent)]
     Flow(stack_bound::Problem),
     #[error(
-        "nobody says how often the loops of {function} go round, {}; note \"{function} = turns\", in this shape: {shape}",
+        "nobody says how often the loops of {function} go round, {}; note \"{function} = turns\", in this shape: \
+         {shape}",
         addresses(.headers)
     )]
     NotNoted { function: String, headers: Vec<u32>, shape: String },
@@ -28,7 +29,8 @@ pub enum Problem {
     )]
     Nested { function: String, address: u32 },
     #[error(
-        "what {function} does was not followed, for its use of the stack is noted: how long it takes nobody knows"
+        "what {function} does was not followed, for its use of the stack is noted: how long it takes nobody \
+         knows"
     )]
     NotFollowed { function: String },
     #[error("interrupt {vector} does not come to an end, or has a loop that is noted as a task's job")]

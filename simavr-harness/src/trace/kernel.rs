@@ -190,7 +190,7 @@ fn queue_of(cpu: Cpu, task: u16) -> Option<u16> {
     (link & END != 0).then_some(link & !END)
 }
 
-/// Who stands in the queue of a semaphore.
+/// Who waits in the queue of a semaphore.
 fn queue(cpu: Cpu, semaphore: u16) -> Vec<u16> {
     let mut waiting = Vec::new();
     let mut link = word(cpu, semaphore);

@@ -24,8 +24,8 @@ impl Neighbours {
         Neighbours { mailbox, api, state }
     }
 
-    /// Takes a message, if there is one, and does what it is time for. Returns when it has another turn though
-    /// nothing is posted.
+    /// Takes a message, if there is one, and does what it is time for. Returns when it has another turn
+    /// though nothing is posted.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
         let time = now(task);

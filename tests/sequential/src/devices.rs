@@ -1,4 +1,5 @@
-//! The bridge and the devices in turns: what [`tasks::bridge::task`] and [`tasks::devices::task`] do as tasks.
+//! The bridge and the devices in turns: what [`tasks::bridge::task`] and [`tasks::devices::task`] do as
+//! tasks.
 
 use board::twi::Interface;
 use kernel::{Task, Ticks, now};

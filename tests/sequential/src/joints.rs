@@ -34,8 +34,8 @@ impl<J: JointMotors, const N: usize> Driver<J, N> {
         Driver { motors, joints, devices, phase: Phase::Off, news }
     }
 
-    /// Has its turn: one of `motors` was ordered, or its period has begun, or it is time for it. Returns when it
-    /// has another though nothing is posted.
+    /// Has its turn: one of `motors` was ordered, or its period has begun, or it is time for it. Returns when
+    /// it has another though nothing is posted.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task, is_ordered: bool, is_period: bool) -> Option<Ticks> {
         match self.phase {

@@ -1,9 +1,9 @@
-//! The master MCU of a module as a sequential program: one loop that looks at everything in turn. It is made of
-//! the drivers, links, control, topology and rules of `firmware-master`, and does the same.
+//! The master MCU of a module as a sequential program: one loop that looks at everything in turn. It is made
+//! of the drivers, links, control, topology and rules of `firmware-master`, and does the same.
 //!
-//! Bytes, I2C and conversions are interrupt-fed, as there. The loop is the only task that the kernel knows. It
-//! never blocks: it takes the semaphores that drivers post if they have a signal, compares deadlines with the
-//! clock, and sleeps by itself. So the kernel has nothing to schedule.
+//! Bytes, I2C and conversions are interrupt-fed, as there. The loop is the only task that the kernel knows.
+//! It never blocks: it takes the semaphores that drivers post if they have a signal, compares deadlines with
+//! the clock, and sleeps by itself. So the kernel has nothing to schedule.
 //!
 //! The joints' control, which is to be done within a millisecond, is looked at between any two others. The
 //! slave is `firmware-slave`.

@@ -63,8 +63,9 @@ fn sequential_master() -> Image {
     Image::load(path).unwrap_or_else(|error| panic!("{error}; ./x bench concurrency builds it"))
 }
 
-/// Where the modules of a chain have the joints at their fronts, in degrees, every 20 ms from 3 to 9 s: they walk
-/// by a gait that turns no other joint of the master, slowly, so that the joint comes to rest between two orders.
+/// Where the modules of a chain have the joints at their fronts, in degrees, every 20 ms from 3 to 9 s: they
+/// walk by a gait that turns no other joint of the master, slowly, so that the joint comes to rest between
+/// two orders.
 fn waves(images: Images) -> Vec<f64> {
     let robot = RobotBuilder::chain(images, 3).seed(1).build().expect("the robot can be built");
     let mut engine = Engine::new(robot, 1);

@@ -1,5 +1,5 @@
-//! The behaviour that docs/first-behaviour.md adds, in the images that `./x tutorial` makes of that page: on the
-//! master, and on the slave.
+//! The behaviour that docs/first-behaviour.md adds, in the images that `./x tutorial` makes of that page: on
+//! the master, and on the slave.
 
 use std::sync::Arc;
 

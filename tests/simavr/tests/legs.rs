@@ -1,5 +1,5 @@
-//! Legs come off and are put on, and modules change places, while a centipede walks: robots/legs.toml, with the
-//! images that it is flashed with, in the world and without, and natively.
+//! Legs come off and are put on, and modules change places, while a centipede walks: robots/legs.toml, with
+//! the images that it is flashed with, in the world and without, and natively.
 
 use simavr_harness::{Engine, Ground, RobotBuilder};
 use simulation::{Native, Robot, Run, Scenario, faults};
@@ -31,8 +31,8 @@ fn engine(builder: RobotBuilder) -> Engine {
     Engine::new(builder.build().expect("it can be built"), 2)
 }
 
-/// Runs a robot through the file's events. A Period and the time of discovery after each, every module knows its
-/// neighbours and its type, the gait is right, and as many legs walk as there are.
+/// Runs a robot through the file's events. A Period and the time of discovery after each, every module knows
+/// its neighbours and its type, the gait is right, and as many legs walk as there are.
 fn assert_comes_right<R: Robot>(robot: R, name: &str) -> Run<R> {
     let timeline = scenario().timeline;
     let moments: Vec<u64> = std::iter::once(0).chain(timeline.iter().map(|event| event.at)).collect();

@@ -1,5 +1,5 @@
-//! No interrupt and no task ever masks interrupts for longer than was computed, and no period of the joints' control
-//! computes for longer.
+//! No interrupt and no task ever masks interrupts for longer than was computed, and no period of the joints'
+//! control computes for longer.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +16,8 @@ const SECOND: u64 = CLOCK_HZ as u64;
 /// The module that is looked at.
 const FLOODED: usize = 0;
 
-/// What pulls at the joints, in Nm, to and fro, and for how long each, in cycles: so that they are controlled.
+/// What pulls at the joints, in Nm, to and fro, and for how long each, in cycles: so that they are
+/// controlled.
 const PULL: f64 = 3.0;
 const TURN: u64 = SECOND / 20;
 const TURNS: u64 = 16;

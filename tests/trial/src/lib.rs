@@ -1,6 +1,6 @@
-//! What `./x bench concurrency` adds to a module's behaviours: two that have something to do every 7 and every
-//! 11 ms, one that answers an edge at the pin of the external interrupt, and one that computes now and then,
-//! for a time that nobody knows beforehand.
+//! What `./x bench concurrency` adds to a module's behaviours: two that have something to do every 7 and
+//! every 11 ms, one that answers an edge at the pin of the external interrupt, and one that computes now and
+//! then, for a time that nobody knows beforehand.
 //!
 //! The firmware runs them as tasks, the sequential program in its loop. Both say by marks what they do.
 
@@ -25,7 +25,8 @@ pub const ENDLESS: u16 = u16::MAX;
 #[unsafe(no_mangle)]
 pub static TRIAL_LENGTH: MaskedCell<u16> = MaskedCell::new(0);
 
-/// Whether the loop computes a piece in each turn, and is to look at all the rest between two of them. Likewise.
+/// Whether the loop computes a piece in each turn, and is to look at all the rest between two of them.
+/// Likewise.
 #[unsafe(no_mangle)]
 pub static TRIAL_IS_CUT: MaskedCell<bool> = MaskedCell::new(false);
 

@@ -90,8 +90,8 @@ pub struct Row {
     pub control_done_us_max: f64,
     /// How far something turned a joint of the master that was to be kept at 0 degrees, at most.
     pub joint_strays_deg_max: f64,
-    /// Bytes that came and found no place, unknown where the MCU was reset; and frames that neighbours of this
-    /// kind had to repeat.
+    /// Bytes that came and found no place, unknown where the MCU was reset; and frames that neighbours of
+    /// this kind had to repeat.
     pub bytes_lost: Option<u64>,
     pub frames_repeated: u64,
     /// Hormones that did not arrive, and the time from one module's HORMONE to the next one's.
