@@ -1,8 +1,9 @@
 //! Executes a program: by the [`interpreter`] of the harness what that knows, by simavr's own the rest.
 
+use instruction_set::Instruction;
+
 use crate::coverage::Coverage;
 use crate::cpu::Cpu;
-use crate::interpreter::instruction::Instruction;
 use crate::interpreter::{self, Note, Now};
 use crate::trace::Tracer;
 

@@ -5,12 +5,13 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use instruction_set::Instruction;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind, SymbolSection, elf};
 use thiserror::Error;
 
 use crate::coverage::Coverage;
-use crate::interpreter::instruction::{self, Instruction};
+use crate::interpreter;
 
 mod code;
 
@@ -106,7 +107,7 @@ impl Image {
             return Err(ImageError::Empty);
         }
         let symbols = file.symbols().filter_map(named_symbol).collect();
-        Ok(Self { program: instruction::decode(&flash), flash, symbols, coverage: None })
+        Ok(Self { program: interpreter::decode(&flash), flash, symbols, coverage: None })
     }
 
     /// The same, left to simavr's own interpreter, which decodes an instruction each time that it executes it.
@@ -117,7 +118,7 @@ impl Image {
     /// A program without symbols; not `decoded`, it is left to simavr's interpreter.
     #[cfg(test)]
     pub(crate) fn of_flash(flash: Vec<u8>, decoded: bool) -> Self {
-        let program = if decoded { instruction::decode(&flash) } else { Vec::new() };
+        let program = if decoded { interpreter::decode(&flash) } else { Vec::new() };
         Self { program, flash, symbols: BTreeMap::new(), coverage: None }
     }
 

@@ -6,20 +6,41 @@
 
 use std::cell::Cell;
 
-use crate::cpu::{Access, CoreState, Cpu, IO_START};
-use instruction::{
-    Arithmetic, Bits, Branch, Compare, Flow, Instruction, Jump, Load, Memory, Move, Special, Stack, Step,
-    Store, Sum, Transfer, Z,
+use instruction_set::{
+    Arithmetic, Bits, Branch, Compare, Flow, Instruction, Jump, Load, Memory, Move, Rare, Special, Stack,
+    Step, Store, Sum, Transfer, Z,
 };
+
+use crate::cpu::{Access, CoreState, Cpu, IO_START};
 use status::{INTERRUPT, Status, TRANSFER};
 
-pub(crate) mod instruction;
 mod status;
 
 /// Data addresses of registers that the core itself uses.
 const SPL: u16 = 0x5d;
 const SPH: u16 = 0x5e;
 const SREG: u16 = 0x5f;
+
+/// Decodes what is in flash, word by word: any of them may be jumped to. Nothing of a program that may write
+/// its own flash. What leads out of the program, as round the end of the flash, is left to simavr.
+pub(crate) fn decode(flash: &[u8]) -> Vec<Instruction> {
+    let words: Vec<u16> = flash.chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect();
+    let leads_out = |to| u32::from(to) as usize >= words.len();
+    let followers = words.iter().skip(1).copied().chain([u16::MAX]);
+    let mut program = Vec::with_capacity(words.len());
+    for ((&opcode, second), at) in words.iter().zip(followers).zip(0..) {
+        let instruction = instruction_set::decode(at, opcode, second);
+        if instruction == Rare::Spm.into() {
+            return Vec::new();
+        }
+        program.push(if instruction.target().is_some_and(leads_out) {
+            Instruction::NONE
+        } else {
+            instruction
+        });
+    }
+    program
+}
 
 /// Takes note of what is executed.
 pub(crate) trait Note {
@@ -436,7 +457,7 @@ impl Core<'_> {
                 cycles = 3;
             }
             Special::Nop => {}
-            Special::Other => return None,
+            Special::Rare(_) => return None,
         }
         Some(Done { cycles, next })
     }

@@ -26,9 +26,9 @@
 //!   saved. An interrupt compares SP with `__heap_start` to know whether it has found a task's stack.
 
 mod annotations;
+pub mod effect;
 pub mod flow;
 mod image;
-pub mod instruction;
 mod problem;
 mod program;
 mod registers;

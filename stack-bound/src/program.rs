@@ -4,8 +4,8 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use crate::effect::{self, Effect, effect};
 use crate::flow::{Flow, Masking, Place};
-use crate::instruction::{self, Instruction, decode};
 use crate::problem::Problem;
 use crate::registers::{PRESERVED, StackPointer};
 use crate::state::State;
@@ -156,20 +156,19 @@ impl<'a> Program<'a> {
     /// Takes note of where an instruction leads: of all that was known there, the last time it was the most.
     fn record(&self, place: Place, next: &[(Place, State)], flow: &mut Flow) {
         let (flash, address) = (&self.image.flash, place.0);
-        let Some((instruction, length)) = decode(flash, address) else { return };
+        let Some((effect, length)) = effect(flash, address) else { return };
         let behind = address + length;
         let node = flow.nodes.entry(place).or_default();
-        node.next =
-            next.iter().map(|&(to, _)| (to, timing::more_cycles(instruction, behind, to.0))).collect();
-        node.masking = match instruction {
-            Instruction::DisableInterrupts => Masking::Masks,
-            Instruction::EnableInterrupts => Masking::Enables,
-            Instruction::Return if timing::is_return_from_interrupt(flash, address) => Masking::Enables,
-            Instruction::ReadStatus(register) => Masking::Reads(register),
-            Instruction::WriteStatus(register) => Masking::Restores(register),
+        node.next = next.iter().map(|&(to, _)| (to, timing::more_cycles(effect, behind, to.0))).collect();
+        node.masking = match effect {
+            Effect::DisableInterrupts => Masking::Masks,
+            Effect::EnableInterrupts => Masking::Enables,
+            Effect::Return if timing::is_return_from_interrupt(flash, address) => Masking::Enables,
+            Effect::ReadStatus(register) => Masking::Reads(register),
+            Effect::WriteStatus(register) => Masking::Restores(register),
             _ => Masking::Nothing,
         };
-        let parts = std::iter::successors(Some(address), |at| Some(at + instruction::skipped(flash, *at)));
+        let parts = std::iter::successors(Some(address), |at| Some(at + effect::length(flash, *at)));
         let parts = parts.take_while(|&at| at < behind);
         node.cycles = parts.map(|at| timing::cycles(flash, at, self.image.return_address)).sum();
         if timing::is_sleep(flash, address) {
@@ -189,12 +188,12 @@ impl<'a> Program<'a> {
         let name = image.name(address);
         self.note(place, 0, &Function::default(), state.is_interruptible(), function)?;
         let compared = state.begin();
-        let Some((instruction, length)) = decode(&image.flash, address) else {
+        let Some((effect, length)) = effect(&image.flash, address) else {
             return Err(Problem::NoCode { function: name.to_owned(), address });
         };
         let next = address + length;
-        Ok(match instruction {
-            Instruction::Return => {
+        Ok(match effect {
+            Effect::Return => {
                 let preserved = match stack_pointer {
                     StackPointer::Own(0) => state.preserved(),
                     StackPointer::Own(_) => {
@@ -207,35 +206,35 @@ impl<'a> Program<'a> {
                 function.returns = Some(here.or(function.returns));
                 Vec::new()
             }
-            Instruction::Jump(0) => Vec::new(), // the program starts anew
-            Instruction::Jump(target) => vec![((target, stack_pointer), state)],
-            Instruction::JumpIndirect => {
+            Effect::Jump(0) => Vec::new(), // the program starts anew
+            Effect::Jump(target) => vec![((target, stack_pointer), state)],
+            Effect::JumpIndirect => {
                 let targets = self.targets(address, &state)?;
                 targets.into_iter().map(|target| ((target, stack_pointer), state.clone())).collect()
             }
             // Where an interrupt asks whether it has found a task's stack: these lie below all else that is
             // free.
-            Instruction::BranchIfSameOrHigher(target) if compared == Some(image.variables_end) => {
+            Effect::BranchIfSameOrHigher(target) if compared == Some(image.variables_end) => {
                 let next = if self.found == Found::Kernel { target } else { next };
                 vec![((next, stack_pointer), state)]
             }
-            Instruction::Branch(target) | Instruction::BranchIfSameOrHigher(target) => {
+            Effect::Branch(target) | Effect::BranchIfSameOrHigher(target) => {
                 vec![((next, stack_pointer), state.clone()), ((target, stack_pointer), state)]
             }
-            Instruction::Skip => {
-                let after = next + instruction::skipped(&image.flash, next);
+            Effect::Skip => {
+                let after = next + effect::length(&image.flash, next);
                 vec![((next, stack_pointer), state.clone()), ((after, stack_pointer), state)]
             }
-            Instruction::LoadAboveY(_, bytes) if self.is_return_address(&state, bytes) => {
+            Effect::LoadAboveY(_, bytes) if self.is_return_address(&state, bytes) => {
                 return Err(Problem::ReturnAddress { function: name.to_owned(), address });
             }
             // A call to the next instruction makes room on the stack.
-            Instruction::Call(target) if target == next => {
+            Effect::Call(target) if target == next => {
                 let stack_pointer = state.push_unknown(stack_pointer, image.return_address);
                 vec![((next, stack_pointer), state)]
             }
-            Instruction::Call(target) => self.call(place, next, &[target], state, function)?,
-            Instruction::CallIndirect => {
+            Effect::Call(target) => self.call(place, next, &[target], state, function)?,
+            Effect::CallIndirect => {
                 let targets = self.targets(address, &state)?;
                 self.call(place, next, &targets, state, function)?
             }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::instruction::Half;
+use crate::effect::Half;
 
 /// What is known of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,6 +1,6 @@
 //! What is known at a place in a program, and what an instruction makes of it.
 
-use crate::instruction::{Half, Instruction};
+use crate::effect::{Effect, Half};
 use crate::registers::{Byte, PRESERVED, Pair, Registers, StackPointer};
 
 /// Whether an interrupt may occur before an instruction.
@@ -97,14 +97,14 @@ impl State {
     }
 
     /// After an instruction that leads to the next; returns the stack pointer then.
-    pub fn apply(&mut self, instruction: Instruction, stack_pointer: StackPointer) -> StackPointer {
-        match instruction {
-            Instruction::Push(from) => return self.push(stack_pointer, self.registers.byte(from)),
-            Instruction::Pop(to) => {
+    pub fn apply(&mut self, effect: Effect, stack_pointer: StackPointer) -> StackPointer {
+        match effect {
+            Effect::Push(from) => return self.push(stack_pointer, self.registers.byte(from)),
+            Effect::Pop(to) => {
                 self.registers.set(to, self.pushed.pop().unwrap_or(Byte::Unknown));
                 return lowered(stack_pointer, -1);
             }
-            Instruction::ReadStackPointer(half, to) => {
+            Effect::ReadStackPointer(half, to) => {
                 let byte = match stack_pointer {
                     StackPointer::Own(depth) => Byte::OfStackPointer(half, depth),
                     StackPointer::Fixed(_) | StackPointer::Elsewhere => Byte::Unknown,
@@ -112,36 +112,36 @@ impl State {
                 self.registers.set(to, byte);
                 self.is_saved |= byte != Byte::Unknown;
             }
-            Instruction::WriteStackPointer(half, from) => return self.write(half, from, stack_pointer),
-            Instruction::LoadAboveY(to, _) => self.registers.set(to, Byte::Unknown),
-            Instruction::Load(to, value) => self.registers.set(to, Byte::Is(value)),
-            Instruction::Copy(to, from) => self.registers.set(to, self.registers.byte(from)),
-            Instruction::CopyPair(to, from) => self.registers.copy_pair(to, from),
-            Instruction::ComparePair(low, value, high) => {
+            Effect::WriteStackPointer(half, from) => return self.write(half, from, stack_pointer),
+            Effect::LoadAboveY(to, _) => self.registers.set(to, Byte::Unknown),
+            Effect::Load(to, value) => self.registers.set(to, Byte::Is(value)),
+            Effect::Copy(to, from) => self.registers.set(to, self.registers.byte(from)),
+            Effect::CopyPair(to, from) => self.registers.copy_pair(to, from),
+            Effect::ComparePair(low, value, high) => {
                 let is_own = matches!(self.registers.pair(low).stack_pointer(), StackPointer::Own(_));
                 if let (true, Byte::Is(high)) = (is_own, self.registers.byte(high)) {
                     self.compared = Some(u16::from_le_bytes([value, high]));
                 }
             }
-            Instruction::EnableInterrupts => self.enable(),
-            Instruction::DisableInterrupts => self.interrupts = Interrupts::Masked,
-            Instruction::ReadStatus(to) => {
+            Effect::EnableInterrupts => self.enable(),
+            Effect::DisableInterrupts => self.interrupts = Interrupts::Masked,
+            Effect::ReadStatus(to) => {
                 self.was_enabled |= self.enables_interrupts();
                 self.registers.set(to, Byte::Unknown);
             }
             // What it writes was read there.
-            Instruction::WriteStatus(_) if self.was_enabled => self.enable(),
-            Instruction::WriteStatus(_) => self.interrupts = Interrupts::Masked,
-            Instruction::AddPair(low, amount) => self.registers.add(low, amount),
-            Instruction::Other(changed) => self.registers.forget(changed),
-            Instruction::Jump(_)
-            | Instruction::JumpIndirect
-            | Instruction::Call(_)
-            | Instruction::CallIndirect
-            | Instruction::Branch(_)
-            | Instruction::BranchIfSameOrHigher(_)
-            | Instruction::Skip
-            | Instruction::Return => {}
+            Effect::WriteStatus(_) if self.was_enabled => self.enable(),
+            Effect::WriteStatus(_) => self.interrupts = Interrupts::Masked,
+            Effect::AddPair(low, amount) => self.registers.add(low, amount),
+            Effect::Other(changed) => self.registers.forget(changed),
+            Effect::Jump(_)
+            | Effect::JumpIndirect
+            | Effect::Call(_)
+            | Effect::CallIndirect
+            | Effect::Branch(_)
+            | Effect::BranchIfSameOrHigher(_)
+            | Effect::Skip
+            | Effect::Return => {}
         }
         stack_pointer
     }

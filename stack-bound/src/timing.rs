@@ -1,9 +1,8 @@
 //! How long instructions take (ATmega128 datasheet, "Instruction Set Summary"; AVR Instruction Set Manual).
 
-use crate::instruction::{Instruction, decode, word};
+use instruction_set::{Arithmetic, Bits, Flow, Instruction, Jump, Rare, Special, Sum, Transfer};
 
-const SLEEP: u16 = 0x9588;
-const RETI: u16 = 0x9518;
+use crate::effect::{Effect, instruction};
 
 /// What the instruction at an address takes, in cycles, where the next one follows: a branch that is taken
 /// takes one more, and a skip one for each word that it passes over. `None` where there is no instruction,
@@ -11,56 +10,63 @@ const RETI: u16 = 0x9518;
 ///
 /// A call pushes `return_address` bytes.
 pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
-    decode(flash, address)?;
-    of_word(word(flash, address)?, return_address.into())
+    let return_address = return_address.into();
+    Some(match instruction(flash, address)? {
+        Instruction::Transfer(Transfer::Move(_)) => 1,
+        Instruction::Transfer(Transfer::Memory(_) | Transfer::Stack(_)) => 2,
+        Instruction::Arithmetic(Arithmetic::Sum(Sum::Adiw { .. } | Sum::Sbiw { .. })) => 2,
+        Instruction::Arithmetic(Arithmetic::Bits(
+            Bits::Mul { .. } | Bits::Muls { .. } | Bits::Mulsu { .. },
+        )) => 2,
+        Instruction::Arithmetic(_) | Instruction::Flow(Flow::Branch(_)) => 1,
+        Instruction::Flow(Flow::Jump(Jump::Rjmp { .. } | Jump::Ijmp)) => 2,
+        Instruction::Flow(Flow::Jump(Jump::Jmp { .. })) => 3,
+        Instruction::Flow(Flow::Special(special)) => of_special(special, return_address)?,
+    })
+}
+
+fn of_special(special: Special, return_address: u32) -> Option<u32> {
+    Some(match special {
+        Special::Rcall { .. } | Special::Icall => 1 + return_address,
+        Special::Call { .. } | Special::Ret | Special::Reti => 2 + return_address,
+        Special::Cbi { .. } | Special::Sbi { .. } => 2,
+        Special::Lpm { .. } | Special::LpmIncrement { .. } => 3,
+        Special::Rare(rare) => match rare {
+            Rare::Elpm { .. } | Rare::ElpmIncrement { .. } => 3,
+            Rare::FractionalProduct | Rare::Eijmp => 2,
+            Rare::Eicall => 4,
+            Rare::Sleep | Rare::Wdr | Rare::Break => 1,
+            Rare::Spm | Rare::None => return None,
+        },
+        Special::Sbrs { .. }
+        | Special::Sbrc { .. }
+        | Special::Cpse { .. }
+        | Special::Sbis { .. }
+        | Special::Sbic { .. }
+        | Special::In { .. }
+        | Special::Out { .. }
+        | Special::Sei
+        | Special::Cli
+        | Special::Nop => 1,
+    })
 }
 
 /// How many cycles more an instruction takes that leads to `to` rather than to the next one, at `behind`: at
 /// most, for a branch that leads there either way.
-pub fn more_cycles(instruction: Instruction, behind: u32, to: u32) -> u32 {
-    match instruction {
-        Instruction::Branch(target) | Instruction::BranchIfSameOrHigher(target) => u32::from(to == target),
-        Instruction::Skip => (to - behind) / 2,
+pub fn more_cycles(effect: Effect, behind: u32, to: u32) -> u32 {
+    match effect {
+        Effect::Branch(target) | Effect::BranchIfSameOrHigher(target) => u32::from(to == target),
+        Effect::Skip => (to - behind) / 2,
         _ => 0,
     }
 }
 
 /// Whether the core sleeps from the instruction at an address on, until an interrupt comes.
 pub fn is_sleep(flash: &[u8], address: u32) -> bool {
-    word(flash, address) == Some(SLEEP)
+    instruction(flash, address) == Some(Rare::Sleep.into())
 }
 
 /// Whether that is `reti`, which enables interrupts.
 pub fn is_return_from_interrupt(flash: &[u8], address: u32) -> bool {
-    word(flash, address) == Some(RETI)
-}
-
-/// Of the instruction that begins with this word.
-fn of_word(word: u16, return_address: u32) -> Option<u32> {
-    Some(match (word >> 12, word >> 8 & 0xf) {
-        (0x0, 0x2..=0x3) => 2,                                   // muls, mulsu, fmul...
-        (0x8 | 0xa, _) => 2,                                     // ldd, std
-        (0x9, 0x0..=0x1) if (4..8).contains(&(word & 0xf)) => 3, // lpm, elpm
-        (0x9, 0x0..=0x3) => 2,                                   // lds, sts, ld, st, push, pop
-        (0x9, 0x4..=0x5) => return operation(word, return_address),
-        (0x9, 0x6..=0x8 | 0xa | 0xc..) => 2, // adiw, sbiw, cbi, sbi, mul
-        (0xc, _) => 2,                       // rjmp
-        (0xd, _) => 1 + return_address,      // rcall
-        _ => 1,
-    })
-}
-
-/// Of what has one operand or none.
-fn operation(word: u16, return_address: u32) -> Option<u32> {
-    Some(match word {
-        0x9409 | 0x9419 => 2,                               // ijmp, eijmp
-        0x9509 => 1 + return_address,                       // icall
-        0x9519 => 4,                                        // eicall
-        0x9508 | 0x9518 => 2 + return_address,              // ret, reti
-        0x95c8 | 0x95d8 => 3,                               // lpm, elpm
-        0x95e8 | 0x95f8 => return None,                     // spm
-        _ if word & 0xfe0e == 0x940c => 3,                  // jmp
-        _ if word & 0xfe0e == 0x940e => 2 + return_address, // call
-        _ => 1,
-    })
+    instruction(flash, address) == Some(Special::Reti.into())
 }

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use super::Image;
-use crate::interpreter::instruction::{
-    Arithmetic, Branch, Compare, Flow, Instruction, Jump, Move, Special, Sum, Transfer, has_two_words,
-    instruction,
+use instruction_set::{
+    Arithmetic, Branch, Compare, Flow, Instruction, Jump, Move, Rare, Special, Sum, Transfer, Word, decode,
+    has_two_words,
 };
+
+use super::Image;
 
 /// An instruction of a stretch of code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,16 +40,9 @@ pub enum Kind {
     Other,
 }
 
-/// The word at which the stretch is decoded, so that relative jumps to both sides stay in range.
-const BASE: usize = 0x4000;
-
 /// RJMP and RCALL, without their targets.
 const RJMP: u16 = 0xc000;
 const RCALL: u16 = 0xd000;
-
-/// Which the interpreter leaves to simavr.
-const EIJMP: u16 = 0x9419;
-const EICALL: u16 = 0x9519;
 
 impl Image {
     /// The instructions in a range of flash (byte addresses), which begins with an instruction and holds
@@ -63,28 +57,18 @@ impl Image {
             starts.push(at);
             at += if has_two_words(opcode) { 2 } else { 1 };
         }
-        let number = |word: u16| starts.binary_search(&usize::from(word).checked_sub(BASE)?).ok();
+        let first = range.start / 2;
+        let number = |word: Word| starts.binary_search(&(u32::from(word).checked_sub(first)? as usize)).ok();
         let code = |&at: &usize| {
-            let (form, kind) = classify(words[at], decode(&words, at), number);
-            Code { address: range.start + 2 * at as u32, form, kind }
+            let (word, second) = (first + at as u32, words.get(at + 1).copied().unwrap_or(u16::MAX));
+            let (form, kind) = classify(words[at], decode(word, words[at], second), number);
+            Code { address: 2 * word, form, kind }
         };
         starts.iter().map(code).collect()
     }
 }
 
-/// The instruction at word `at`; an absolute target is left out, for it may lie anywhere.
-fn decode(words: &[u16], at: usize) -> Instruction {
-    let (opcode, second) = (words[at], words.get(at + 1).copied().unwrap_or(u16::MAX));
-    let (opcode, second) = if is_jump_or_call(opcode) { (opcode & 0xfe0e, 0) } else { (opcode, second) };
-    instruction(BASE + at, opcode, second, usize::from(u16::MAX))
-}
-
-/// Of two words.
-fn is_jump_or_call(opcode: u16) -> bool {
-    opcode & 0xfe0c == 0x940c
-}
-
-fn classify(opcode: u16, instruction: Instruction, number: impl Fn(u16) -> Option<usize>) -> (Form, Kind) {
+fn classify(opcode: u16, instruction: Instruction, number: impl Fn(Word) -> Option<usize>) -> (Form, Kind) {
     let plain = |opcode| (Form { opcode, target: None }, Kind::Other);
     let indirect = (Form { opcode, target: None }, Kind::Indirect);
     match instruction {
@@ -101,8 +85,9 @@ fn classify(opcode: u16, instruction: Instruction, number: impl Fn(u16) -> Optio
         Instruction::Flow(Flow::Jump(Jump::Ijmp)) => indirect,
         Instruction::Flow(Flow::Special(special)) => match special {
             Special::Rcall { .. } | Special::Call { .. } => plain(RCALL),
-            Special::Ret | Special::Reti | Special::Icall => indirect,
-            Special::Other if matches!(opcode, EIJMP | EICALL) => indirect,
+            Special::Ret | Special::Reti | Special::Icall | Special::Rare(Rare::Eijmp | Rare::Eicall) => {
+                indirect
+            }
             Special::Sbrs { .. }
             | Special::Sbrc { .. }
             | Special::Cpse { .. }

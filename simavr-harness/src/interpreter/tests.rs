@@ -1,12 +1,12 @@
 //! The interpreter against simavr's own.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::sync::Arc;
 
 use simulation::{CLOCK_HZ, Random};
-use stack_bound::{instruction, timing};
+use stack_bound::{effect, timing};
 
-use super::instruction::decode;
 use super::*;
 use crate::execution::{self, Watchers};
 use crate::image::Image;
@@ -15,13 +15,23 @@ use crate::part::Part;
 use crate::repair::watchdog;
 
 /// What an instruction can change.
-#[derive(Debug, PartialEq)]
+#[derive(PartialEq)]
 struct Seen {
     pc: u32,
     cycle: u64,
     status: u8,
     enabled_just_now: bool,
+    interrupt_waits: bool,
     data: Vec<u8>,
+}
+
+/// Without the data, of which there are thousands.
+impl fmt::Debug for Seen {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { pc, cycle, status, enabled_just_now, interrupt_waits, data } = self;
+        write!(f, "pc {pc:#x}, cycle {cycle}, status {status:#x}, {enabled_just_now}, {interrupt_waits}, ")?;
+        write!(f, "registers {:x?}, data {:#x}", &data[..32], simulation::fnv_1a(data.iter().copied()))
+    }
 }
 
 impl Seen {
@@ -31,13 +41,18 @@ impl Seen {
             cycle: cpu.cycle(),
             status: cpu.status_register(),
             enabled_just_now: cpu.enabled_just_now(),
+            interrupt_waits: cpu.interrupt_waits(),
             data: cpu.with_data(<[u8]>::to_vec),
         }
     }
 }
 
-/// Executes each opcode from states drawn by chance, here and in simavr. Returns how many opcodes the
-/// interpreter executed.
+/// Where carries, signs and overflows change.
+const BOUNDARIES: [u8; 6] = [0x00, 0x01, 0x7f, 0x80, 0xfe, 0xff];
+
+/// Executes each opcode from states drawn by chance, here and in simavr: every other register holds a boundary
+/// value, and every other time an interrupt is pending, where interrupts are masked: else simavr would look at the core
+/// first. Returns how many opcodes the interpreter executed.
 fn compare(part: &Part) -> usize {
     const AT: u32 = 0x100;
     let [ours, simavrs] = [(); 2].map(|()| {
@@ -54,16 +69,28 @@ fn compare(part: &Part) -> usize {
         let program = decode(&flash);
         let mut data = vec![0; ours.data_size()];
         random.fill(&mut data);
+        for register in &mut data[..32] {
+            if random.chance(0.5) {
+                *register = BOUNDARIES[random.below(BOUNDARIES.len())];
+            }
+        }
         // Pointers lead to registers, into SRAM, or just behind it.
         let pages = (data.len() / 0x100 + 1) as u8;
         for high in [27, 29, 31, usize::from(SPH)] {
             data[high] %= pages;
         }
+        let is_masked = data[usize::from(SREG)] & INTERRUPT == 0;
+        let pending = (is_masked && random.chance(0.5)).then(|| random.below(ours.vectors().count()));
         for cpu in [ours, simavrs] {
             cpu.reset();
             cpu.load_flash(&flash);
             cpu.with_data_mut(|all| all.copy_from_slice(&data));
             cpu.set_core_state(CoreState { pc: AT, cycle: 0, stop: 1, status: data[usize::from(SREG)] });
+            if let Some(vector) = pending.and_then(|number| cpu.vectors().nth(number)) {
+                let enable = vector.enable_bit();
+                cpu.set_bits(enable.address, enable.mask, true);
+                cpu.raise(vector);
+            }
         }
         let before = Seen::of(ours);
         if run(ours, &program, &mut ()) {
@@ -94,9 +121,9 @@ fn has_no_time(opcode: u16) -> bool {
 
 /// What the table that bounds are computed from says of the instruction there, which led to `next`.
 fn tabled(flash: &[u8], at: u32, next: u32, cpu: Cpu) -> Option<u64> {
-    let (instruction, _) = instruction::decode(flash, at)?;
-    let behind = at + instruction::skipped(flash, at);
-    let more = timing::more_cycles(instruction, behind, next);
+    let (effect, _) = effect::effect(flash, at)?;
+    let behind = at + effect::length(flash, at);
+    let more = timing::more_cycles(effect, behind, next);
     let cycles = timing::cycles(flash, at, cpu.return_address_size().into())?;
     Some(u64::from(cycles + more))
 }

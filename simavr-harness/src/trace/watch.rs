@@ -1,13 +1,12 @@
 //! Which instructions and which bytes of SRAM are looked at.
 
+use instruction_set::{Flow, Instruction, Memory, Rare, Special, Step, Store, Transfer};
+
 use crate::cpu::Cpu;
 use crate::image::{Image, Place};
-use crate::interpreter::instruction::{self, Flow, Instruction, Memory, Special, Step, Store, Transfer};
+use crate::interpreter;
 use crate::joint_pins::{ICR1, JOINTS, PORTC, TCCR1A, TCCR1B};
 use crate::trace::NotTraceable;
-
-/// The opcode of SLEEP.
-const SLEEP: [u8; 2] = [0x88, 0x95];
 
 /// Each joint's compare register is that of one of the first two: the joint of a half, and the roll joint.
 const HALF: u16 = JOINTS[0].compare;
@@ -42,13 +41,8 @@ pub(super) struct Watch {
 
 impl Watch {
     pub fn of(image: &Image) -> Result<Self, NotTraceable> {
-        let program = instruction::decode(image.flash());
+        let program = interpreter::decode(image.flash());
         let mut meanings: Vec<Meaning> = program.iter().map(meaning).collect();
-        for (meaning, opcode) in meanings.iter_mut().zip(image.flash().chunks_exact(2)) {
-            if opcode == SLEEP {
-                *meaning = Meaning::Sleep;
-            }
-        }
         for (name, meaning) in [("save", Meaning::Save), ("kernel_run_head", Meaning::Switch)] {
             let Some(Place::Flash(address)) = image.symbol(name).map(|symbol| symbol.place) else {
                 return Err(NotTraceable(name));
@@ -89,6 +83,7 @@ fn meaning(instruction: &Instruction) -> Meaning {
     match instruction {
         Instruction::Transfer(Transfer::Memory(Memory::Store(_))) => Meaning::Store,
         Instruction::Flow(Flow::Special(Special::Reti)) => Meaning::Return,
+        Instruction::Flow(Flow::Special(Special::Rare(Rare::Sleep))) => Meaning::Sleep,
         Instruction::Flow(Flow::Special(
             Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
         )) if REGISTERS.contains(&(*address).into()) => Meaning::Output,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use simavr_harness::{Image, Mcu, Part, Place};
 use stack_bound::Annotations;
+use stack_bound::effect::{Effect, effect};
 
 /// What a stack holds before it is used: the kernel's `WATERMARK`.
 const WATERMARK: u8 = 0xa5;
@@ -104,15 +105,8 @@ fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Op
 /// Whether the function at `entry` is what is called at `address`, in bytes of flash: if it lies beyond 128
 /// KB, the linker leads there by a `jmp`.
 fn is_function(image: &Image, address: u32, entry: u32) -> bool {
-    let word = |at: u32| {
-        let bytes = image.flash().get(at as usize..)?.first_chunk()?;
-        Some(u32::from(u16::from_le_bytes(*bytes)))
-    };
-    let target = || {
-        let [first, second] = [word(address)?, word(address + 2)?];
-        (first & 0xfe0e == 0x940c).then_some(((first >> 3 & 0x3e | first & 1) << 16 | second) * 2)
-    };
-    address == entry || target() == Some(entry)
+    let jumps_there = || effect(image.flash(), address) == Some((Effect::Jump(entry), 4));
+    address == entry || jumps_there()
 }
 
 /// Runs an MCU that has just powered up to its `main`, and paints the kernel's stack. Those of tasks paint
