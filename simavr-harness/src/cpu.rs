@@ -201,7 +201,7 @@ impl Cpu {
     }
 
     pub fn has_fault(self) -> bool {
-        // SAFETY: as in `fault`.
+        // SAFETY: `control` lives as long as the instance; nothing is borrowed beyond the check.
         unsafe { (*self.control()).fault.is_some() }
     }
 
@@ -327,7 +327,8 @@ impl Cpu {
 
     /// Calls `visit` on the whole data space, writable. No register's side effect takes place.
     pub fn with_data_mut<R>(self, visit: impl FnOnce(&mut [u8]) -> R) -> R {
-        // SAFETY: as in `with_data`.
+        // SAFETY: simavr allocates `ramend + 1` bytes; no simavr code runs inside `visit`, which is given
+        // nothing else.
         visit(unsafe { std::slice::from_raw_parts_mut((*self.as_ptr()).data, self.data_size()) })
     }
 
@@ -565,22 +566,22 @@ impl Vector {
     }
 
     pub fn enable_bit(self) -> RegisterBits {
-        // SAFETY: as in `number`.
+        // SAFETY: the vector lives in the instance, alive by the invariant of `Cpu`.
         unsafe { (*self.0.as_ptr()).enable }.into()
     }
 
     pub fn flag_bit(self) -> RegisterBits {
-        // SAFETY: as in `number`.
+        // SAFETY: the vector lives in the instance, alive by the invariant of `Cpu`.
         unsafe { (*self.0.as_ptr()).raised }.into()
     }
 
     pub fn is_pending(self) -> bool {
-        // SAFETY: as in `number`.
+        // SAFETY: the vector lives in the instance, alive by the invariant of `Cpu`.
         unsafe { (*self.0.as_ptr()).pending() != 0 }
     }
 
     fn set_pending(self, pending: bool) {
-        // SAFETY: as in `number`.
+        // SAFETY: the vector lives in the instance, alive by the invariant of `Cpu`.
         unsafe { (*self.0.as_ptr()).set_pending(pending.into()) }
     }
 }

@@ -55,7 +55,7 @@ impl<D: Device> Attached<D> {
             unsafe { set_write(cpu, address, Some(write::<D>), slot.as_ptr().cast()) };
         }
         for &address in reads {
-            // SAFETY: as above.
+            // SAFETY: the slot outlives the instance's last run: both belong to one `Mcu`.
             unsafe { set_read(cpu, address, Some(read::<D>), slot.as_ptr().cast()) };
         }
         Self(slot)
@@ -80,7 +80,7 @@ impl<D: Device> Attached<D> {
 
     /// Works on the device from outside a run; what falls due by it happens at once.
     pub fn with<R>(&mut self, cpu: Cpu, work: impl FnOnce(&mut D) -> R) -> R {
-        // SAFETY: as in `get`, and the borrow is exclusive here.
+        // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner, as this does.
         let slot = unsafe { self.0.as_mut() };
         let result = work(&mut slot.device);
         slot.catch_up(cpu);
@@ -90,7 +90,7 @@ impl<D: Device> Attached<D> {
 
     /// A reset dropped simavr's timers: forget the one that was set.
     pub fn forget_timer(&mut self) {
-        // SAFETY: as in `with`.
+        // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner, as this does.
         unsafe { self.0.as_mut() }.armed = None;
     }
 }
@@ -152,7 +152,8 @@ unsafe extern "C" fn read<D: Device>(
     parameter: *mut c_void,
 ) -> u8 {
     let parameter = parameter.cast::<Slot<D>>();
-    // SAFETY: as in `write`.
+    // SAFETY: simavr passes its own instance and the slot registered with it, which nobody else
+    // uses during a run.
     let (cpu, slot) = unsafe { (Cpu::from_raw(avr), &mut *parameter) };
     let value = slot.device.read(cpu, address);
     slot.arm(cpu, parameter);
@@ -166,7 +167,8 @@ unsafe extern "C" fn expire<D: Device>(
     parameter: *mut c_void,
 ) -> ffi::avr_cycle_count_t {
     let parameter = parameter.cast::<Slot<D>>();
-    // SAFETY: as in `write`.
+    // SAFETY: simavr passes its own instance and the slot registered with it, which nobody else
+    // uses during a run.
     let (cpu, slot) = unsafe { (Cpu::from_raw(avr), &mut *parameter) };
     slot.catch_up(cpu);
     slot.armed = slot.device.due();
@@ -175,8 +177,8 @@ unsafe extern "C" fn expire<D: Device>(
 
 unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
     let parameter = parameter.cast::<Slot<D>>();
-    // SAFETY: as in `write`; the signal's pool leads to the instance. simavr changes a watched pin only while
-    // the program runs, and never inside the device that watches it.
+    // SAFETY: the signal's pool leads to the instance, and the slot was registered with the signal. simavr changes a
+    // watched pin only while the program runs, and never inside the device that watches it.
     let (cpu, slot) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter) };
     slot.device.pin_changed(cpu, value & LEVEL != 0);
     slot.arm(cpu, parameter);
@@ -195,7 +197,8 @@ struct WrappedWrite {
 /// What follows a write: called with the address, the value before it and the value written.
 type After = fn(Cpu, u16, u8, u8);
 
-// SAFETY: as for `Attached`.
+// SAFETY: each entry has one owner, and simavr calls into it only on the thread that runs the MCU to which
+// the owner belongs.
 unsafe impl Send for WrappedWrites {}
 
 impl WrappedWrites {

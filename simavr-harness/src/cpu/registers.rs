@@ -142,7 +142,8 @@ impl Cpu {
     pub fn write_handled(self, address: u16, value: u8) {
         let writer = self.io_register(address).map(|register| register.w);
         if let Some((handler, parameter)) = writer.and_then(|writer| Some((writer.c?, writer.param))) {
-            // SAFETY: as in `read_handled`.
+            // SAFETY: the handler gets its own parameter, and no reference into the instance exists across
+            // the call.
             unsafe { handler(self.as_ptr(), address, value, parameter) }
         }
     }
