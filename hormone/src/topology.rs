@@ -116,7 +116,7 @@ impl Link {
     /// Takes in a probe.
     fn hear(&mut self, probe: Probe, hears_us: bool, now: u16) {
         let silence = self.silence(now);
-        if self.lossy_until.is_some() {
+        if self.is_lossy() {
             self.silences = self.silences - self.silences / MEAN_OVER + silence.min(LOSSY_TIMEOUT);
         }
         if self.heard == Some(probe.dock) && silence > GAP {
@@ -132,6 +132,11 @@ impl Link {
         now.wrapping_sub(self.heard_at)
     }
 
+    /// Whether probes are lost, in one direction or the other.
+    fn is_lossy(&self) -> bool {
+        self.lossy_until.is_some() || self.wants_more
+    }
+
     /// Whether probes of the other end are missing.
     fn is_missing(&self, now: u16) -> bool {
         self.heard.is_some() && (self.lossy_until.is_some() || self.silence(now) > GAP)
@@ -143,7 +148,7 @@ impl Link {
 
     /// How long the other end may be silent.
     fn timeout(&self) -> u16 {
-        if self.lossy_until.is_none() || self.silences <= FEW_SILENCES {
+        if !self.is_lossy() || self.silences <= FEW_SILENCES {
             return LOSS_TIMEOUT;
         }
         (self.silences / MEAN_OVER * 18 + IN_VAIN).min(LOSSY_TIMEOUT)
@@ -310,6 +315,22 @@ mod tests {
         assert_eq!(from_bytes(&[0, 1, 2, 3, 4, 6]), None);
         assert_eq!(from_bytes(&[0; 5]), None);
         assert_eq!(from_bytes(&[0; 7]), None);
+    }
+
+    #[test]
+    fn one_who_misses_probes_is_waited_for_as_over_a_lossy_link() {
+        const MISSES: Probe = Probe { wants_more: true, ..ATTACHED };
+        for (probe, timeout) in [(ATTACHED, LOSS_TIMEOUT), (MISSES, 18 * 20 + IN_VAIN)] {
+            let mut topology = Topology::new();
+            let last = 20 * 400;
+            for time in (0..=last).step_by(20) {
+                topology.heard(Front, probe, time);
+                assert!(!topology.expire(time));
+            }
+            assert!(!topology.probe(Front, last).wants_more, "nothing is missing here");
+            assert!(!topology.expire(last + timeout - 30), "within {timeout} ms");
+            assert!(topology.expire(last + timeout), "after {timeout} ms");
+        }
     }
 
     #[test]
