@@ -151,7 +151,10 @@ mod tests {
         assert_eq!(Hormone::Standing(standing, true).to_payload().as_slice(), [0xC9, 2, 1, 0xD0]);
         let order = Order { what: What::Steer(Course::Right, NonZeroU8::MAX), ..order };
         assert_eq!(Hormone::Order(order).to_payload().as_slice(), [0xE2, 3, 255]);
-        assert_eq!(Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().as_slice(), [0xF0, 2, 0x81, 7]);
+        assert_eq!(
+            Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().as_slice(),
+            [0xF0, 2, 0x81, 7]
+        );
     }
 
     #[test]

@@ -6,8 +6,8 @@ use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
 use simulation::{
-    Angles, BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus, Observer,
-    Robot, Shape, Wiring, WiringError,
+    Angles, BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus,
+    Observer, Robot, Shape, Wiring, WiringError,
 };
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
 

@@ -167,7 +167,9 @@ fn follow(controller: &mut Controller, response: Response, module: &mut impl Mod
         for dock in docks.iter() {
             let to = Address::beyond(dock, TaskCode::HORMONE);
             let from = Address::here(TaskCode::HORMONE);
-            let Ok(message) = Message::of_kind(to, from, payload.as_slice(), hormone.kind()) else { continue };
+            let Ok(message) = Message::of_kind(to, from, payload.as_slice(), hormone.kind()) else {
+                continue;
+            };
             match module.send(message) {
                 Ok(()) => {
                     controller.sent();
