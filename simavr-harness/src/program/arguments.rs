@@ -9,6 +9,7 @@ use simavr_harness::Variation;
 use simulation::Shape;
 
 use super::campaign::{Campaign, CampaignReport};
+use super::plot::Plot;
 use super::trace::McuName;
 
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
@@ -32,6 +33,8 @@ pub enum Command {
     Campaign(Campaign),
     /// Print what came of a campaign's runs, and write it as tables.
     Report(CampaignReport),
+    /// Plot a figure that docs show.
+    Plot(Plot),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
 }

@@ -7,12 +7,12 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use simavr_harness::bench::concurrency::{Case, Concurrency, Row, Style};
 
+use super::chart::{COLOURS, FONT};
 use super::concurrency::{name, title};
 use super::dark::for_any_page;
 
-const TASKS: RGBColor = RGBColor(9, 105, 218);
-const LOOP: RGBColor = RGBColor(207, 34, 46);
-const FONT: (&str, u32) = ("sans-serif", 14);
+const TASKS: RGBColor = COLOURS[0];
+const LOOP: RGBColor = COLOURS[1];
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 

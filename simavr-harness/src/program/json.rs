@@ -96,11 +96,19 @@ impl Destination {
     /// # Errors
     /// It can't be written.
     pub fn write_text(self, text: &str) -> Result<(), Box<dyn Error>> {
+        if let Destination::StandardOutput = self { print(text) } else { self.write_bytes(text.as_bytes()) }
+    }
+
+    /// Writes `content`, whatever it is.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn write_bytes(self, content: &[u8]) -> Result<(), Box<dyn Error>> {
         let (path, written) = match self {
-            Destination::StandardOutput => return print(text),
-            Destination::Stream(path, mut stream) => (path, stream.write_all(text.as_bytes())),
+            Destination::StandardOutput => ("the standard output".into(), io::stdout().write_all(content)),
+            Destination::Stream(path, mut stream) => (path, stream.write_all(content)),
             Destination::File(path) => {
-                let written = write_beside(&path, text.as_bytes());
+                let written = write_beside(&path, content);
                 (path, written)
             }
         };

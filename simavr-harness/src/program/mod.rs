@@ -1,8 +1,9 @@
-//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot` and `./x bench`.
 
 mod arguments;
 mod bench;
 mod campaign;
+mod chart;
 mod concurrency;
 mod concurrency_plot;
 mod dark;
@@ -13,6 +14,7 @@ mod listing;
 mod module;
 mod output;
 mod period;
+mod plot;
 mod record;
 mod report;
 mod sim;
@@ -37,6 +39,7 @@ pub fn main() -> ExitCode {
         Command::Period(options) => period::run(&options).map(|()| true),
         Command::Campaign(options) => campaign::run(&options),
         Command::Report(options) => campaign::report(&options).map(|()| true),
+        Command::Plot(options) => plot::run(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::fmt;
-use std::path::Path;
 
 use hormone::gait::GaitName;
 use hormone::hormone::Hormone;
@@ -14,6 +13,8 @@ use simulation::{Change, Face, MILLISECOND, Robot, Shape};
 use tasks::dock::Dock;
 
 use super::arguments::{Centipede, CoreName, Period};
+use super::chart::{COLOURS, FONT};
+use super::dark::for_any_page;
 use super::images::load_images;
 use super::json::{Destination, tell};
 use super::output::say;
@@ -49,14 +50,15 @@ struct Table {
 
 pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.centipede.json.as_deref(), None)?;
+    let svg = options.svg.as_deref().map(|path| Destination::file(path, None, "--svg")).transpose()?;
     let images = load_images(&options.centipede.images, CoreName::Decoded)?;
     let mut rows = Vec::new();
     for period_ms in PERIODS {
         say(format_args!("superbot-sim: a Period of {period_ms} ms\n"));
         rows.push(row(options, &images, period_ms)?);
     }
-    if let Some(path) = &options.svg {
-        plot(&rows, path).map_err(|error| format!("can't write {}: {error}", path.display()))?;
+    if let Some(svg) = svg {
+        svg.write_text(&plot(&rows)?)?;
     }
     let Centipede { modules, seed, .. } = options.centipede;
     let table = Table { modules, seconds: options.seconds, seed, rows };
@@ -93,10 +95,17 @@ fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn
 }
 
 /// Speed and reach over the Period, each with an axis of its own.
-fn plot(rows: &[Row], path: &Path) -> Result<(), Box<dyn Error>> {
+fn plot(rows: &[Row]) -> Result<String, Box<dyn Error>> {
+    let mut svg = String::new();
+    draw(rows, &mut svg)?;
+    for_any_page(svg)
+}
+
+fn draw(rows: &[Row], svg: &mut String) -> Result<(), Box<dyn Error>> {
     let most = |of: fn(&Row) -> f64| 1.1 * rows.iter().map(of).fold(0.0, f64::max);
     let seconds = |row: &Row| f64::from(row.period_ms) / 1000.0;
-    let area = SVGBackend::new(path, (720, 420)).into_drawing_area();
+    let [speed, reach, ..] = COLOURS;
+    let area = SVGBackend::with_string(svg, (720, 420)).into_drawing_area();
     area.fill(&WHITE)?;
     let periods = 0.0..1.05 * rows.iter().map(seconds).fold(0.0, f64::max);
     let mut chart = ChartBuilder::on(&area)
@@ -106,35 +115,34 @@ fn plot(rows: &[Row], path: &Path) -> Result<(), Box<dyn Error>> {
         .right_y_label_area_size(52)
         .build_cartesian_2d(periods.clone(), 0.0..most(|row| row.mm_per_second))?
         .set_secondary_coord(periods, 0.0..most(|row| row.metres_per_charge));
-    let font = ("sans-serif", 14);
     chart
         .configure_mesh()
         .x_desc("Period, s")
         .y_desc("speed, mm/s")
         .light_line_style(TRANSPARENT)
-        .label_style(font)
-        .axis_desc_style(font)
+        .label_style(FONT)
+        .axis_desc_style(FONT)
         .draw()?;
     chart
         .configure_secondary_axes()
         .y_desc("metres per charge")
-        .label_style(font)
-        .axis_desc_style(font)
+        .label_style(FONT)
+        .axis_desc_style(FONT)
         .draw()?;
     let points = |of: fn(&Row) -> f64| rows.iter().map(move |row| (seconds(row), of(row)));
     let speeds = points(|row| row.mm_per_second);
     let reaches = points(|row| row.metres_per_charge);
     chart
-        .draw_series(LineSeries::new(speeds, BLUE.stroke_width(2)).point_size(4))?
+        .draw_series(LineSeries::new(speeds, speed.stroke_width(2)).point_size(4))?
         .label("speed")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLUE));
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], speed));
     chart
-        .draw_secondary_series(LineSeries::new(reaches, RED.stroke_width(2)).point_size(4))?
+        .draw_secondary_series(LineSeries::new(reaches, reach.stroke_width(2)).point_size(4))?
         .label("metres per charge")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], RED));
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], reach));
     chart
         .configure_series_labels()
-        .label_font(font)
+        .label_font(FONT)
         .position(SeriesLabelPosition::UpperRight)
         .border_style(BLACK)
         .draw()?;
@@ -166,11 +174,9 @@ mod tests {
     #[test]
     fn a_plot_has_a_point_for_each_row_and_curve() {
         let row = |period_ms| Row { period_ms, mm_per_second: 100.0, amperes: 0.3, metres_per_charge: 200.0 };
-        let path = std::env::temp_dir().join(format!("superbot-period-{}.svg", std::process::id()));
-        plot(&[row(500), row(1000), row(2000)], &path).unwrap();
-        let svg = std::fs::read_to_string(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
+        let svg = plot(&[row(500), row(1000), row(2000)]).unwrap();
         assert_eq!(svg.matches("<circle").count(), 6);
+        assert!(svg.contains("prefers-color-scheme: dark"));
         assert!(svg.contains("Period, s") && svg.contains("metres per charge"));
     }
 }

@@ -29,7 +29,7 @@ pub(crate) use tracer::Tracer;
 pub use track::Slice;
 
 /// What an MCU did, from power-up to where its run ended. All times are cycles since power-up of the robot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Trace {
     /// Who had the CPU: one after the other, without gaps. Interrupts are in here with whatever they
     /// interrupted, as the kernel's own figures have them.

@@ -29,6 +29,7 @@ use simulation::CLOCK_HZ;
 pub use bridge::bridge_efficiency;
 pub use link::link_efficiency;
 pub use soft_uart::{SerialLoad, serial_load};
+pub use step::{Sample, step_response};
 pub use watchdog::watchdog_recovery;
 
 /// The figures of a module. Of two MCUs, and of several joints, the worse counts.

@@ -1,11 +1,15 @@
 //! A step of a module's joints.
 
+use std::path::Path;
+
 use plants::joint::Joint;
 use simulation::Face;
 use tasks::dock::Dock;
 use tasks::motor::Axis;
 
-use super::{MEASURED, MILLISECOND, ModuleImages, SECOND, awake, expect_no_reset, load, module};
+use super::{
+    MEASURED, MILLISECOND, ModuleImages, SECOND, awake, expect_no_reset, load, milliseconds, module,
+};
 use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
@@ -18,9 +22,46 @@ pub struct Step {
     pub cpu: f64,
 }
 
-/// The spine of a chain of three begins bent by 30 degrees at every joint, and goes straight.
+/// The joints of the module at one moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Since power-up.
+    pub ms: f64,
+    /// By the indices of the joints.
+    pub degrees: [f64; 3],
+}
+
+/// How far the joints are bent at first.
+const START: f64 = 30.0;
+
+/// In s: after that they rest.
+const RESTS: u64 = 3;
+
+/// Measures on the images in `directory`, once a millisecond, how the spine of a chain of three, which begins bent
+/// by 30 degrees at every joint, goes straight.
+///
+/// # Errors
+/// An image is not there.
+pub fn step_response(directory: &Path) -> Result<Vec<Sample>, BenchError> {
+    follow(&ModuleImages { directory: directory.to_owned(), master: None }).map(|(_, samples)| samples)
+}
+
 pub fn measure(images: &ModuleImages) -> Result<Step, BenchError> {
-    const START: f64 = 30.0;
+    let (mut engine, samples) = follow(images)?;
+    let swing = samples.iter().flat_map(|sample| sample.degrees).map(|degrees| -degrees).fold(0.0, f64::max);
+    let end = samples.last().map(|sample| sample.degrees).unwrap_or_default();
+    let error = end.into_iter().map(f64::abs).fold(0.0, f64::max);
+    if error > START / 2.0 {
+        return Err(unmeasurable("firmware-master", "the spine of a chain does not go straight"));
+    }
+    let before = awake(&engine)?;
+    engine.run_until(engine.cycle() + 10 * SECOND);
+    let cpu = load(&engine, before, 10 * SECOND)?;
+    expect_no_reset(&engine)?;
+    Ok(Step { overshoot_percent: swing / START * 100.0, error, cpu })
+}
+
+fn follow(images: &ModuleImages) -> Result<(Engine, Vec<Sample>), BenchError> {
     let face = |module, dock| Face { module, dock };
     let mut robot = RobotBuilder::new(images.firmware()?, 3)
         .attach(face(MEASURED, Dock::Front), face(1, Dock::Back))
@@ -33,20 +74,12 @@ pub fn measure(images: &ModuleImages) -> Result<Step, BenchError> {
         }
     }
     let mut engine = Engine::new(robot, 1);
-    let mut swing: f64 = 0.0;
-    while engine.cycle() < 3 * SECOND {
+    let mut samples = Vec::new();
+    while engine.cycle() < RESTS * SECOND {
         engine.run_until(engine.cycle() + MILLISECOND);
         let body = module(&engine)?.body();
-        swing = Axis::ALL.into_iter().map(|axis| -body.joint(axis).degrees()).fold(swing, f64::max);
+        let degrees = Axis::ALL.map(|axis| body.joint(axis).degrees());
+        samples.push(Sample { ms: milliseconds(engine.cycle()), degrees });
     }
-    let body = module(&engine)?.body();
-    let error = Axis::ALL.into_iter().map(|axis| body.joint(axis).degrees().abs()).fold(0.0, f64::max);
-    if error > START / 2.0 {
-        return Err(unmeasurable("firmware-master", "the spine of a chain does not go straight"));
-    }
-    let before = awake(&engine)?;
-    engine.run_until(engine.cycle() + 10 * SECOND);
-    let cpu = load(&engine, before, 10 * SECOND)?;
-    expect_no_reset(&engine)?;
-    Ok(Step { overshoot_percent: swing / START * 100.0, error, cpu })
+    Ok((engine, samples))
 }

@@ -3,6 +3,7 @@
 mod file;
 mod jobs;
 mod options;
+mod parquet;
 mod plan;
 mod plot;
 mod report;
@@ -47,9 +48,9 @@ fn count(outcomes: &[Outcome]) -> String {
     format!("runs: {}, done: {done}, failed: {failed}\n", outcomes.len())
 }
 
-/// Writes `text` whole or not at all.
-fn write(path: &Path, text: &str) -> Result<(), Box<dyn Error>> {
-    Destination::file(path, None, "DIR")?.write_text(text)
+/// Writes `content` whole or not at all.
+fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Box<dyn Error>> {
+    Destination::file(path, None, "DIR")?.write_bytes(content.as_ref())
 }
 
 fn read(path: &Path) -> Result<String, Box<dyn Error>> {

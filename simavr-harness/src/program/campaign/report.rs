@@ -7,6 +7,7 @@ use super::super::json::Destination;
 use super::super::output::print;
 use super::CampaignReport;
 use super::jobs;
+use super::parquet::parquet;
 use super::plan::Plan;
 use super::plot;
 use super::results::{self, Outcome, Row};
@@ -33,14 +34,16 @@ pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
     {
         let destination = Destination::file(svg.as_ref(), None, "--svg")?;
         destination.write_text(&plot::plot(
-            &plot::series(&outcomes, figure, parameter)?,
+            &plot::curves(&outcomes, figure, parameter)?,
             figure,
             parameter,
         )?)?;
     }
     let summary = Summary::of(&outcomes)?;
-    super::write(&options.directory.join("runs.csv"), &results::csv(&results::columns(&rows), &rows)?)?;
-    super::write(&options.directory.join("summary.csv"), &summary.csv()?)?;
+    let columns = results::columns(&rows);
+    super::write(&options.directory.join("runs.csv"), results::csv(&columns, &rows)?)?;
+    super::write(&options.directory.join("runs.parquet"), parquet(&columns, &rows)?)?;
+    super::write(&options.directory.join("summary.csv"), summary.csv()?)?;
     print(summary)?;
     print(failures(&outcomes)?)
 }

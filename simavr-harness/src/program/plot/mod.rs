@@ -1,0 +1,52 @@
+//! `./x plot`: what docs show as plots, each by a run of its own.
+
+mod cpu;
+mod hops;
+mod step;
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::arguments::cores;
+use super::json::Destination;
+
+#[derive(Args)]
+pub struct Plot {
+    /// What to plot.
+    #[arg(value_enum)]
+    what: What,
+
+    /// Where the plot goes, as SVG.
+    #[arg(value_name = "FILE")]
+    svg: PathBuf,
+
+    /// Threads to run on. They do not change what comes of it.
+    #[arg(long, default_value_t = cores())]
+    threads: usize,
+
+    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
+    images: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum What {
+    /// The three joints of a module as they turn by 30 degrees.
+    Step,
+    /// How long hormones take from the head of a chain of 30, by the hops to where they come.
+    Hops,
+    /// What takes the time of the CPUs of a module that walks.
+    Cpu,
+}
+
+pub fn run(options: &Plot) -> Result<(), Box<dyn Error>> {
+    let destination = Destination::file(&options.svg, None, "FILE")?;
+    let svg = match options.what {
+        What::Step => step::plot(&options.images)?,
+        What::Hops => hops::plot(&options.images, options.threads)?,
+        What::Cpu => cpu::plot(&options.images, options.threads)?,
+    };
+    destination.write_text(&svg)
+}
