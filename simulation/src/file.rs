@@ -136,12 +136,24 @@ impl File {
     }
 }
 
+impl Change {
+    /// The change that the lines of an event name, in TOML, all but its time: as in `detach = "2.Back"`.
+    ///
+    /// # Errors
+    /// They name none, or one out of range.
+    pub fn from_toml(lines: &str) -> Result<Self, FileError> {
+        let table = toml::from_str(&format!("at = 0\n{lines}"));
+        let table: EventTable = table.map_err(|error| FileError(error.message().into()))?;
+        table.change().map_err(FileError)
+    }
+}
+
 impl EventTable {
     fn event(self) -> Result<Event, String> {
         if !(0.0..=LATEST).contains(&self.at) {
             return Err("give `at` in seconds from 0 to 86400".into());
         }
-        let at = (self.at * f64::from(CLOCK_HZ)) as u64;
+        let at = (self.at * f64::from(CLOCK_HZ)).round() as u64;
         Ok(Event { at, change: self.change()? })
     }
 
