@@ -125,6 +125,8 @@ fn what_can_not_be_done_is_said_and_nothing_happens() {
     refused(r#"{"event": "detach = '9.Front'"}"#, "there is no module 9");
     refused(r#"{"event": "at = 3\nkill = 1"}"#, "duplicate key");
     refused(r#"{"event": "loss = 2"}"#, "give a probability from 0 to 1");
+    refused(r#"{"event": "push = 1\nnewtons = [0, 9, 0]"}"#, "without a world nothing can be pushed");
+    refused(r#"{"inspect": 3}"#, "there is no module 3");
     refused(r#"{"event": "console = '0.Front'"}"#, "ask for --engine simavr");
     assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
     let timeline = viewed.ask(r#"{"timeline": null}"#);
@@ -132,4 +134,17 @@ fn what_can_not_be_done_is_said_and_nothing_happens() {
         timeline.ends_with("shape = \"chain\"\nmodules = 3\n\n[[event]]\nat = 0.0\ndetach = '1.Back'\n"),
         "{timeline}"
     );
+}
+
+#[test]
+fn what_can_not_happen_any_more_does_not_end_the_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let robot = directory.path().join("robot.toml");
+    std::fs::write(&robot, "modules = 3\nshape = \"chain\"\n[[event]]\nat = 0.5\ndetach = \"1.Back\"\n")
+        .unwrap();
+    let arguments = ["sim", robot.to_str().unwrap(), "--engine", "host", "--seconds", "1", "--json", "-"];
+    let viewed = Viewed::start(&arguments);
+    assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
+    assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
+    assert_eq!(viewed.report()["simulated_seconds"], 1.0);
 }

@@ -8,6 +8,12 @@ const COURSES = ["ahead", "left", "right"];
 /** On the wire: the gait's own Period, that of no gait, and as many modules as there may be. */
 const [OWN, STOP, ALL] = [255, 0, 255];
 const UNIT = 50;
+/** In N along x, y and z of the ground. */
+const PUSHES = [
+    ["left", [0, 30, 0]],
+    ["right", [0, -30, 0]],
+    ["up", [0, 0, 30]],
+];
 const [WALK, STEER] = [0xd0, 0xe0];
 
 export class Controls {
@@ -28,9 +34,9 @@ export class Controls {
         this.showCourse();
     }
 
-    /** Lets something happen now. */
-    async do(event) {
-        this.arrive();
+    /** Lets something happen now, which is shown unless it is said again and again. */
+    async do(event, isRepeated = false) {
+        if (!isRepeated) this.arrive();
         try {
             await this.live.send({ event });
             this.tell(`done: ${event.replaceAll("\n", ", ")}`);
@@ -40,7 +46,7 @@ export class Controls {
     }
 
     /** An order goes in by a free dock: of the module that is selected, or else of the first that has one. */
-    order(first, last) {
+    order(first, last, isRepeated = false) {
         const { peers } = this.run.wirings.at(-1);
         const modules = [this.selected() ?? 0, ...peers.keys()];
         const module = modules.find((module) => peers[module].includes(null));
@@ -48,7 +54,7 @@ export class Controls {
         const dock = this.run.about.docks[peers[module].indexOf(null)];
         // It grows from order to order, also when the page is loaded anew.
         const number = (this.run.happenings.length + 1) % 256;
-        return this.do(`command = [${first}, ${number}, ${last}]\nto = "${module}.${dock}"`);
+        return this.do(`command = [${first}, ${number}, ${last}]\nto = "${module}.${dock}"`, isRepeated);
     }
 
     walk(gait) {
@@ -56,11 +62,11 @@ export class Controls {
         return this.order(WALK + gait, period ? Math.round(period / UNIT) : OWN);
     }
 
-    steer(course) {
+    steer(course, isRepeated = false) {
         this.course = course;
         this.steered = this.run.seconds;
         this.showCourse();
-        return this.order(STEER + course, ALL);
+        return this.order(STEER + course, ALL, isRepeated);
     }
 
     showCourse() {
@@ -70,7 +76,7 @@ export class Controls {
     /** Time has passed. */
     pass() {
         if (this.course && !this.live.isOver && this.run.seconds > this.steered + REPEAT)
-            this.steer(this.course);
+            this.steer(this.course, true);
     }
 
     async save() {
@@ -109,6 +115,14 @@ export class Controls {
                 const there = this.was(module, dock);
                 if (there) buttons.push(button(`Put back ${name}`, `attach = [${here}, "${there}"]`));
             });
+            if (this.run.about.ground)
+                for (const [name, newtons] of PUSHES)
+                    buttons.push(button(`Push ${name}`, `push = ${module}\nnewtons = [${newtons}]`));
+            const free = wiring.peers[module].indexOf(null);
+            if (free >= 0 && this.run.about.engine === "simavr")
+                buttons.push(
+                    button("Ask its console", `console = "${module}.${this.run.about.docks[free]}"`),
+                );
             buttons.push(button("Reset", `reset = ${module}`));
             buttons.push(button("Power off", `kill = ${module}`));
         }

@@ -36,7 +36,7 @@ export class Live {
     /** `on` has what is done when news came, the run ended, something is said, and the connection is lost or
      * there. */
     constructor(run, on) {
-        Object.assign(this, { run, on, had: 0, isOver: false, isThere: false });
+        Object.assign(this, { run, on, had: 0, isOver: false, isThere: false, inspected: null });
         // Until when it was asked to run, and the wish that waits for its turn.
         Object.assign(this, { until: 0, next: null, isAsking: false });
         // How fast it runs, in s of it a second, and when news came last.
@@ -74,6 +74,7 @@ export class Live {
         this.isThere = isThere;
         // What was asked for may not have come there.
         this.until = 0;
+        if (isThere && this.inspected !== null) this.inspect(this.inspected);
         this.on.connected(isThere);
     }
 
@@ -87,7 +88,7 @@ export class Live {
         } else if (said.module) {
             this.run.tell(said.module);
             this.on.news();
-        } else {
+        } else if ("looks" in said) {
             const before = this.run.seconds;
             this.run.append(said, unpack(bytes, this.run.about, said.looks));
             this.measure(this.run.seconds - before);
@@ -129,6 +130,12 @@ export class Live {
             await this.send(wish).catch(() => {});
         }
         this.isAsking = false;
+    }
+
+    /** Wants to be told what there is to see inside of this module, or of none. */
+    inspect(module) {
+        this.inspected = module;
+        if (!this.isOver) this.send({ inspect: module }).catch(() => {});
     }
 
     /** Asks for something; returns what was said, and throws what speaks against it. */

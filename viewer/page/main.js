@@ -5,6 +5,7 @@ import { Controls } from "./controls.js";
 import { showDetails } from "./details.js";
 import { boxes } from "./ground.js";
 import { head, showEnd, showFacts, showLegend } from "./head.js";
+import { showInside } from "./inside.js";
 import { Live } from "./live.js";
 import { Map } from "./map.js";
 import { Run } from "./run.js";
@@ -123,6 +124,7 @@ function begin({ run, live }, page) {
                 picture.view.lookAt(run.place(module, state.time).applyMatrix4(picture.world.matrixWorld));
         }
         say(module === null ? "no module selected" : describe());
+        live?.inspect(module);
         shownDetails = -1;
         redraw();
     }
@@ -242,6 +244,7 @@ function begin({ run, live }, page) {
             showDetails(by("details"), run, time, selected);
             tree.show(time, selected);
             controls?.show();
+            showInside(by("inside"), selected === null ? null : run.inside(selected, time));
             canvas.setAttribute("aria-label", `The robot in 3D: ${describe()}`);
         }
         showLabel(selected);
@@ -289,6 +292,7 @@ function begin({ run, live }, page) {
         follow(true);
         const module = Number(wishes.get("module") ?? -1);
         state.selected = module >= 0 && module < run.modules ? module : null;
+        live?.inspect(state.selected);
         play(!wishes.has("t") && !matchMedia("(prefers-reduced-motion: reduce)").matches);
     }
 
@@ -360,6 +364,7 @@ function begin({ run, live }, page) {
                 onScreen: picture.onScreen(module),
             })),
         }),
+        inside: () => (state.selected === null ? null : run.inside(state.selected, state.time)),
         hormones: run.hormones,
         losses: run.losses,
         seek,

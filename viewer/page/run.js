@@ -3,6 +3,8 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 
 const NUMBERS = 10;
+/** So many are kept: 40 s. */
+const MOST_INSIDES = 1000;
 
 /** How many of `list`, which is in the order of `at`, are not later than `time`. */
 export function until(list, time, at = (item) => item.at) {
@@ -47,6 +49,7 @@ export class Run {
             leaving: byModule(),
             arriving: byModule(),
             longest: 0,
+            insides: [],
         });
         this.deeds = { action: this.actions, "made good": this.madeGood, generated: this.generated };
     }
@@ -99,6 +102,20 @@ export class Run {
         if (arrived === null) return;
         insert(this.deliveries, arrived, (at) => at);
         if (passage.to) insert(this.arriving[passage.to.module], passage, arrivedAt);
+    }
+
+    /** Takes what there was to see inside of a module. */
+    tell(inside) {
+        this.insides.push(inside);
+        if (this.insides.length > MOST_INSIDES) this.insides.shift();
+    }
+
+    /** What there was to see inside of a module, if anybody looked about then: before, or else a little
+     * later, for the page is behind the run. */
+    inside(module, time) {
+        const place = until(this.insides, time + this.about.every / 2);
+        const near = this.insides.slice(Math.max(0, place - 1), place + 1);
+        return near.find((inside) => inside.module === module && Math.abs(time - inside.at) < 1) ?? null;
     }
 
     wiring(time) {

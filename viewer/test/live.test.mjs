@@ -19,8 +19,10 @@ after(async () => {
 });
 
 /** Opens a robot that runs natively. It waits. */
-async function opened(name, ...args) {
-    const run = await served(name, "--engine", "host", ...args);
+const opened = (name, ...args) => watched(name, "--engine", "host", ...args);
+
+async function watched(name, ...args) {
+    const run = await served(name, ...args);
     runs.push(run);
     await browser.open(run.address, "#t=0&view=whole&theme=dark");
     return run;
@@ -33,7 +35,8 @@ const press = async (key) => {
 
 const click = (text) =>
     browser.run(
-        `[...document.querySelectorAll("button")].find((button) => button.textContent === arguments[0]).click()`,
+        `const buttons = [...document.querySelectorAll("button")];
+        buttons.find((button) => button.textContent === arguments[0]).click();`,
         text,
     );
 
@@ -89,7 +92,8 @@ test("what is done by hand is seen and said, and done again by the robot file of
     await browser.until("return document.getElementById('note').textContent.startsWith('not done')");
     assert.match(await browser.text("note"), /give a probability from 0 to 1/);
     const file = await browser.run(
-        "return fetch('ask', { method: 'POST', body: '{\"timeline\":null}' }).then((answer) => answer.text())",
+        `const asked = fetch("ask", { method: "POST", body: '{"timeline":null}' });
+        return asked.then((answer) => answer.text());`,
     );
     assert.match(file, /\[\[event\]\]\nat = 1\.0\ndetach = "4\.Front"\n/);
     await runTo(4);
@@ -117,4 +121,69 @@ test("a lost connection is said and mended, and what was seen outlasts the progr
     await browser.until("return !superbot.describe().isThere");
     await runTo(0.6);
     assert.equal((await browser.drawn()).modules.length, 5);
+});
+
+test("inside of a module are its tasks, as its own console has them, links, sensors and counts", async () => {
+    await browser.complaints(); // of what was refused and lost before
+    await watched("inside", "chain", "--modules", "2", "--world", "none", "--seconds", "30");
+    await browser.run("superbot.select(1)");
+    await runTo(0.4);
+    await browser.drawn();
+    await click("Ask its console");
+    await browser.until("return superbot.describe().happenings.length === 1");
+    await runTo(3);
+    const inside = await browser.until("return superbot.inside()?.at === 3 && superbot.inside()");
+    const [{ text, is_complete: isComplete }] = inside.consoles;
+    assert.ok(isComplete, text);
+    // Priority, bytes of stack, and how many of them were never used.
+    const [tasks] = text.split("\nlinks");
+    const told = [...tasks.matchAll(/^.+ (\d) +(\d+) +(\d+)$/gm)].map((row) => row.slice(2).map(Number));
+    const seen = inside.mcus.flatMap(({ tasks }) => tasks);
+    assert.ok(seen.length > 15, `${seen.length} tasks`);
+    assert.deepEqual(
+        seen.map(({ stack }) => stack),
+        told.map(([stack]) => stack),
+    );
+    seen.forEach(({ name, stack, used }, index) => {
+        assert.ok(used >= stack - told[index][1] && used <= stack, `${name}: ${used} of ${stack}`);
+    });
+    assert.equal(seen.find(({ name }) => name === "HORMONE").state, "waits for HORMONE");
+    assert.ok(inside.mcus.every(({ awake_percent: awake }) => awake > 1 && awake < 60));
+    await browser.run("document.querySelectorAll('#inside details').forEach((part) => (part.open = true))");
+    await browser.drawn();
+    assert.match(await browser.text("inside"), /HORMONE\s+waits for HORMONE\s+\d+ of \d+/);
+    const front = inside.links.find(({ dock }) => dock === "Front");
+    assert.ok(front.sent > 20 && front.received > 20 && inside.acceleration[2] > 0.9);
+    await browser.press("\uE00C"); // Escape
+    await browser.drawn();
+    assert.equal(await browser.text("inside"), "");
+    assert.deepEqual(await browser.complaints(), []);
+});
+
+test("on a phone's width nothing is cut off at a side", async () => {
+    await browser.resize(390, 780, 0.5);
+    try {
+        await opened("phone", "--modules", "3", "--seconds", "30");
+        await browser.run("superbot.select(1)");
+        await browser.drawn();
+        const wide = await browser.run(`
+            return [document.documentElement, document.getElementById("side")]
+                .filter(({ scrollWidth, clientWidth }) => scrollWidth > clientWidth).map(({ id }) => id);`);
+        assert.deepEqual(wide, []);
+    } finally {
+        await browser.resize(800, 600, 0.5);
+    }
+});
+
+test("in a world a push moves a module", async () => {
+    await watched("push", "chain", "--modules", "1", "--seconds", "30");
+    await browser.run("superbot.select(0)");
+    await runTo(1);
+    const [, before] = (await browser.drawn()).modules[0].at;
+    await click("Push left");
+    await browser.until("return superbot.describe().happenings.length === 1");
+    await runTo(2);
+    const { modules, happenings } = await browser.drawn();
+    assert.equal(happenings.at(-1)[1], "module 0 is pushed by 0, 30 and 0 N");
+    assert.ok(modules[0].at[1] - before > 0.3, `${modules[0].at[1] - before} m`);
 });

@@ -26,8 +26,8 @@ export function recorded(name, ...args) {
     return { page, report: JSON.parse(readFileSync(json, "utf8")) };
 }
 
-/** Starts a run that is looked at as it goes on. Returns where its page is, its process, and what comes to its
- * report once it is over. */
+/** Starts a run that is looked at as it goes on. Returns where its page is, its process, and what waits for
+ * its report. */
 export async function served(name, ...args) {
     const json = join(folder, `${name}.json`);
     const process = spawn(simulator(), ["sim", ...args, "--view", "--json", json], {

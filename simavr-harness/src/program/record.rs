@@ -76,8 +76,8 @@ pub fn expect_small(modules: usize, seconds: f64, option: &str) -> Result<(), Bo
         return Ok(());
     }
     Err(format!(
-        "{modules} modules for {seconds} s would make a page too large for a browser: leave {option} out, or ask \
-         for {:.0} s at most, or for fewer modules",
+        "{modules} modules for {seconds} s would make a page too large for a browser: leave {option} out, \
+         or ask for {:.0} s at most, or for fewer modules",
         (MOST / modules as f64).floor()
     )
     .into())

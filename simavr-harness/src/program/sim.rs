@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use hormone::gait::GaitName;
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
+use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Run, Scenario};
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
@@ -16,7 +16,7 @@ use super::output::say;
 use super::record::{self, Record};
 use super::report::{Console, CpuLoad, Report};
 use super::trace::{Noted, Timeline};
-use super::view::View;
+use super::view::{Inspected, View};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
@@ -77,6 +77,7 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
             return Err(format!("--vary {} is given twice", variation.of.name()).into());
         }
     }
+    scenario.timeline.iter().try_for_each(|event| expect_possible(options, &event.change))?;
     if matches!(options.engine, EngineName::Host) {
         if options.world == Some(WorldName::Ground) {
             return Err(
@@ -88,7 +89,6 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
                 "the native engine executes no images: leave --core out, or ask for --engine simavr".into()
             );
         }
-        scenario.timeline.iter().try_for_each(|event| expect_possible(options, &event.change))?;
         if !scenario.images.is_empty() {
             return Err(
                 "the native engine executes no images: take each [[image]] out, or ask for --engine simavr"
@@ -105,6 +105,9 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
 /// What to do if not.
 pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
     match (options.engine, change) {
+        (_, Change::Push { .. }) if !has_world(options) => {
+            Err("without a world nothing can be pushed: leave --world none and --engine host out".into())
+        }
         (EngineName::Host, Change::Console(_)) => {
             Err("a console tells of programs that run: ask for --engine simavr".into())
         }
@@ -121,7 +124,7 @@ struct Results {
 }
 
 /// A robot of which some have MCUs, and these tell more.
-trait Executing: Robot {
+trait Executing: Inspected {
     fn cpu_load(&self) -> Option<CpuLoad> {
         None
     }
@@ -172,13 +175,13 @@ fn run_robot(
     let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
     let started = Instant::now();
     if let Some(view) = &mut view {
-        view.drive(options, &mut run, end, |run, waited| display.show(run, end, started.elapsed() - waited))?;
+        view.drive(options, &mut run, end, &mut display)?;
     } else {
         while run.step(end)? {
             display.show(&run, end, started.elapsed());
         }
     }
-    let wall = started.elapsed() - view.as_ref().map_or(Duration::ZERO, View::waited);
+    let wall = started.elapsed().saturating_sub(view.as_ref().map_or(Duration::ZERO, View::waited));
     display.show(&run, end, wall);
     display.finish();
     let report = Report::new(options, &run, wall, run.robot.cpu_load(), is_level);

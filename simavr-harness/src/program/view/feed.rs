@@ -6,6 +6,9 @@ use std::time::Duration;
 /// A message, as pages read it.
 pub type Message = Arc<[u8]>;
 
+/// What is in the place of one that was for the moment: an object with nothing in it.
+const GONE: &[u8] = b"\x02\0\0\0\0\0\0\0{}";
+
 /// The messages, and who listens.
 #[derive(Default)]
 pub struct Feed {
@@ -16,6 +19,8 @@ pub struct Feed {
 #[derive(Default)]
 struct State {
     messages: Vec<Message>,
+    /// The place of one that is for the moment.
+    passing: Option<usize>,
     listeners: usize,
 }
 
@@ -31,6 +36,17 @@ impl Feed {
     pub fn tell(&self, message: Vec<u8>) {
         self.state().messages.push(message.into());
         self.changed.notify_all();
+    }
+
+    /// Tells pages what is of no use any more once the next such message comes.
+    pub fn tell_for_now(&self, message: Vec<u8>) {
+        let mut state = self.state();
+        let place = state.messages.len();
+        if let Some(before) = state.passing.replace(place) {
+            state.messages[before] = GONE.into();
+        }
+        drop(state);
+        self.tell(message);
     }
 
     /// A page listens that has got so many messages before.
@@ -98,6 +114,16 @@ mod tests {
         feed.tell(vec![3]);
         assert_eq!([read(&mut late), read(&mut late)], [vec![3], vec![]]);
         assert_eq!(read(&mut feed.listen(9)), [0; 0], "it has got more than there was");
+    }
+
+    #[test]
+    fn what_is_for_the_moment_is_not_kept_and_keeps_its_place() {
+        let feed = Feed::default();
+        feed.tell_for_now(vec![1]);
+        assert_eq!(feed.listen(0).next(AT_ONCE), [Message::from([1])]);
+        feed.tell(vec![2]);
+        feed.tell_for_now(vec![3]);
+        assert_eq!(feed.listen(0).next(AT_ONCE), [GONE, &[2], &[3]].map(Message::from));
     }
 
     #[test]

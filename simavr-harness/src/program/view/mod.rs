@@ -4,6 +4,7 @@
 //! two steps, at a time that a robot file can name: so a run by hand can be repeated.
 
 mod feed;
+mod inspect;
 mod server;
 
 use std::error::Error;
@@ -14,14 +15,17 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use simulation::{CLOCK_HZ, Change, Robot, Run, Scenario};
+use simulation::{CLOCK_HZ, Change, Run, Scenario};
 
 use super::arguments::{Sim, Source};
+use super::display::Display;
 use super::output::say;
 use super::record::{self, EVERY, subject};
 use super::report::Report;
 use super::sim::expect_possible;
 use feed::Feed;
+pub use inspect::Inspected;
+use inspect::Inspector;
 use server::{Answer, Asked, Server, Wish};
 
 /// For so long a page may be away, to be loaded anew, until the program takes it for gone.
@@ -35,6 +39,8 @@ pub struct View {
     until: u64,
     /// For how long the run waited for pages.
     waited: Duration,
+    /// Into the module that somebody looks into.
+    inspector: Option<Inspector>,
     /// The robot as a robot file, to which what happens is added.
     file: String,
 }
@@ -56,21 +62,28 @@ impl View {
         thread::spawn(move || server.serve());
         say(format_args!("superbot-sim: look at {address}\n"));
         open(&address);
-        Ok(Some(View { feed, asked, until: 0, waited: Duration::ZERO, file: file(options)? }))
+        Ok(Some(View {
+            feed,
+            asked,
+            until: 0,
+            waited: Duration::ZERO,
+            inspector: None,
+            file: file(options)?,
+        }))
     }
 
-    /// Runs the robot up to `end`, as pages ask for it. `shown` is called after each step, with how long the
-    /// run has waited.
+    /// Runs the robot up to `end`, as pages ask for it, and shows it on `display`, too.
     ///
     /// # Errors
     /// Memory runs out.
-    pub fn drive<R: Robot>(
+    pub fn drive<R: Inspected>(
         &mut self,
         options: &Sim,
         run: &mut Run<R>,
         end: u64,
-        mut shown: impl FnMut(&Run<R>, Duration),
+        display: &mut Display,
     ) -> Result<(), Box<dyn Error>> {
+        let started = Instant::now();
         run.record(EVERY);
         self.tell_news(run)?;
         let mut goes_on = true;
@@ -80,7 +93,7 @@ impl View {
             let asked = if is_due { self.asked.try_recv().ok() } else { Some(self.wait()?) };
             if let Some(Asked { wish, answer }) = asked {
                 // Who asked may have gone.
-                let _ = answer.send(self.grant(wish, options, run));
+                let _ = answer.send(self.grant(wish, options, run, display));
                 self.tell_news(run)?;
             } else {
                 let next_look = (now / EVERY + 1) * EVERY;
@@ -92,7 +105,7 @@ impl View {
                     }
                 };
                 self.tell_news(run)?;
-                shown(run, self.waited);
+                display.show(run, end, started.elapsed().saturating_sub(self.waited));
             }
         }
         // Hormones that are under way come no further.
@@ -125,7 +138,13 @@ impl View {
         asked
     }
 
-    fn grant<R: Robot>(&mut self, wish: Wish, options: &Sim, run: &mut Run<R>) -> Answer {
+    fn grant<R: Inspected>(
+        &mut self,
+        wish: Wish,
+        options: &Sim,
+        run: &mut Run<R>,
+        display: &mut Display,
+    ) -> Answer {
         match wish {
             Wish::Until(seconds) => {
                 self.until = (seconds * f64::from(CLOCK_HZ)).round() as u64;
@@ -137,21 +156,37 @@ impl View {
                 run.happen(change).map_err(|error| error.to_string())?;
                 let seconds = run.robot.now() as f64 / f64::from(CLOCK_HZ);
                 let event = format!("\n[[event]]\nat = {seconds:?}\n{}\n", lines.trim());
+                // What is said stays: the next picture comes below.
+                display.finish();
                 say(&event);
                 self.file.push_str(&event);
                 Ok(String::new())
+            }
+            Wish::Inspect(module) => {
+                let modules = run.robot.wiring().modules();
+                match module.filter(|&module| module >= modules) {
+                    Some(module) => Err(format!("there is no module {module}: there are {modules}, from 0")),
+                    None => {
+                        self.inspector = module.map(Inspector::of);
+                        Ok(String::new())
+                    }
+                }
             }
             Wish::Timeline => Ok(self.file.clone()),
         }
     }
 
-    fn tell_news<R: Robot>(&self, run: &mut Run<R>) -> Result<(), Box<dyn Error>> {
+    fn tell_news<R: Inspected>(&mut self, run: &mut Run<R>) -> Result<(), Box<dyn Error>> {
         let now = run.robot.now();
         if let Some(recorder) = &mut run.observer.recorder {
             let news = recorder.news(now);
             if !news.is_empty() {
                 self.feed.tell(viewer::news(&news)?);
             }
+        }
+        if let Some(inspector) = &mut self.inspector {
+            let inside = inspector.look(&run.robot);
+            self.feed.tell_for_now(viewer::message(&json!({ "module": inside }), &[])?);
         }
         Ok(())
     }

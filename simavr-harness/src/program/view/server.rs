@@ -39,6 +39,8 @@ pub enum Wish {
     Until(f64),
     /// That something happens now: an event of a robot file, without its time.
     Event(String),
+    /// To be told of this module all that there is to see inside of it, or of none.
+    Inspect(Option<usize>),
     /// What has happened, as a robot file.
     Timeline,
 }
