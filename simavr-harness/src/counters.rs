@@ -10,7 +10,12 @@ pub(crate) const LINKS: [&str; 3] = ["LINK_USART0", "LINK_USART1", "LINK_SOFT_UA
 
 /// The counts of all links of an MCU.
 pub(crate) fn links(mcu: &Mcu) -> impl Iterator<Item = LinkCounters> + '_ {
-    LINKS.iter().filter_map(|name| Some(link_counters(&words(mcu, name)?)))
+    (0..LINKS.len()).filter_map(|number| link(mcu, number))
+}
+
+/// The counts of the link at a serial port of an MCU.
+pub(crate) fn link(mcu: &Mcu, number: usize) -> Option<LinkCounters> {
+    Some(link_counters(&words(mcu, LINKS.get(number)?)?))
 }
 
 /// The counts of an MCU's side of the bridge.

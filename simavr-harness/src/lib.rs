@@ -70,6 +70,7 @@ pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
 pub use trace::{BusSignal, Line, bus_lines, motor_lines, serial_line};
+pub use trace::{Glance, Glimpse};
 pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

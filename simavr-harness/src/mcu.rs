@@ -180,6 +180,10 @@ impl Mcu {
         self.part
     }
 
+    pub(crate) fn cpu(&self) -> Cpu {
+        self.cpu
+    }
+
     pub fn image(&self) -> &Arc<Image> {
         &self.image
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use simulation::{Random, fnv_1a};
 use tasks::dock::{Dock, DockSet};
+use tasks::link::counters::LinkCounters;
 use tasks::superbot::{Half, MASTER, SLAVE};
 use thiserror::Error;
 
@@ -179,6 +180,12 @@ impl Module {
     /// The docks that send out light, to look for others.
     pub(crate) fn looking(&self) -> DockSet {
         self.body.looking(&self.mcus)
+    }
+
+    /// What the link at a dock counts; `None` if the images have none.
+    pub fn link_counters(&self, dock: Dock) -> Option<LinkCounters> {
+        let (controller, number) = port(dock);
+        counters::link(self.mcu(controller), number)
     }
 
     /// Runs both MCUs up to `cycle`.

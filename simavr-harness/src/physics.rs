@@ -1,7 +1,7 @@
 //! The world that a robot is in, and what passes between the two each millisecond.
 
 use plants::geometry;
-use simulation::{Change, Face, Facing, Motion, Placing, Wiring, fnv_1a};
+use simulation::{Change, Face, Facing, Motion, PUSH_MILLISECONDS, Placing, Wiring, fnv_1a};
 use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
 
@@ -93,6 +93,9 @@ impl Physics {
             self.world.attach(place(one), place(other));
         }
         self.tilt.wired(wiring);
+        if let &Change::Push { module, newtons } = change {
+            self.world.push(module, newtons, PUSH_MILLISECONDS);
+        }
         if let &Change::Roll(degrees) = change {
             self.world.turn_over(degrees - self.roll);
             self.roll = degrees;

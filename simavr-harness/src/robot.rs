@@ -329,7 +329,7 @@ impl Robot {
             self.set_latch(other, End::Latched);
         }
         match change {
-            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
+            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Push { .. } => {}
             &Change::Reset { module, mcus } => {
                 let mcus: &[Controller] = match mcus {
                     Mcus::Master => &[Controller::Master],

@@ -10,6 +10,9 @@ use serde::Deserialize;
 
 use crate::wiring::{Face, Wiring, WiringError};
 
+/// For how long a push lasts.
+pub const PUSH_MILLISECONDS: u32 = 200;
+
 /// Something that happens to a robot from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
@@ -31,6 +34,9 @@ pub enum Change {
     Obstacle { at: Face, is_there: bool },
     /// The robot lies turned about its long axis from now on, by so many degrees: its left side goes up.
     Roll(f64),
+    /// A module is pushed for [a moment](crate::PUSH_MILLISECONDS), by these newtons along x, y and z of the
+    /// ground.
+    Push { module: usize, newtons: [f64; 3] },
     /// Someone with a remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock
     /// to which nothing is attached.
     Command { at: Face, payload: Vec<u8> },
@@ -68,7 +74,7 @@ impl Change {
             Change::Detach(face) => wiring.detach(face).map(|_| ()),
             Change::Swap(one, other) => wiring.swap(one, other),
             Change::Kill(module) => wiring.kill(module),
-            Change::Reset { module, .. } => wiring.check(module),
+            Change::Reset { module, .. } | Change::Push { module, .. } => wiring.check(module),
             Change::Loss { links, .. } | Change::Noise { links, .. } => match links {
                 Links::All => Ok(()),
                 Links::From(face) => wiring.expect_attached(face),
@@ -117,6 +123,9 @@ impl fmt::Display for Change {
             Change::Obstacle { at, is_there: true } => write!(f, "an obstacle before {at}"),
             Change::Obstacle { at, is_there: false } => write!(f, "the obstacle before {at} is taken away"),
             Change::Roll(degrees) => write!(f, "the robot is turned to {degrees:.0} degrees"),
+            Change::Push { module, newtons: [x, y, z] } => {
+                write!(f, "module {module} is pushed by {x}, {y} and {z} N")
+            }
             Change::Console(at) => write!(f, "the console is asked at {at}"),
             Change::Command { at, .. } => match self.orders() {
                 Some((_, None)) => write!(f, "an order to stop at {at}"),

@@ -53,6 +53,8 @@ struct EventTable {
     obstacle: Option<Face>,
     clear: Option<Face>,
     roll: Option<f64>,
+    push: Option<usize>,
+    newtons: Option<[f64; 3]>,
     command: Option<Vec<u8>>,
     to: Option<Face>,
     console: Option<Face>,
@@ -63,6 +65,9 @@ const TOO_MANY_MODULES: usize = 1_000_001;
 
 /// The latest time of an event, in seconds: a day.
 const LATEST: f64 = 86_400.0;
+
+/// No push is stronger, in N: a hundred times a module's weight.
+const STRONGEST: f64 = 1000.0;
 
 impl Scenario {
     /// The robot in `text`, in TOML.
@@ -136,12 +141,24 @@ impl File {
     }
 }
 
+impl Change {
+    /// The change that the lines of an event name, in TOML, all but its time: as in `detach = "2.Back"`.
+    ///
+    /// # Errors
+    /// They name none, or one out of range.
+    pub fn from_toml(lines: &str) -> Result<Self, FileError> {
+        let table = toml::from_str(&format!("at = 0\n{lines}"));
+        let table: EventTable = table.map_err(|error| FileError(error.message().into()))?;
+        table.change().map_err(FileError)
+    }
+}
+
 impl EventTable {
     fn event(self) -> Result<Event, String> {
         if !(0.0..=LATEST).contains(&self.at) {
             return Err("give `at` in seconds from 0 to 86400".into());
         }
-        let at = (self.at * f64::from(CLOCK_HZ)) as u64;
+        let at = (self.at * f64::from(CLOCK_HZ)).round() as u64;
         Ok(Event { at, change: self.change()? })
     }
 
@@ -158,6 +175,9 @@ impl EventTable {
                 "give both `command`, the bytes of a message to HORMONE, and `to`, a free dock".into()
             );
         }
+        if self.push.is_some() != self.newtons.is_some() {
+            return Err("give both `push`, a module, and `newtons`, as in [0, 20, 0]".into());
+        }
         let links = self.from.map_or(Links::All, Links::From);
         let changes = [
             self.attach.map(|Pair([one, other])| Ok(Change::Attach(one, other))),
@@ -170,6 +190,7 @@ impl EventTable {
             self.obstacle.map(|at| Ok(Change::Obstacle { at, is_there: true })),
             self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
             self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
+            self.push.zip(self.newtons).map(|(module, newtons)| push(module, newtons)),
             self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
             self.console.map(|at| Ok(Change::Console(at))),
         ];
@@ -177,8 +198,8 @@ impl EventTable {
         match (changes.next(), changes.next()) {
             (Some(change), None) => change,
             _ => Err(
-                "give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll, command and \
-                      console"
+                "give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll, push, \
+                      command and console"
                     .into(),
             ),
         }
@@ -194,6 +215,14 @@ fn roll(degrees: f64) -> Result<f64, String> {
         Ok(degrees)
     } else {
         Err("give `roll` in degrees from -180 to 180".into())
+    }
+}
+
+fn push(module: usize, newtons: [f64; 3]) -> Result<Change, String> {
+    if newtons.iter().all(|force| force.abs() <= STRONGEST) {
+        Ok(Change::Push { module, newtons })
+    } else {
+        Err("give `newtons` from -1000 to 1000".into())
     }
 }
 

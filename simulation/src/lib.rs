@@ -44,7 +44,7 @@ mod verdict;
 mod walker;
 mod wiring;
 
-pub use change::{Change, Links, Mcus};
+pub use change::{Change, Links, Mcus, PUSH_MILLISECONDS};
 pub use command::{SENDS, command};
 pub use deed::Deed;
 pub use discovery::Discovery;

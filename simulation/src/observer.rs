@@ -69,8 +69,17 @@ impl Observer {
         }
     }
 
-    /// Looks at what the robot has done since the last call.
+    /// Looks at what the robot has done since the last call, and how it is.
     pub fn look(&mut self, robot: &mut impl Robot) {
+        self.hear(robot);
+        self.reshape(robot.now());
+        self.discovery.look(robot);
+        self.gait.pass(robot.now());
+        self.gait.feel(robot);
+    }
+
+    /// Takes in what the robot has done since the last call.
+    pub fn hear(&mut self, robot: &mut impl Robot) {
         let mut deeds = robot.take_deeds().into_iter().peekable();
         for event in robot.take_changes() {
             while let Some(deed) = deeds.next_if(|deed| deed.cycle < event.at) {
@@ -80,10 +89,6 @@ impl Observer {
             self.own_changes.push(event);
         }
         deeds.for_each(|deed| self.take(&deed));
-        self.reshape(robot.now());
-        self.discovery.look(robot);
-        self.gait.pass(robot.now());
-        self.gait.feel(robot);
     }
 
     fn reshape(&mut self, now: u64) {

@@ -13,7 +13,7 @@ use crate::wiring::{Face, Wiring};
 
 pub use recorder::Recorder;
 
-/// A run that is over.
+/// A run that is over, or a part of one.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// The time between two looks, in cycles. The first is at power-up.
@@ -34,6 +34,29 @@ pub struct Recording {
     pub wirings: Vec<(u64, Wiring)>,
     /// What happened to the robot, in words, and when, in cycles.
     pub happenings: Vec<(u64, String)>,
+}
+
+impl Recording {
+    /// Nothing yet of a robot of so many modules, at which somebody looks once in so many cycles.
+    pub(crate) fn new(modules: usize, every: u64) -> Self {
+        Recording {
+            every,
+            modules,
+            placings: Vec::new(),
+            deeds: Vec::new(),
+            hormones: Vec::new(),
+            views: Vec::new(),
+            losses: None,
+            wirings: Vec::new(),
+            happenings: Vec::new(),
+        }
+    }
+
+    /// Whether nothing is in it.
+    pub fn is_empty(&self) -> bool {
+        let Recording { placings, deeds, hormones, wirings, happenings, .. } = self;
+        [placings.len(), deeds.len(), hormones.len(), wirings.len(), happenings.len()] == [0; 5]
+    }
 }
 
 /// A hormone on its way between two modules.

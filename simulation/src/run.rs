@@ -1,5 +1,6 @@
 //! A robot on its way through a timeline.
 
+use crate::change::Change;
 use crate::hardware::MILLISECOND;
 use crate::observer::Observer;
 use crate::recording::{Recorder, Recording};
@@ -13,6 +14,8 @@ pub struct Run<R> {
     pub observer: Observer,
     /// The latest first.
     timeline: Vec<Event>,
+    /// Where the step under way ends.
+    step_end: Option<u64>,
 }
 
 impl<R: Robot> Run<R> {
@@ -20,7 +23,7 @@ impl<R: Robot> Run<R> {
     pub fn new(robot: R, mut timeline: Vec<Event>, period: u64) -> Self {
         let observer = Observer::new(&robot, period);
         timeline.reverse();
-        Run { robot, observer, timeline }
+        Run { robot, observer, timeline, step_end: None }
     }
 
     /// The longest that a robot runs between two looks, in cycles: 250 ms.
@@ -32,15 +35,47 @@ impl<R: Robot> Run<R> {
     /// # Errors
     /// An event can't happen.
     pub fn step(&mut self, end: u64) -> Result<bool, WiringError> {
+        self.step_until(end, u64::MAX)
+    }
+
+    /// Likewise, but pauses at `pause` if that comes before. A run with pauses is the same run, and is judged
+    /// the same.
+    ///
+    /// # Errors
+    /// An event can't happen. It is over with that, and the run may go on.
+    pub fn step_until(&mut self, end: u64, pause: u64) -> Result<bool, WiringError> {
         let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
-        self.run_until((self.robot.now() + Self::STEP).min(event).min(end));
-        self.observer.look(&mut self.robot);
+        let step_end = (self.robot.now() + Self::STEP).min(event).min(end);
+        let step_end = *self.step_end.get_or_insert(step_end);
+        self.run_until(step_end.min(pause));
+        if pause < step_end && self.robot.trouble().is_none() {
+            self.observer.hear(&mut self.robot);
+            return Ok(true);
+        }
+        self.end_step();
         let now = self.robot.now();
         while let Some(Event { change, .. }) = self.timeline.pop_if(|event| event.at <= now) {
-            self.robot.change(&change)?;
-            self.observer.changed(&Event { at: now, change });
+            self.happen(change)?;
         }
         Ok(now < end && self.robot.trouble().is_none())
+    }
+
+    /// Lets something happen to the robot now, as if it stood in the timeline.
+    ///
+    /// # Errors
+    /// It can't happen.
+    pub fn happen(&mut self, change: Change) -> Result<(), WiringError> {
+        if self.step_end.is_some() {
+            self.end_step();
+        }
+        self.robot.change(&change)?;
+        self.observer.changed(&Event { at: self.robot.now(), change });
+        Ok(())
+    }
+
+    fn end_step(&mut self) {
+        self.step_end = None;
+        self.observer.look(&mut self.robot);
     }
 
     /// Keeps from now on, at power-up, what the robot does, and looks at it once in so many cycles.

@@ -5,8 +5,8 @@ use hormone::event::Event as Behaviour;
 use hormone::gait::GaitName;
 use hormone::module_type::ModuleType;
 use simulation::{
-    Change, Event, Face, Links, MILLISECOND, Native, Placing, Recording, Robot, Run, Scenario, Shape, View,
-    Wiring,
+    Change, Event, Face, Links, MILLISECOND, Native, Passage, Placing, Recording, Robot, Run, Scenario,
+    Shape, View, Wiring,
 };
 use tasks::dock::Dock::{Back, Front, Left};
 use tasks::dock::{Dock, DockSet};
@@ -176,4 +176,57 @@ fn what_happens_is_said_in_words() {
     );
     assert_eq!(recording.losses, None, "natively nobody counts frames that are lost");
     assert_eq!(recording.wirings.last().unwrap().1.peer(Face { module: 4, dock: Front }), None);
+}
+
+#[test]
+fn parts_of_a_run_are_the_whole_of_it() {
+    let timeline = || {
+        let loss = Change::Loss { links: Links::All, probability: 0.2 };
+        vec![at(500, loss), at(2_500, Change::Kill(3))]
+    };
+    let whole = recorded(timeline(), 4_000);
+    let mut run = centipede(timeline());
+    run.record(EVERY);
+    let mut parts = Vec::new();
+    for look in 1.. {
+        let goes_on = run.step_until(4_000 * MILLISECOND, look * EVERY).unwrap();
+        let now = run.robot.now();
+        parts.push(run.observer.recorder.as_mut().unwrap().news(now));
+        if !goes_on {
+            break;
+        }
+    }
+    parts.extend(run.finish_recording());
+    let hormones: Vec<_> = parts.iter().flat_map(|part| part.hormones.clone()).collect();
+    let sorted = |hormones: &[Passage]| {
+        let mut hormones = hormones.to_vec();
+        hormones.sort_by_key(|passage| (passage.sent, passage.from.module, passage.from.dock.index()));
+        hormones
+    };
+    assert_eq!(sorted(&hormones), sorted(&whole.hormones));
+    assert!(whole.hormones.iter().any(|passage| passage.arrived.is_none()), "some are lost");
+    macro_rules! compare {
+        ($($list:ident)*) => {$(
+            let of_parts: Vec<_> = parts.iter().flat_map(|part| part.$list.clone()).collect();
+            assert_eq!(of_parts, whole.$list, stringify!($list));
+        )*};
+    }
+    compare!(placings deeds views wirings happenings);
+    assert!(parts.iter().filter(|part| !part.placings.is_empty()).count() > 40, "it comes as it goes on");
+}
+
+#[test]
+fn what_happens_by_hand_is_as_if_it_had_stood_in_the_timeline() {
+    let pull = Change::Detach(Face { module: 2, dock: Back });
+    let planned = finish(centipede(vec![at(1_120, pull.clone())]), 2_000);
+    let mut by_hand = centipede(Vec::new());
+    while by_hand.robot.now() < 1_120 * MILLISECOND {
+        by_hand.step_until(2_000 * MILLISECOND, 1_120 * MILLISECOND).unwrap();
+    }
+    assert!(by_hand.happen(Change::Detach(Face { module: 0, dock: Front })).is_err());
+    by_hand.happen(pull).unwrap();
+    let by_hand = finish(by_hand, 2_000);
+    assert_eq!(by_hand.robot.state_hash(), planned.robot.state_hash());
+    assert_eq!(by_hand.observer.discovery.lost_after, planned.observer.discovery.lost_after);
+    assert!(planned.observer.discovery.lost_after.is_some());
 }

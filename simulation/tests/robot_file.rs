@@ -69,6 +69,11 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         [[event]]
         at = 8.75
         console = "1.Down"
+
+        [[event]]
+        at = 8.29
+        push = 1
+        newtons = [0, -12.5, 3]
         "#,
     )
     .unwrap();
@@ -86,11 +91,13 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         (7.0, Change::Obstacle { at: face(2, Up), is_there: true }),
         (7.5, Change::Obstacle { at: face(2, Up), is_there: false }),
         (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
+        (8.29, Change::Push { module: 1, newtons: [0.0, -12.5, 3.0] }),
         (8.5, Change::Roll(-180.0)),
         (8.75, Change::Console(face(1, Down))),
         (9.0, Change::Kill(0)),
     ];
-    let expected = expected.map(|(at, change)| Event { at: (at * SECOND as f64) as u64, change });
+    let cycle = |at: f64| (at * 100.0).round() as u64 * SECOND / 100;
+    let expected = expected.map(|(at, change)| Event { at: cycle(at), change });
     assert_eq!(scenario.timeline, expected);
 }
 
@@ -232,6 +239,9 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\nloss = 2"), 4, "[[event]]", "give a probability from 0 to 1"),
         (&event("at = 1\nroll = 181"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
         (&event("at = 1\nroll = nan"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
+        (&event("at = 1\npush = 1"), 4, "[[event]]", "give both `push`"),
+        (&event("at = 1\npush = 5\nnewtons = [0, 1, 2]"), 4, "[[event]]", "there is no module 5"),
+        (&event("at = 1\npush = 1\nnewtons = [0, nan, 2]"), 4, "[[event]]", "from -1000 to 1000"),
         (&event("at = 1"), 4, "[[event]]", "give one of attach, detach"),
         (&event("at = 1\nkill = 0\nloss = 0.5"), 4, "[[event]]", "give one of attach, detach"),
         (&event("at = 1\nkill = 0\nmcu = \"slave\""), 4, "[[event]]", "`mcu` belongs to `reset`"),
@@ -244,7 +254,7 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\ncommand = [1]"), 4, "[[event]]", "give both `command`"),
         (&event("at = 1\ncommand = [1, 2]\nto = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
         (&event("at = 1\nconsole = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
-        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "roll, command and console"),
+        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "push, command and console"),
         (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
         (&image("modules = []\nmaster = \"a.elf\""), 4, "[[image]]", "give `modules`"),
         (&image("modules = [1]"), 4, "[[image]]", "give `master`, `slave` or both"),

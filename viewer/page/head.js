@@ -12,15 +12,22 @@ export function head(run, speeds) {
     const name = about.robot.replaceAll(/[-_]/g, " ");
     by("title").textContent = `${name[0].toUpperCase()}${name.slice(1)} of ${run.modules}`;
     document.title = `SuperBot: ${name} of ${run.modules}`;
-    by("seek").max = run.seconds;
     by("speed").replaceChildren(
         ...speeds.map((pace) => new Option(pace < 0.1 ? `1/${Math.round(1 / pace)}` : `${pace}×`, pace)),
     );
-    by("summary").textContent = about.summary;
-    if (about.faults.length) {
-        by("faults").hidden = false;
-        by("faults").textContent = about.faults.join("; ");
-    }
+    showEnd(about);
+}
+
+/** Says how it did, once that is known. */
+export function showEnd({ summary, faults }) {
+    by("report").hidden = !summary;
+    by("summary").textContent = summary;
+    by("faults").hidden = !faults.length;
+    by("faults").textContent = faults.join("; ");
+}
+
+/** Says what the colours mean that there are. */
+export function showLegend(run) {
     const types = new Set(run.views.flat().flatMap(({ type }) => type ?? []));
     const letters = new Set(run.hormones.map(({ letter }) => letter));
     const entry = (colour, text, shape = "") => {
@@ -35,14 +42,14 @@ export function head(run, speeds) {
         ...[...types].sort().map((type) => entry(ofType(type), type)),
         ...[...letters]
             .sort()
-            .map((letter) => entry(ofLetter(letter), `hormone ${about.letters[letter]}`, "round")),
+            .map((letter) => entry(ofLetter(letter), `hormone ${run.about.letters[letter]}`, "round")),
     );
 }
 
 /** Says how far it has come by a time. */
 export function showFacts(run, time) {
     const facts = [`${until(run.deliveries, time, (at) => at)} hormones arrived`];
-    if (run.about.counts_losses && run.losses.length) {
+    if (run.countsLosses && run.losses.length) {
         const lost = run.losses
             .slice(0, until(run.losses, time))
             .reduce((sum, { frames }) => sum + frames, 0);

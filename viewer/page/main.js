@@ -1,9 +1,12 @@
-// The page: plays a recording.
+// The page: plays a recording, or a run as it goes on.
 
 import { THEMES } from "./colours.js";
+import { Controls } from "./controls.js";
 import { showDetails } from "./details.js";
 import { boxes } from "./ground.js";
-import { head, showFacts } from "./head.js";
+import { head, showEnd, showFacts, showLegend } from "./head.js";
+import { showInside } from "./inside.js";
+import { Live } from "./live.js";
 import { Map } from "./map.js";
 import { Run } from "./run.js";
 import { Picture } from "./scene.js";
@@ -15,6 +18,8 @@ const SPEEDS = [1 / 300, 1 / 100, 1 / 30, 0.1, 0.25, 0.5, 1, 2, 4, 8];
 const by = (id) => document.getElementById(id);
 const isNarrow = matchMedia("(width <= 640px)");
 const state = { time: 0, isPlaying: false, speed: 1, selected: null, theme: "dark", isDirty: true };
+/** The time that is wanted, which may not have come yet. */
+state.goal = 0;
 
 function fail(error) {
     by("faults").hidden = false;
@@ -22,16 +27,38 @@ function fail(error) {
     throw error;
 }
 
-async function load() {
-    if (!by("recording"))
+/** The run, and the way to it where it goes on: what comes of that is said to `page`, once there is one. */
+async function load(page) {
+    if (!by("about"))
         throw new Error("there is no recording in this page; make one with ./x sim --record FILE.html");
+    const read = (name) => JSON.parse(by(name).textContent);
+    const run = new Run(read("about"));
+    if (!by("recording")) return { run, live: await present(run, page) };
     if (!("DecompressionStream" in window))
         throw new Error("the browser is too old: it has no DecompressionStream");
-    const about = JSON.parse(by("about").textContent);
-    return new Run(about, unpack(await inflated(by("recording").textContent), about));
+    const part = read("part");
+    run.append(part, unpack(await inflated(by("recording").textContent), run.about, part.looks));
+    return { run, live: null };
 }
 
-function begin(run) {
+/** The way to a run that goes on, of which something has come. */
+function present(run, page) {
+    return new Promise((resolve) => {
+        const live = new Live(run, {
+            news: () => (page.news ? page.news() : resolve(live)),
+            ended: (ended) => page.ended?.(ended),
+            said: (text) => page.tell?.(text),
+            connected: (isThere) => {
+                by("lost").textContent = isThere
+                    ? ""
+                    : "The connection is lost: trying again. If the program has ended, start it anew.";
+            },
+        });
+        live.listen();
+    });
+}
+
+function begin({ run, live }, page) {
     const canvas = by("scene");
     const redraw = () => (state.isDirty = true);
     let picture;
@@ -55,13 +82,22 @@ function begin(run) {
         return `Module ${module}, ${run.type(module, state.time)}, ${run.action(module, state.time)}`;
     }
 
+    /** Where it ends, as far as that is known. */
+    function end() {
+        return live && !live.isOver ? run.about.seconds : run.seconds;
+    }
+
     function seek(time) {
-        state.time = Math.min(Math.max(time, 0), run.seconds);
+        state.goal = Math.min(Math.max(time, 0), end());
+        state.time = Math.min(state.goal, run.seconds);
+        if (state.goal > run.seconds) live?.ask(state.goal);
         redraw();
     }
 
     function play(isPlaying) {
-        if (isPlaying && state.time >= run.seconds) state.time = 0;
+        if (isPlaying && state.time >= end()) state.time = 0;
+        if (!isPlaying && state.isPlaying) live?.ask(run.seconds);
+        state.goal = state.time;
         state.isPlaying = isPlaying;
         by("play").textContent = isPlaying ? "❚❚" : "▶";
         by("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
@@ -88,6 +124,7 @@ function begin(run) {
                 picture.view.lookAt(run.place(module, state.time).applyMatrix4(picture.world.matrixWorld));
         }
         say(module === null ? "no module selected" : describe());
+        live?.inspect(module);
         shownDetails = -1;
         redraw();
     }
@@ -122,7 +159,7 @@ function begin(run) {
         ArrowLeft: () => seek(state.time - 1),
         ArrowRight: () => seek(state.time + 1),
         ",": () => seek(state.time - run.about.every),
-        ".": () => seek(state.time + run.about.every),
+        ".": () => seek(Math.max(state.goal, state.time) + run.about.every),
         "-": () => faster(-1),
         "+": () => faster(1),
         "=": () => faster(1),
@@ -138,7 +175,8 @@ function begin(run) {
     };
     addEventListener("keydown", (event) => {
         const { target, key } = event;
-        if (event.ctrlKey || event.metaKey || event.altKey || target.matches("select")) return;
+        if (event.ctrlKey || event.metaKey || event.altKey || target.matches("select, input[type=number]"))
+            return;
         // A button takes its own Space, and the slider its own arrows.
         if (target.matches("button, summary") && (key === " " || key === "Enter")) return;
         if (target.matches("input") && /^(Arrow|Home|End)/.test(key)) return;
@@ -148,6 +186,8 @@ function begin(run) {
         act();
     });
     by("play").onclick = () => play(!state.isPlaying);
+    by("step").hidden = !live;
+    by("step").onclick = keys["."];
     by("follow").onclick = () => follow(!picture.view.follows);
     by("view").onclick = keys.v;
     by("theme").onclick = keys.t;
@@ -193,6 +233,7 @@ function begin(run) {
         map.draw(time, selected, colours);
         band ??= drawBand(by("raster"), run, colours);
         drawTime(by("raster"), band, run, time, colours);
+        by("seek").max = run.seconds;
         by("seek").value = time;
         by("seek").setAttribute("aria-valuetext", `${time.toFixed(2)} of ${run.seconds.toFixed(2)} s`);
         by("time").textContent = `${time.toFixed(state.speed < 0.1 ? 4 : 2)} of ${run.seconds.toFixed(2)} s`;
@@ -202,6 +243,8 @@ function begin(run) {
             shownDetails = performance.now();
             showDetails(by("details"), run, time, selected);
             tree.show(time, selected);
+            controls?.show();
+            showInside(by("inside"), selected === null ? null : run.inside(selected, time));
             canvas.setAttribute("aria-label", `The robot in 3D: ${describe()}`);
         }
         showLabel(selected);
@@ -222,8 +265,11 @@ function begin(run) {
         const passed = Math.min((now - last) / 1000, 0.25);
         last = now;
         if (state.isPlaying) {
-            seek(state.time + passed * state.speed);
-            if (state.time >= run.seconds) play(false);
+            const pace = Math.min(state.speed, live?.pace(state.time) ?? Infinity);
+            state.time = Math.min(state.time + passed * pace, run.seconds);
+            live?.play(state.time, state.speed);
+            redraw();
+            if (state.time >= end()) play(false);
         }
         if (state.isDirty) {
             state.isDirty = false;
@@ -246,10 +292,46 @@ function begin(run) {
         follow(true);
         const module = Number(wishes.get("module") ?? -1);
         state.selected = module >= 0 && module < run.modules ? module : null;
+        live?.inspect(state.selected);
         play(!wishes.has("t") && !matchMedia("(prefers-reduced-motion: reduce)").matches);
     }
 
+    function tell(text) {
+        by("note").textContent = text;
+        say(text);
+    }
+
+    const controls =
+        live &&
+        new Controls(run, live, {
+            selected: () => state.selected,
+            tell,
+            arrive: () => seek(run.seconds),
+        });
+
+    let drawnNews = 0;
+    Object.assign(page, {
+        tell,
+        news() {
+            if (!state.isPlaying && state.goal > state.time) seek(state.goal);
+            controls.pass();
+            redraw();
+            // These look at the whole run.
+            if (performance.now() - drawnNews < 250 && run.seconds < end()) return;
+            drawnNews = performance.now();
+            band = null;
+            map.measure();
+            showLegend(run);
+        },
+        ended(ended) {
+            showEnd(ended);
+            tell("the run is over");
+            page.news();
+        },
+    });
+
     head(run, SPEEDS);
+    showLegend(run);
     obey(location.hash.slice(1));
     addEventListener("hashchange", () => obey(location.hash.slice(1)));
     requestAnimationFrame(tick);
@@ -261,6 +343,10 @@ function begin(run) {
             isPlaying: state.isPlaying,
             speed: state.speed,
             selected: state.selected,
+            present: run.seconds,
+            isThere: live?.isThere ?? null,
+            isOver: live?.isOver ?? null,
+            happenings: run.happenings,
             theme: state.theme,
             view: picture.view.view,
             follows: picture.view.follows,
@@ -278,6 +364,7 @@ function begin(run) {
                 onScreen: picture.onScreen(module),
             })),
         }),
+        inside: () => (state.selected === null ? null : run.inside(state.selected, state.time)),
         hormones: run.hormones,
         losses: run.losses,
         seek,
@@ -288,4 +375,7 @@ function begin(run) {
     };
 }
 
-load().then(begin).catch(fail);
+const page = {};
+load(page)
+    .then((loaded) => begin(loaded, page))
+    .catch(fail);

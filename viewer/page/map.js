@@ -8,6 +8,12 @@ const MARGIN = 12;
 export class Map {
     constructor(canvas, run) {
         Object.assign(this, { canvas, run, places: [] });
+        this.measure();
+    }
+
+    /** Brings the way and the borders to what has come of the run. */
+    measure() {
+        const { run } = this;
         // The way of the first module, ten points a second at most.
         const points = Math.min(Math.ceil(run.seconds * 10) + 1, 600);
         this.way = Array.from({ length: points }, (_, index) =>

@@ -1,8 +1,10 @@
-// What a run was like at any time.
+// What a run was like at any time, as far as it has come.
 
 import { Matrix4, Quaternion, Vector3 } from "three";
 
 const NUMBERS = 10;
+/** So many are kept: 40 s. */
+const MOST_INSIDES = 1000;
 
 /** How many of `list`, which is in the order of `at`, are not later than `time`. */
 export function until(list, time, at = (item) => item.at) {
@@ -15,52 +17,105 @@ export function until(list, time, at = (item) => item.at) {
     return low;
 }
 
-const byModule = (list, modules, of = (item) => item.module) => {
-    const lists = Array.from({ length: modules }, () => []);
-    for (const item of list) lists[of(item)].push(item);
-    return lists;
-};
+/** Puts an item into `list`, which is in the order of `at`: most come last. */
+function insert(list, item, at = (item) => item.at) {
+    let place = list.length;
+    while (place > 0 && at(list[place - 1]) > at(item)) place--;
+    list.splice(place, 0, item);
+}
+
+const sentAt = ({ sent }) => sent;
+const arrivedAt = ({ arrived }) => arrived;
 
 export class Run {
-    constructor(about, { placings, hormones, deeds, views, losses }) {
-        Object.assign(this, { about, placings, hormones, losses });
-        this.modules = about.modules;
-        this.seconds = Math.max(0, (about.looks - 1) * about.every);
-        const of = (what) =>
-            byModule(
-                deeds.filter((deed) => deed.what === what),
-                this.modules,
-            );
-        this.actions = of("action");
-        this.madeGood = of("made good");
-        this.generated = of("generated");
-        this.views = byModule(views, this.modules);
-        this.leaving = byModule(hormones, this.modules, (passage) => passage.from.module);
-        this.wirings = about.wirings.map(({ seconds, pairs }) => {
-            const peers = Array.from({ length: this.modules }, () => Array(6).fill(null));
-            for (const [one, its, other, others] of pairs) {
-                peers[one][its] = { module: other, dock: others };
-                peers[other][others] = { module: one, dock: its };
-            }
-            return { at: seconds, pairs, peers };
+    /** A run of which nothing has come yet. */
+    constructor(about) {
+        const byModule = () => Array.from({ length: about.modules }, () => []);
+        Object.assign(this, {
+            about,
+            modules: about.modules,
+            looks: 0,
+            placings: new Float32Array(0),
+            hormones: [],
+            deliveries: [],
+            losses: [],
+            countsLosses: false,
+            wirings: [],
+            happenings: [],
+            actions: byModule(),
+            madeGood: byModule(),
+            generated: byModule(),
+            views: byModule(),
+            leaving: byModule(),
+            arriving: byModule(),
+            longest: 0,
+            insides: [],
         });
-        for (const passage of hormones) {
-            const { module, dock } = passage.from;
-            // What was sent just before the end may have been on its way.
-            passage.isLost = passage.arrived === null && passage.sent + about.lost_after < about.seconds;
-            passage.to = this.wiring(passage.sent).peers[module][dock];
+        this.deeds = { action: this.actions, "made good": this.madeGood, generated: this.generated };
+    }
+
+    /** How much of it has come, in s. */
+    get seconds() {
+        return Math.max(0, (this.looks - 1) * this.about.every);
+    }
+
+    /** Takes what has come of it since, in words and unpacked. */
+    append(part, { placings, hormones, deeds, views, losses }) {
+        this.keep(placings, part.looks);
+        for (const { seconds, pairs } of part.wirings) this.wirings.push(this.wired(seconds, pairs));
+        this.happenings.push(...part.happenings);
+        for (const deed of deeds) this.deeds[deed.what]?.[deed.module].push(deed);
+        for (const view of views) this.views[view.module].push(view);
+        for (const loss of losses) this.losses.push(loss);
+        this.countsLosses ||= part.counts_losses;
+        for (const passage of hormones) this.pass(passage);
+    }
+
+    keep(placings, looks) {
+        const [had, numbers] = [this.looks * this.modules * NUMBERS, placings.length];
+        if (had + numbers > this.placings.length) {
+            const room = new Float32Array(Math.max(had + numbers, had ? 2 * this.placings.length : 0));
+            room.set(this.placings.subarray(0, had));
+            this.placings = room;
         }
-        this.arriving = byModule(
-            hormones.filter((passage) => passage.arrived !== null && passage.to),
-            this.modules,
-            (passage) => passage.to.module,
-        );
-        this.arriving.forEach((list) => list.sort((one, other) => one.arrived - other.arrived));
-        this.deliveries = hormones.flatMap(({ arrived }) => arrived ?? []).sort((one, other) => one - other);
-        this.longest = hormones.reduce(
-            (most, { sent, arrived }) => Math.max(most, (arrived ?? sent) - sent),
-            0,
-        );
+        this.placings.set(placings, had);
+        this.looks += looks;
+    }
+
+    wired(at, pairs) {
+        const peers = Array.from({ length: this.modules }, () => Array(6).fill(null));
+        for (const [one, its, other, others] of pairs) {
+            peers[one][its] = { module: other, dock: others };
+            peers[other][others] = { module: one, dock: its };
+        }
+        return { at, pairs, peers };
+    }
+
+    pass(passage) {
+        const { from, sent, arrived } = passage;
+        // What was sent just before the end may have been on its way.
+        passage.isLost = arrived === null && sent + this.about.lost_after < this.about.seconds;
+        passage.to = this.wiring(sent).peers[from.module][from.dock];
+        insert(this.hormones, passage, sentAt);
+        insert(this.leaving[from.module], passage, sentAt);
+        this.longest = Math.max(this.longest, (arrived ?? sent) - sent);
+        if (arrived === null) return;
+        insert(this.deliveries, arrived, (at) => at);
+        if (passage.to) insert(this.arriving[passage.to.module], passage, arrivedAt);
+    }
+
+    /** Takes what there was to see inside of a module. */
+    tell(inside) {
+        this.insides.push(inside);
+        if (this.insides.length > MOST_INSIDES) this.insides.shift();
+    }
+
+    /** What there was to see inside of a module, if anybody looked about then: before, or else a little
+     * later, for the page is behind the run. */
+    inside(module, time) {
+        const place = until(this.insides, time + this.about.every / 2);
+        const near = this.insides.slice(Math.max(0, place - 1), place + 1);
+        return near.find((inside) => inside.module === module && Math.abs(time - inside.at) < 1) ?? null;
     }
 
     wiring(time) {
@@ -120,11 +175,11 @@ export class Run {
     /** Where a module is at a time: between two looks, by their mean. */
     placing(module, time, into = { frame: new Matrix4(), angles: [0, 0, 0] }) {
         const { placings, modules, about } = this;
-        const exact = Math.min(Math.max(time / about.every, 0), about.looks - 1);
+        const exact = Math.min(Math.max(time / about.every, 0), this.looks - 1);
         const look = Math.floor(exact);
         const share = exact - look;
         const one = (look * modules + module) * NUMBERS;
-        const other = (Math.min(look + 1, about.looks - 1) * modules + module) * NUMBERS;
+        const other = (Math.min(look + 1, this.looks - 1) * modules + module) * NUMBERS;
         const mean = (index) => placings[one + index] * (1 - share) + placings[other + index] * share;
         AT.set(mean(0), mean(1), mean(2));
         FROM.fromArray(placings, one + 3).normalize();

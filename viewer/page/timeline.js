@@ -35,7 +35,7 @@ export function drawBand(canvas, run, theme) {
         context.fillRect(x(at), top + from.module * line, Math.max(1, scale), Math.max(1, line));
     }
     context.fillStyle = theme.text;
-    for (const [seconds] of run.about.happenings) {
+    for (const [seconds] of run.happenings) {
         context.beginPath();
         context.moveTo(x(seconds) - 4 * scale, 0);
         context.lineTo(x(seconds) + 4 * scale, 0);
@@ -60,7 +60,7 @@ export function drawTime(canvas, band, run, time, theme) {
 
 /** The last thing that happened, in words, while it is fresh. */
 export function happened(run, time, lasts = 2) {
-    const { happenings } = run.about;
+    const { happenings } = run;
     const last = happenings[until(happenings, time, ([seconds]) => seconds) - 1];
     return last && time - last[0] < lasts ? last[1] : "";
 }

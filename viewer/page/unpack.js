@@ -10,8 +10,9 @@ export async function inflated(text) {
     return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The rows and lists of a recording; times in seconds, angles in degrees, places in metres. */
-export function unpack(bytes, about) {
+/** The rows of so many looks, and the lists of a recording or of a part of one; times in seconds, angles in
+ * degrees, places in metres. */
+export function unpack(bytes, about, looks) {
     let place = 0;
     const number = () => {
         let value = 0;
@@ -38,11 +39,11 @@ export function unpack(bytes, about) {
         .map((unit) => unit / 1000)
         .concat(Array(4).fill(turn), Array(3).fill(angle));
     // Look by look, module by module, number by number.
-    const placings = new Float32Array(about.looks * about.modules * NUMBERS);
+    const placings = new Float32Array(looks * about.modules * NUMBERS);
     for (let module = 0; module < about.modules; module++) {
         for (let row = 0; row < NUMBERS; row++) {
             let value = 0;
-            for (let look = 0; look < about.looks; look++) {
+            for (let look = 0; look < looks; look++) {
                 value += signed();
                 placings[(look * about.modules + module) * NUMBERS + row] = value * units[row];
             }

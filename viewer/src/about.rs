@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use hormone::data::Data;
 use hormone::event::Event;
+use hormone::gait::GaitName;
 use hormone::module_type::ModuleType;
 use serde::Serialize;
 use simulation::{CLOCK_HZ, Face, LOST_AFTER, Recording, Wiring};
@@ -64,7 +65,6 @@ pub struct About<'a> {
     #[serde(flatten)]
     subject: &'a Subject,
     modules: usize,
-    looks: usize,
     /// The time between two looks, in s.
     every: f64,
     /// What the units of the bytes are: mm, of a whole turn's quaternion, degrees.
@@ -76,6 +76,14 @@ pub struct About<'a> {
     types: Vec<String>,
     /// By code, what a behaviour did.
     codes: BTreeMap<u8, [String; 2]>,
+    /// By number, the gaits that the robot can be ordered to walk by.
+    gaits: BTreeMap<u8, String>,
+}
+
+/// What is said of a part of a run, beside its bytes.
+#[derive(Serialize)]
+pub struct Part<'a> {
+    looks: usize,
     wirings: Vec<Attached>,
     /// Seconds and words.
     happenings: Vec<(f64, &'a str)>,
@@ -92,19 +100,29 @@ struct Attached {
 }
 
 impl<'a> About<'a> {
-    pub fn new(subject: &'a Subject, recording: &'a Recording) -> Self {
-        let modules = recording.modules;
+    /// Of a robot of so many modules, at which somebody looks once in so many cycles.
+    pub fn new(subject: &'a Subject, modules: usize, every: u64) -> Self {
         About {
             subject,
             modules,
-            looks: recording.placings.len() / modules.max(1),
-            every: seconds(recording.every),
+            every: seconds(every),
             units: [POSITION, TURN, ANGLE],
             lost_after: seconds(LOST_AFTER),
             docks: Dock::ALL.iter().map(|dock| format!("{dock:?}")).collect(),
             letters: (0..).map_while(Data::from_byte).map(|data| format!("{data:?}")).collect(),
             types: (0..).map_while(ModuleType::from_byte).map(|it| format!("{it:?}")).collect(),
             codes: (0..=u8::MAX).filter_map(|code| Some((code, words(Event::from_byte(code)?)?))).collect(),
+            gaits: (1..)
+                .map_while(|code| Some((code, format!("{:?}", GaitName::from_byte(code)?))))
+                .collect(),
+        }
+    }
+}
+
+impl<'a> Part<'a> {
+    pub fn of(recording: &'a Recording) -> Self {
+        Part {
+            looks: recording.placings.len() / recording.modules.max(1),
             wirings: recording.wirings.iter().map(|(at, wiring)| attached(*at, wiring)).collect(),
             happenings: recording.happenings.iter().map(|(at, text)| (seconds(*at), text.as_str())).collect(),
             counts_losses: recording.losses.is_some(),

@@ -1,5 +1,6 @@
 //! A recording of a run as one HTML file, which plays without anything else: the page, what is to be said of
-//! the run as JSON, and the rest as [bytes](pack), compressed and in Base64.
+//! the run as JSON, and the rest as [bytes](pack), compressed and in Base64. Or the same page for a run that
+//! goes on, which gets the same in parts, as it comes.
 
 mod about;
 mod pack;
@@ -10,14 +11,18 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
+use serde::Serialize;
 use simulation::Recording;
 
-use about::About;
+use about::{About, Part};
 
 pub use about::{Block, Ground, Stair, Subject};
 
 /// The page, as `./x page` makes it of the sources in `page/`.
 const PAGE: &str = include_str!("../page.html");
+
+/// The end of what the page may fetch.
+const POLICY: &str = "img-src data: blob:";
 
 /// What stands in the page where the recording belongs.
 const PLACE: &str = "<!-- recording -->";
@@ -27,15 +32,55 @@ const PLACE: &str = "<!-- recording -->";
 /// # Errors
 /// Memory runs out.
 pub fn page(subject: &Subject, recording: &Recording) -> io::Result<String> {
-    let about = serde_json::to_string(&About::new(subject, recording))?;
+    let about = About::new(subject, recording.modules, recording.every);
     let mut compressed = DeflateEncoder::new(Vec::new(), Compression::best());
     compressed.write_all(&pack::pack(recording))?;
     let bytes = STANDARD.encode(compressed.finish()?);
-    // Nothing in it may end the element.
-    let about = about.replace('<', "\\u003c");
     let elements = format!(
-        "<script type=\"application/json\" id=\"about\">{about}</script>\n\
-         <script type=\"text/plain\" id=\"recording\">{bytes}</script>"
+        "{}{}<script type=\"text/plain\" id=\"recording\">{bytes}</script>",
+        element("about", &about)?,
+        element("part", &Part::of(recording))?
     );
     Ok(PAGE.replacen(PLACE, &elements, 1))
+}
+
+/// The page that shows a run as it goes on: of a robot of so many modules, at which somebody looks once in so
+/// many cycles. It asks whoever served it for [messages](message), and for nothing else.
+///
+/// # Errors
+/// Memory runs out.
+pub fn live_page(subject: &Subject, modules: usize, every: u64) -> io::Result<String> {
+    let about = element("about", &About::new(subject, modules, every))?;
+    Ok(PAGE.replacen(PLACE, &about, 1).replacen(POLICY, &format!("{POLICY}; connect-src 'self'"), 1))
+}
+
+/// What has come of a run since the last message.
+///
+/// # Errors
+/// Memory runs out.
+pub fn news(recording: &Recording) -> io::Result<Vec<u8>> {
+    message(&Part::of(recording), &pack::pack(recording))
+}
+
+/// A message to the page of a run that goes on: two lengths of four bytes each, the lowest first, then JSON
+/// and bytes of these lengths.
+///
+/// # Errors
+/// Memory runs out.
+pub fn message(json: &impl Serialize, bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let json = serde_json::to_vec(json)?;
+    let mut message = Vec::with_capacity(8 + json.len() + bytes.len());
+    for part in [&json[..], bytes] {
+        let length = u32::try_from(part.len()).map_err(io::Error::other)?;
+        message.extend(length.to_le_bytes());
+    }
+    message.extend(json);
+    message.extend(bytes);
+    Ok(message)
+}
+
+/// JSON as an element of the page. Nothing in it may end the element.
+fn element(name: &str, content: &impl Serialize) -> io::Result<String> {
+    let json = serde_json::to_string(content)?.replace('<', "\\u003c");
+    Ok(format!("<script type=\"application/json\" id=\"{name}\">{json}</script>\n"))
 }

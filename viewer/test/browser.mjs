@@ -16,8 +16,8 @@ const FLAGS = [
     "--disable-sync",
     "--enable-unsafe-swiftshader",
     "--hide-scrollbars",
-    // Nothing is to be fetched, and nothing could be.
-    "--host-resolver-rules=MAP * ~NOTFOUND",
+    // Nothing is to be fetched but from this machine, and nothing could be.
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
 ];
 
 /** The key of a web element in the protocol's answers. */
@@ -66,7 +66,8 @@ export class Browser {
             return;
         }
         this.file = file;
-        await this.ask("/url", { url: `file://${file}${hash}` });
+        const address = file.startsWith("http:") ? file : `file://${file}`;
+        await this.ask("/url", { url: address + hash });
         await this.until("return window.superbot || !document.getElementById('faults').hidden");
     }
 

@@ -248,7 +248,8 @@ test("it fits a phone", async () => {
     try {
         await browser.open(walk.page, "#t=2.4&module=1&view=whole");
         const { width, outside, modules } = await browser.run(`
-            const controls = [...document.querySelectorAll("button, select, input, #title")];
+            const controls = [...document.querySelectorAll("button, select, input, #title")]
+                .filter((control) => control.checkVisibility());
             const outside = controls.filter((control) => {
                 const { left, right, top, bottom, width } = control.getBoundingClientRect();
                 return left < 0 || right > innerWidth || top < 0 || bottom > innerHeight || width < 20;

@@ -9,7 +9,7 @@ use hormone::gait::GaitName;
 use serde_json::Value;
 use simulation::{Change, Event, Face, Links, Loss, MILLISECOND, Native, Recording, Run, Shape};
 use tasks::dock::Dock;
-use viewer::{Ground, Subject, page};
+use viewer::{Ground, Subject, live_page, message, page};
 
 fn recording() -> Recording {
     let robot = Native::new(Shape::Centipede.wiring(10).unwrap(), 1, 40 * MILLISECOND);
@@ -133,18 +133,20 @@ fn what_is_said_of_the_run_can_be_read_and_ends_nothing() {
     assert!(!about.contains('<'));
     let about: Value = serde_json::from_str(about).unwrap();
     assert_eq!(about["robot"], "</script><!--");
+    let part: Value = serde_json::from_str(element(&page, "part")).unwrap();
     assert_eq!(
-        [&about["modules"], &about["looks"], &about["every"]].map(Value::as_f64),
+        [&about["modules"], &part["looks"], &about["every"]].map(Value::as_f64),
         [10.0, 101.0, 0.04].map(Some)
     );
     assert_eq!(about["ground"]["slope"], 10.0);
-    assert_eq!(about["counts_losses"], true);
+    assert_eq!(part["counts_losses"], true);
     assert_eq!([&about["types"][0], &about["types"][7]], ["Head", "Alone"]);
     assert_eq!(about["codes"]["18"], serde_json::json!(["type", "LeftLeg"]));
+    assert_eq!(about["gaits"]["4"], "RollingTrack");
     assert_eq!(about["codes"]["49"], serde_json::json!(["action", "Swing"]));
-    assert_eq!(about["happenings"][1], serde_json::json!([2.5, "the power of module 3 fails"]));
-    let pairs = |index: usize| about["wirings"][index]["pairs"].as_array().unwrap().len();
-    assert_eq!((about["wirings"].as_array().unwrap().len(), pairs(0), pairs(1)), (2, 9, 8));
+    assert_eq!(part["happenings"][1], serde_json::json!([2.5, "the power of module 3 fails"]));
+    let pairs = |index: usize| part["wirings"][index]["pairs"].as_array().unwrap().len();
+    assert_eq!((part["wirings"].as_array().unwrap().len(), pairs(0), pairs(1)), (2, 9, 8));
 }
 
 #[test]
@@ -158,6 +160,25 @@ fn the_page_fetches_nothing() {
     for fetched in ["src=\"http", "href=\"http", "@import", "url(http"] {
         assert!(!page.contains(fetched), "{fetched}");
     }
+}
+
+#[test]
+fn the_page_of_a_run_that_goes_on_asks_who_served_it_and_nobody_else() {
+    let page = live_page(&subject(), 10, 40 * MILLISECOND).unwrap();
+    assert!(page.contains("img-src data: blob:; connect-src 'self'\""));
+    let about: Value = serde_json::from_str(element(&page, "about")).unwrap();
+    assert_eq!([&about["modules"], &about["every"]].map(Value::as_f64), [10.0, 0.04].map(Some));
+    assert!(!page.contains("id=\"recording\""), "nothing has come of it yet");
+}
+
+#[test]
+fn a_message_says_how_long_its_parts_are() {
+    assert_eq!(message(&[1], &[7, 8]).unwrap(), b"\x03\0\0\0\x02\0\0\0[1]\x07\x08");
+    let news = viewer::news(&recording()).unwrap();
+    let [json, bytes] = [0, 4].map(|at| u32::from_le_bytes(news[at..at + 4].try_into().unwrap()) as usize);
+    assert_eq!(8 + json + bytes, news.len());
+    let part: Value = serde_json::from_slice(&news[8..8 + json]).unwrap();
+    assert_eq!(part["looks"], 101);
 }
 
 #[test]

@@ -66,6 +66,8 @@ pub struct World {
     /// By constraint.
     welds: Vec<Option<Weld>>,
     steps: u64,
+    /// By module, the force that pushes it, in N, and for how many steps yet.
+    pushes: Vec<([f64; 3], u32)>,
     odometer: Odometer,
     history: History,
 }
@@ -96,6 +98,7 @@ impl World {
             ground_geoms: ground.geoms(),
             welds,
             steps: 0,
+            pushes: vec![([0.0; 3], 0); modules.len()],
             odometer: Odometer::default(),
             history: History::new(),
         };
@@ -120,6 +123,13 @@ impl World {
                 self.simulation.forces_mut()[place] = motor.torque(motor.amperes(*volts, 0.0));
                 self.simulation.friction_mut()[place] = motor.friction(speed);
             }
+        }
+        for (module, (newtons, steps)) in self.pushes.iter_mut().enumerate() {
+            if *steps == 0 {
+                *newtons = [0.0; 3];
+            }
+            *steps = steps.saturating_sub(1);
+            self.simulation.forces_mut()[SPEEDS * module..][..3].copy_from_slice(newtons);
         }
         for (index, weld) in self.welds.iter_mut().enumerate() {
             if let Some(weld) = weld.as_mut().filter(|weld| weld.pulls()) {
@@ -196,6 +206,12 @@ impl World {
             self.welds[index] = None;
             self.simulation.release(index);
         }
+    }
+
+    /// A module is pushed from now on for so many milliseconds, by these newtons along x, y and z, and by
+    /// nothing else that pushed it before.
+    pub fn push(&mut self, module: usize, newtons: [f64; 3], milliseconds: u32) {
+        self.pushes[module] = (newtons, milliseconds);
     }
 
     /// Two modules change places, with the angles of their joints. What holds them is not changed.

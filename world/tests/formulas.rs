@@ -35,6 +35,19 @@ fn falling_it_weighs_nothing_and_lying_what_it_weighs() {
     assert!(x.abs() < 1e-3 && y.abs() < 1e-3 && (z - 1.0).abs() < 1e-3, "{x} {y} {z}");
 }
 
+#[test]
+fn a_push_gives_a_module_the_speed_that_its_mass_takes_and_ends() {
+    let (mut world, newtons) = (falling(), 10.0);
+    run(&mut world, [0.0; 3], 50);
+    let before = world.front(1).translation;
+    world.push(1, [0.0, newtons, 0.0], 200);
+    run(&mut world, [0.0; 3], 500);
+    let way = (world.front(1).translation - before) / 1000.0;
+    let acceleration = newtons / MODULE_MASS;
+    near(way.y, acceleration * (0.2 * 0.2 / 2.0 + 0.2 * 0.3), 0.01);
+    assert!(way.x.abs() < 1e-3, "{way}");
+}
+
 fn on_slope(slope: f64) -> World {
     let mut world = World::new(&[at(0.0, 0.0, 0.0)], &Ground { slope, ..Ground::default() }).unwrap();
     run(&mut world, [0.0; 3], 1000);

@@ -94,6 +94,12 @@ pub struct Sim {
     #[arg(long, value_name = "FILE.html")]
     pub record: Option<PathBuf>,
 
+    /// Show the run as it goes on in a browser, by a page of this machine alone, which can have a say in it: at
+    /// this port, or any that is free.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0",
+        conflicts_with_all = ["record", "trace"])]
+    pub view: Option<u16>,
+
     /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows; or, where it ends in .vcd,
     /// the levels of their pins and buses.
     #[arg(long, value_name = "FILE")]

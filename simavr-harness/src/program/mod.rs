@@ -23,6 +23,7 @@ mod summary;
 mod table;
 mod terrain;
 mod trace;
+mod view;
 
 use std::process::ExitCode;
 

@@ -22,8 +22,7 @@ const MOST: f64 = 100_000.0;
 /// A page to be written.
 pub struct Record {
     destination: Destination,
-    robot: String,
-    ground: Option<Ground>,
+    subject: Subject,
 }
 
 impl Record {
@@ -43,26 +42,12 @@ impl Record {
             return Err("the standard output has the summary: give --record a file".into());
         }
         let modules = scenario.wiring.modules();
-        if modules as f64 * options.seconds > MOST {
-            return Err(format!(
-                "{modules} modules for {} s would make a page too large for a browser: record {:.0} s at most, \
-                 or fewer modules",
-                options.seconds,
-                (MOST / modules as f64).floor()
-            )
-            .into());
-        }
+        expect_small(modules, options.seconds, "--record")?;
         let destination = Destination::file(path, robot_file, "--record")?;
         if report.is_some_and(|report| report.is(&destination)) {
             return Err(format!("{} is for --json already: give --record another", path.display()).into());
         }
-        let robot = match &options.robot {
-            Source::Shape(shape) => shape.name().into(),
-            Source::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into(),
-        };
-        let terrain = scenario.terrain.clone().unwrap_or_default();
-        let ground = has_world(options).then(|| of_world(ground(&terrain)));
-        Ok(Some(Record { destination, robot, ground }))
+        Ok(Some(Record { destination, subject: subject(options, scenario) }))
     }
 
     /// Where the page goes.
@@ -74,21 +59,49 @@ impl Record {
     ///
     /// # Errors
     /// It can't be written.
-    pub fn write(self, options: &Sim, report: &Report, recording: &Recording) -> Result<(), Box<dyn Error>> {
-        let engine = match options.engine {
-            EngineName::Simavr => "simavr",
-            EngineName::Host => "host",
-        };
-        let subject = Subject {
-            robot: self.robot,
-            engine: engine.into(),
-            seconds: report.simulated_seconds,
-            seed: options.seed,
-            ground: self.ground,
-            summary: report.to_string(),
-            faults: report.faults().to_vec(),
-        };
-        self.destination.write_text(&viewer::page(&subject, recording)?)
+    pub fn write(mut self, report: &Report, recording: &Recording) -> Result<(), Box<dyn Error>> {
+        self.subject.seconds = report.simulated_seconds;
+        self.subject.summary = report.to_string();
+        self.subject.faults = report.faults().to_vec();
+        self.destination.write_text(&viewer::page(&self.subject, recording)?)
+    }
+}
+
+/// Makes sure that a browser can hold a page of so many modules and seconds; `option` asks for it.
+///
+/// # Errors
+/// It would be too large.
+pub fn expect_small(modules: usize, seconds: f64, option: &str) -> Result<(), Box<dyn Error>> {
+    if modules as f64 * seconds <= MOST {
+        return Ok(());
+    }
+    Err(format!(
+        "{modules} modules for {seconds} s would make a page too large for a browser: leave {option} out, \
+         or ask for {:.0} s at most, or for fewer modules",
+        (MOST / modules as f64).floor()
+    )
+    .into())
+}
+
+/// What a page says of the run before it has begun.
+pub fn subject(options: &Sim, scenario: &Scenario) -> Subject {
+    let robot = match &options.robot {
+        Source::Shape(shape) => shape.name().into(),
+        Source::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into(),
+    };
+    let engine = match options.engine {
+        EngineName::Simavr => "simavr",
+        EngineName::Host => "host",
+    };
+    let terrain = scenario.terrain.clone().unwrap_or_default();
+    Subject {
+        robot,
+        engine: engine.into(),
+        seconds: options.seconds,
+        seed: options.seed,
+        ground: has_world(options).then(|| of_world(ground(&terrain))),
+        summary: String::new(),
+        faults: Vec::new(),
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::error::Error;
 use std::io::IsTerminal;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use hormone::gait::GaitName;
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Robot, Run, Scenario};
+use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Run, Scenario};
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
 use super::display::Display;
@@ -16,6 +16,7 @@ use super::output::say;
 use super::record::{self, Record};
 use super::report::{Console, CpuLoad, Report};
 use super::trace::{Noted, Timeline};
+use super::view::{Inspected, View};
 
 /// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
 /// each dock once.
@@ -40,18 +41,20 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     let others = [report.as_ref(), record.as_ref().map(Record::destination)];
     let timeline = Timeline::of(options, robot_file, others, scenario.wiring.modules())?;
     check(options, &scenario)?;
+    let view = View::of(options, &scenario)?;
+    let results = Results { report, record, timeline, view };
     match options.engine {
         EngineName::Simavr => {
             let mut robot = build_robot(&scenario, options)?;
-            if let Some(timeline) = &timeline {
+            if let Some(timeline) = &results.timeline {
                 timeline.begin(&mut robot)?;
             }
             let engine = Engine::new(robot, options.threads);
-            run_robot(engine, scenario, options, Results { report, record, timeline })
+            run_robot(engine, scenario, options, results)
         }
         EngineName::Host => {
             let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
-            run_robot(robot, scenario, options, Results { report, record, timeline })
+            run_robot(robot, scenario, options, results)
         }
     }
 }
@@ -74,6 +77,7 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
             return Err(format!("--vary {} is given twice", variation.of.name()).into());
         }
     }
+    scenario.timeline.iter().try_for_each(|event| expect_possible(options, &event.change))?;
     if matches!(options.engine, EngineName::Host) {
         if options.world == Some(WorldName::Ground) {
             return Err(
@@ -85,9 +89,6 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
                 "the native engine executes no images: leave --core out, or ask for --engine simavr".into()
             );
         }
-        if scenario.timeline.iter().any(|event| matches!(event.change, Change::Console(_))) {
-            return Err("a console tells of programs that run: ask for --engine simavr".into());
-        }
         if !scenario.images.is_empty() {
             return Err(
                 "the native engine executes no images: take each [[image]] out, or ask for --engine simavr"
@@ -98,15 +99,32 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Whether something can happen to such a robot at all.
+///
+/// # Errors
+/// What to do if not.
+pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
+    match (options.engine, change) {
+        (_, Change::Push { .. }) if !has_world(options) => {
+            Err("without a world nothing can be pushed: leave --world none and --engine host out".into())
+        }
+        (EngineName::Host, Change::Console(_)) => {
+            Err("a console tells of programs that run: ask for --engine simavr".into())
+        }
+        _ => Ok(()),
+    }
+}
+
 /// What is asked for besides the summary.
 struct Results {
     report: Option<Destination>,
     record: Option<Record>,
     timeline: Option<Timeline>,
+    view: Option<View>,
 }
 
 /// A robot of which some have MCUs, and these tell more.
-trait Executing: Robot {
+trait Executing: Inspected {
     fn cpu_load(&self) -> Option<CpuLoad> {
         None
     }
@@ -135,7 +153,7 @@ fn run_robot(
     options: &Sim,
     results: Results,
 ) -> Result<bool, Box<dyn Error>> {
-    let Results { report: destination, record, timeline: trace } = results;
+    let Results { report: destination, record, timeline: trace, mut view } = results;
     let Scenario { terrain, mut timeline, .. } = scenario;
     let is_level = terrain.is_none();
     if options.loss > 0.0 {
@@ -156,19 +174,24 @@ fn run_robot(
     }
     let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
     let started = Instant::now();
-    while run.step(end)? {
-        display.show(&run, end, started.elapsed());
+    if let Some(view) = &mut view {
+        view.drive(options, &mut run, end, &mut display)?;
+    } else {
+        while run.step(end)? {
+            display.show(&run, end, started.elapsed());
+        }
     }
-    display.show(&run, end, started.elapsed());
+    let wall = started.elapsed().saturating_sub(view.as_ref().map_or(Duration::ZERO, View::waited));
+    display.show(&run, end, wall);
     display.finish();
-    let report = Report::new(options, &run, started.elapsed(), run.robot.cpu_load(), is_level);
+    let report = Report::new(options, &run, wall, run.robot.cpu_load(), is_level);
     for Console { at, dock, complete, text } in &report.consoles {
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));
     }
     let recording = run.finish_recording();
     let recorded = record.zip(recording.as_ref());
-    let recorded = recorded.map(|(record, recording)| record.write(options, &report, recording));
+    let recorded = recorded.map(|(record, recording)| record.write(&report, recording));
     let traced = trace.zip(recording.as_ref()).and_then(|(trace, recording)| {
         let noted = run.robot.take_noted(&trace)?;
         Some(trace.write(&noted, recording))
@@ -184,6 +207,9 @@ fn run_robot(
     }
     for fault in report.faults() {
         say(format_args!("superbot-sim: {fault}\n"));
+    }
+    if let Some(view) = view {
+        view.end(&report)?;
     }
     Ok(report.faults().is_empty())
 }

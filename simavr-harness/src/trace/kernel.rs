@@ -7,8 +7,8 @@
 //! counts on its being right.
 
 use crate::cpu::Cpu;
-use crate::trace::NotTraceable;
 use crate::trace::names::Names;
+use crate::trace::{NotTraceable, TaskState, Wait};
 
 /// In `Kernel`: the task that should run, the running task, and the last task of each queue of ready tasks.
 const HEAD: u16 = 0;
@@ -67,6 +67,21 @@ pub(super) enum Kept {
     Killed,
 }
 
+impl Kept {
+    /// What the task does, in the words of the program; `None` where there is none.
+    pub fn state(self, names: &mut Names) -> Option<TaskState> {
+        match self {
+            Kept::Absent => None,
+            Kept::Suspended => Some(TaskState::Suspended),
+            Kept::Killed => Some(TaskState::Killed),
+            Kept::Waiting { on, ticks } => {
+                let on = on.into_iter().map(|semaphore| names.name(semaphore)).collect();
+                Some(TaskState::Waiting(Wait { on, ticks }))
+            }
+        }
+    }
+}
+
 impl Kernel {
     pub fn of(names: &Names, cpu: Cpu) -> Result<Self, NotTraceable> {
         let place = |path: &'static str, least: u16| {
@@ -81,6 +96,11 @@ impl Kernel {
         let (idle, control_block) = place("kernel::IDLE", PRIORITY + 1)?;
         let ticks = names.place("kernel::timer::TICKS").map(|(start, _)| start);
         Ok(Self { start, idle, control_block, ticks })
+    }
+
+    /// How many bytes a control block takes, behind which a task's stack begins.
+    pub fn control_block_bytes(&self) -> u16 {
+        self.control_block
     }
 
     /// The byte that is stored last where another task becomes the running one.
@@ -207,7 +227,7 @@ fn is_task(link: u16) -> bool {
 }
 
 /// A word of SRAM; 0 beyond its end.
-fn word(cpu: Cpu, address: u16) -> u16 {
+pub(super) fn word(cpu: Cpu, address: u16) -> u16 {
     let start = usize::from(address);
     cpu.with_data(|data| match data.get(start..start + 2) {
         Some(&[low, high]) => u16::from_le_bytes([low, high]),

@@ -6,10 +6,12 @@
 //!
 //! - `watch`: which instructions and which bytes of SRAM are looked at.
 //! - `kernel`: what the kernel's data say, at addresses that the image's symbols tell.
+//! - `glance`: what tasks do at a moment, for whoever does not follow them.
 //! - `names`: what lies where, in the words of the program.
 //! - `tracer`: takes note.
 //! - `line`: the levels of wires, by what was sent there; `motors`: those of the pins that drive motors.
 
+mod glance;
 mod kernel;
 mod line;
 mod motors;
@@ -23,6 +25,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::character::Character;
+pub use glance::{Glance, Glimpse};
 pub use line::{BusSignal, Line, bus_lines, serial_line};
 pub use motors::motor_lines;
 pub(crate) use tracer::Tracer;

@@ -38,6 +38,11 @@ impl Names {
         self.places.get(path).copied()
     }
 
+    /// Where the variables lie whose paths are such, and how many bytes they take.
+    pub fn places(&self, is_such: impl Fn(&str) -> bool) -> impl Iterator<Item = (u16, u16)> {
+        self.places.iter().filter(move |(path, _)| is_such(path)).map(|(_, &place)| place)
+    }
+
     /// What the program calls what lies at `address`: a variable, or a place so many bytes from its start.
     pub fn name(&mut self, address: u16) -> Arc<str> {
         let Self { variables, known, .. } = self;

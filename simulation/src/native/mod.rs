@@ -267,7 +267,8 @@ impl Robot for Native {
                 self.feel();
             }
             Change::Command { at, payload } => self.command(*at, payload),
-            Change::Console(_) => {} // natively there are no stacks to tell of: nobody answers
+            Change::Push { .. } => {} // without a world nothing has a weight
+            Change::Console(_) => {}  // natively there are no stacks to tell of: nobody answers
         }
         Ok(())
     }

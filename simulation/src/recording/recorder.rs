@@ -10,7 +10,7 @@ use tasks::dock::{Dock, DockSet};
 use super::{Loss, Passage, Recording, View};
 use crate::change::Change;
 use crate::deed::Deed;
-use crate::hops::Arrival;
+use crate::hops::{Arrival, LOST_AFTER};
 use crate::robot::Robot;
 use crate::scenario;
 use crate::wiring::{Face, Wiring};
@@ -18,10 +18,14 @@ use crate::wiring::{Face, Wiring};
 /// Keeps a robot's run. It changes nothing of the run, and of what observers see.
 pub struct Recorder {
     recording: Recording,
+    /// How often it has looked.
+    looks: usize,
     /// The hormones under way: their places in the recording.
     under_way: HashMap<(Face, u64), usize>,
     /// By module, what it knew of its neighbours and itself at the last look.
     known: Vec<(DockSet, Option<ModuleType>)>,
+    /// How it was wired after the last change.
+    wiring: Wiring,
     /// What each link had lost at the last look.
     lost: HashMap<Face, u64>,
     /// How a robot without a world lies, in degrees.
@@ -32,33 +36,29 @@ impl Recorder {
     /// Begins with a robot at power-up, at which it is to look once in so many cycles.
     pub fn new(robot: &impl Robot, every: u64) -> Self {
         let modules = robot.wiring().modules();
-        let recording = Recording {
-            every: every.max(1),
-            modules,
-            placings: Vec::new(),
-            deeds: Vec::new(),
-            hormones: Vec::new(),
-            views: Vec::new(),
-            losses: None,
-            wirings: vec![(0, robot.wiring().clone())],
-            happenings: Vec::new(),
-        };
+        let mut recording = Recording::new(modules, every.max(1));
+        recording.wirings.push((0, robot.wiring().clone()));
         let known = vec![(DockSet::EMPTY, None); modules];
-        Recorder { recording, under_way: HashMap::new(), known, lost: HashMap::new(), roll: 0.0 }
+        Recorder {
+            recording,
+            looks: 0,
+            under_way: HashMap::new(),
+            known,
+            wiring: robot.wiring().clone(),
+            lost: HashMap::new(),
+            roll: 0.0,
+        }
     }
 
     /// When it is to look next, in cycles.
     pub fn next_look(&self) -> u64 {
-        self.looks() as u64 * self.recording.every
-    }
-
-    fn looks(&self) -> usize {
-        self.recording.placings.len() / self.recording.modules.max(1)
+        self.looks as u64 * self.recording.every
     }
 
     /// Looks at the robot, for which it is time.
     pub fn look(&mut self, robot: &impl Robot) {
-        let look = self.looks();
+        let look = self.looks;
+        self.looks += 1;
         self.look_for_losses(robot, look);
         self.look_for_views(robot, look);
         let modules = robot.wiring().modules();
@@ -120,10 +120,24 @@ impl Recorder {
         if let Change::Roll(degrees) = event.change {
             self.roll = degrees;
         }
-        if self.recording.wirings.last().is_none_or(|(_, before)| before != wiring) {
+        if self.wiring != *wiring {
+            self.wiring = wiring.clone();
             self.recording.wirings.push((event.at, wiring.clone()));
         }
         self.recording.happenings.push((event.at, event.change.to_string()));
+    }
+
+    /// Hands over what it has kept since the last call, up to `now`. Hormones come once they have arrived or
+    /// are lost, so those of one call may have been sent before those of the last one.
+    pub fn news(&mut self, now: u64) -> Recording {
+        let mut rest = Recording::new(self.recording.modules, self.recording.every);
+        rest.losses = self.recording.losses.as_ref().map(|_| Vec::new());
+        let mut news = std::mem::replace(&mut self.recording, rest);
+        let is_settled = |passage: &Passage| passage.arrived.is_some() || passage.sent + LOST_AFTER < now;
+        (news.hormones, self.recording.hormones) = news.hormones.into_iter().partition(is_settled);
+        let left = self.recording.hormones.iter().enumerate();
+        self.under_way = left.map(|(index, passage)| ((passage.from, passage.sent), index)).collect();
+        news
     }
 
     /// What it has kept.

@@ -70,7 +70,8 @@ fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
     }
 }
 
-fn state(state: &TaskState) -> (String, Value) {
+/// What it is called that a task does, and what there is to say of it besides.
+pub fn state(state: &TaskState) -> (String, Value) {
     match state {
         TaskState::Running => ("running".into(), Value::Null),
         TaskState::Ready => ("ready".into(), Value::Null),

@@ -1,0 +1,222 @@
+//! `./x sim --view`: the run as a page in a browser, which shows it as it goes on and has a say in it.
+//!
+//! The run goes on as far as a page asks it to, and else waits. What a page wants to happen happens between
+//! two steps, at a time that a robot file can name: so a run by hand can be repeated.
+
+mod feed;
+mod inspect;
+mod server;
+
+use std::error::Error;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, RecvError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use simulation::{CLOCK_HZ, Change, Run, Scenario};
+
+use super::arguments::{Sim, Source};
+use super::display::Display;
+use super::output::say;
+use super::record::{self, EVERY, subject};
+use super::report::Report;
+use super::sim::expect_possible;
+use feed::Feed;
+pub use inspect::Inspected;
+use inspect::Inspector;
+use server::{Answer, Asked, Server, Wish};
+
+/// For so long a page may be away, to be loaded anew, until the program takes it for gone.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A run that pages look at.
+pub struct View {
+    feed: Arc<Feed>,
+    asked: Receiver<Asked>,
+    /// Until when pages want it to run, in cycles.
+    until: u64,
+    /// For how long the run waited for pages.
+    waited: Duration,
+    /// Into the module that somebody looks into.
+    inspector: Option<Inspector>,
+    /// The robot as a robot file, to which what happens is added.
+    file: String,
+}
+
+impl View {
+    /// Begins to serve the page, and says where it is.
+    ///
+    /// # Errors
+    /// It can't be served, or would grow too large.
+    pub fn of(options: &Sim, scenario: &Scenario) -> Result<Option<Self>, Box<dyn Error>> {
+        let Some(port) = options.view else { return Ok(None) };
+        let modules = scenario.wiring.modules();
+        record::expect_small(modules, options.seconds, "--view")?;
+        let page = viewer::live_page(&subject(options, scenario), modules, EVERY)?;
+        let feed = Arc::new(Feed::default());
+        let (sender, asked) = mpsc::channel();
+        let server = Server::new(page, port, Arc::clone(&feed), sender)?;
+        let address = server.address();
+        thread::spawn(move || server.serve());
+        say(format_args!("superbot-sim: look at {address}\n"));
+        open(&address);
+        Ok(Some(View {
+            feed,
+            asked,
+            until: 0,
+            waited: Duration::ZERO,
+            inspector: None,
+            file: file(options)?,
+        }))
+    }
+
+    /// Runs the robot up to `end`, as pages ask for it, and shows it on `display`, too.
+    ///
+    /// # Errors
+    /// Memory runs out.
+    pub fn drive<R: Inspected>(
+        &mut self,
+        options: &Sim,
+        run: &mut Run<R>,
+        end: u64,
+        display: &mut Display,
+    ) -> Result<(), Box<dyn Error>> {
+        let started = Instant::now();
+        run.record(EVERY);
+        self.tell_news(run)?;
+        let mut goes_on = true;
+        while goes_on {
+            let now = run.robot.now();
+            let is_due = now < self.until;
+            let asked = if is_due { self.asked.try_recv().ok() } else { Some(self.wait()?) };
+            if let Some(Asked { wish, answer }) = asked {
+                // Who asked may have gone.
+                let _ = answer.send(self.grant(wish, options, run, display));
+                self.tell_news(run)?;
+            } else {
+                let next_look = (now / EVERY + 1) * EVERY;
+                goes_on = match run.step_until(end, next_look) {
+                    Ok(goes_on) => goes_on,
+                    Err(error) => {
+                        self.tell_said(&format!("what the robot file has next can't happen: {error}"))?;
+                        run.robot.now() < end
+                    }
+                };
+                self.tell_news(run)?;
+                display.show(run, end, started.elapsed().saturating_sub(self.waited));
+            }
+        }
+        // Hormones that are under way come no further.
+        let rest = run.finish_recording().map(|rest| viewer::news(&rest)).transpose()?;
+        rest.into_iter().for_each(|rest| self.feed.tell(rest));
+        Ok(())
+    }
+
+    /// Tells pages how it ended, and goes on serving until they are gone.
+    ///
+    /// # Errors
+    /// Memory runs out.
+    pub fn end(self, report: &Report) -> Result<(), Box<dyn Error>> {
+        let ended = json!({ "ended": { "summary": report.to_string(), "faults": report.faults() } });
+        self.feed.tell(viewer::message(&ended, &[])?);
+        drop(self.asked);
+        self.feed.wait_until_alone(PATIENCE);
+        Ok(())
+    }
+
+    /// For how long the run waited for pages.
+    pub fn waited(&self) -> Duration {
+        self.waited
+    }
+
+    fn wait(&mut self) -> Result<Asked, RecvError> {
+        let since = Instant::now();
+        let asked = self.asked.recv();
+        self.waited += since.elapsed();
+        asked
+    }
+
+    fn grant<R: Inspected>(
+        &mut self,
+        wish: Wish,
+        options: &Sim,
+        run: &mut Run<R>,
+        display: &mut Display,
+    ) -> Answer {
+        match wish {
+            Wish::Until(seconds) => {
+                self.until = (seconds * f64::from(CLOCK_HZ)).round() as u64;
+                Ok(String::new())
+            }
+            Wish::Event(lines) => {
+                let change = Change::from_toml(&lines).map_err(|error| error.to_string())?;
+                expect_possible(options, &change)?;
+                run.happen(change).map_err(|error| error.to_string())?;
+                let seconds = run.robot.now() as f64 / f64::from(CLOCK_HZ);
+                let event = format!("\n[[event]]\nat = {seconds:?}\n{}\n", lines.trim());
+                // What is said stays: the next picture comes below.
+                display.finish();
+                say(&event);
+                self.file.push_str(&event);
+                Ok(String::new())
+            }
+            Wish::Inspect(module) => {
+                let modules = run.robot.wiring().modules();
+                match module.filter(|&module| module >= modules) {
+                    Some(module) => Err(format!("there is no module {module}: there are {modules}, from 0")),
+                    None => {
+                        self.inspector = module.map(Inspector::of);
+                        Ok(String::new())
+                    }
+                }
+            }
+            Wish::Timeline => Ok(self.file.clone()),
+        }
+    }
+
+    fn tell_news<R: Inspected>(&mut self, run: &mut Run<R>) -> Result<(), Box<dyn Error>> {
+        let now = run.robot.now();
+        if let Some(recorder) = &mut run.observer.recorder {
+            let news = recorder.news(now);
+            if !news.is_empty() {
+                self.feed.tell(viewer::news(&news)?);
+            }
+        }
+        if let Some(inspector) = &mut self.inspector {
+            let inside = inspector.look(&run.robot);
+            self.feed.tell_for_now(viewer::message(&json!({ "module": inside }), &[])?);
+        }
+        Ok(())
+    }
+
+    fn tell_said(&self, text: &str) -> Result<(), Box<dyn Error>> {
+        say(format_args!("superbot-sim: {text}\n"));
+        self.feed.tell(viewer::message(&json!({ "said": text }), &[])?);
+        Ok(())
+    }
+}
+
+/// The robot as a robot file, without what is still to happen by hand.
+fn file(options: &Sim) -> Result<String, Box<dyn Error>> {
+    let robot = match &options.robot {
+        Source::Shape(shape) => {
+            let modules = options.modules.unwrap_or(shape.usual_modules());
+            format!("shape = \"{}\"\nmodules = {modules}\n", shape.name())
+        }
+        Source::File(path) => std::fs::read_to_string(path)?,
+    };
+    let arguments: Vec<String> = std::env::args().skip(2).collect();
+    Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))
+}
+
+/// Opens the page where there is a desktop that does so.
+fn open(address: &str) {
+    let is_desktop = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
+    if is_desktop {
+        // Without a browser it is opened by hand.
+        let quiet = || Stdio::null();
+        let _ = Command::new("xdg-open").arg(address).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
+    }
+}

@@ -1,0 +1,200 @@
+//! Serves the page, on this machine alone: to whoever knows its address, which has a token, and to no page of
+//! another origin.
+
+use std::error::Error;
+use std::io::{self, Read, Write};
+use std::sync::Arc;
+use std::sync::mpsc::{self, Sender};
+use std::thread;
+use std::time::Duration;
+
+use serde::Deserialize;
+use tiny_http::{Header, Method, Request, Response};
+
+use super::feed::Feed;
+
+/// A page that hears nothing for longer takes the connection for lost: so often it hears something.
+const HEARTBEAT: Duration = Duration::from_millis(500);
+
+/// A message of no length.
+const NOTHING: [u8; 8] = [0; 8];
+
+/// The most bytes that a page sends at once.
+const LONGEST: u64 = 10_000;
+
+/// What each answer says beside what it answers.
+const HEADERS: [&str; 5] = [
+    "Cache-Control: no-store",
+    "Referrer-Policy: no-referrer",
+    "X-Content-Type-Options: nosniff",
+    "X-Frame-Options: DENY",
+    "Cross-Origin-Resource-Policy: same-origin",
+];
+
+/// What a page asks the run for.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Wish {
+    /// To run until so many seconds since power-up.
+    Until(f64),
+    /// That something happens now: an event of a robot file, without its time.
+    Event(String),
+    /// To be told of this module all that there is to see inside of it, or of none.
+    Inspect(Option<usize>),
+    /// What has happened, as a robot file.
+    Timeline,
+}
+
+/// What is said to it.
+pub type Answer = Result<String, String>;
+
+/// A wish, and where the answer goes.
+pub struct Asked {
+    pub wish: Wish,
+    pub answer: Sender<Answer>,
+}
+
+/// What pages get.
+pub struct Server {
+    http: tiny_http::Server,
+    page: String,
+    token: String,
+    feed: Arc<Feed>,
+    asked: Sender<Asked>,
+}
+
+impl Server {
+    /// A server at a port of the loopback, any that is free for 0. Wishes go to `asked`.
+    ///
+    /// # Errors
+    /// The port is taken, or the machine has no random numbers.
+    pub fn new(
+        page: String,
+        port: u16,
+        feed: Arc<Feed>,
+        asked: Sender<Asked>,
+    ) -> Result<Self, Box<dyn Error>> {
+        let http = tiny_http::Server::http(("127.0.0.1", port)).map_err(|error| {
+            format!("can't serve the page at port {port}: {error}; give --view=PORT another")
+        })?;
+        let mut token = [0; 16];
+        getrandom::fill(&mut token).map_err(|error| format!("there are no random numbers: {error}"))?;
+        let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Server { http, page, token, feed, asked })
+    }
+
+    /// Where the page is.
+    pub fn address(&self) -> String {
+        format!("http://{}/{}/", self.host(), self.token)
+    }
+
+    fn host(&self) -> String {
+        self.http.server_addr().to_string()
+    }
+
+    /// Serves for as long as the program runs.
+    pub fn serve(self) {
+        for request in self.http.incoming_requests() {
+            // Who asked and has gone does not get it.
+            let _ = self.answer(request);
+        }
+    }
+
+    fn answer(&self, mut request: Request) -> io::Result<()> {
+        if !self.is_own(&request) {
+            return respond(request, 403, "this page is for programs of this machine alone");
+        }
+        let url = request.url().to_owned();
+        let path = url.strip_prefix('/').and_then(|path| path.strip_prefix(&self.token));
+        let Some((path, query)) = path.map(|path| path.split_once('?').unwrap_or((path, ""))) else {
+            return respond(
+                request,
+                404,
+                "there is nothing here: open the address as ./x sim --view says it",
+            );
+        };
+        match (request.method(), path) {
+            (Method::Get, "/") => {
+                let html = header("Content-Type: text/html; charset=utf-8");
+                request.respond(with_headers(Response::from_string(&*self.page)).with_header(html))
+            }
+            (Method::Get, "/live") => {
+                let had = query.strip_prefix("had=").and_then(|had| had.parse().ok()).unwrap_or(0);
+                let feed = Arc::clone(&self.feed);
+                thread::spawn(move || stream(request, &feed, had));
+                Ok(())
+            }
+            (Method::Post, "/ask") => {
+                let mut body = String::new();
+                request.as_reader().take(LONGEST).read_to_string(&mut body)?;
+                let asked = self.asked.clone();
+                // The run may be in the middle of its step.
+                thread::spawn(move || {
+                    let (status, text) = match ask(&asked, &body) {
+                        Ok(text) => (200, text),
+                        Err(text) => (409, text),
+                    };
+                    respond(request, status, &text)
+                });
+                Ok(())
+            }
+            _ => respond(request, 404, "there is no such thing"),
+        }
+    }
+
+    /// Whether it comes from the page, and was sent to this machine: neither by a page of another origin, nor
+    /// to a name that somebody else has lead here.
+    fn is_own(&self, request: &Request) -> bool {
+        let field = |name: &'static str| {
+            let header = request.headers().iter().find(|header| header.field.equiv(name));
+            header.map(|header| header.value.as_str())
+        };
+        let host = self.host();
+        let hosts = [host.clone(), host.replace("127.0.0.1", "localhost")];
+        let asked = field("Host");
+        hosts.iter().any(|host| asked == Some(host))
+            && field("Origin")
+                .is_none_or(|origin| Some(origin) == asked.map(|it| format!("http://{it}")).as_deref())
+    }
+}
+
+/// Hands a wish to the run, and waits for what it says.
+fn ask(asked: &Sender<Asked>, body: &str) -> Answer {
+    let wish = serde_json::from_str(body).map_err(|error| format!("that is no wish: {error}"))?;
+    let (answer, answered) = mpsc::channel();
+    let is_over = |_| "the run is over".to_owned();
+    asked.send(Asked { wish, answer }).map_err(|_| is_over(mpsc::RecvError))?;
+    answered.recv().map_err(is_over)?
+}
+
+/// Writes messages as they come, until the page goes.
+fn stream(request: Request, feed: &Feed, had: usize) {
+    let mut listener = feed.listen(had);
+    let mut writer = request.into_writer();
+    let head = format!(
+        "HTTP/1.1 200 OK\r\n{}\r\nContent-Type: application/octet-stream\r\nConnection: close\r\n\r\n",
+        HEADERS.join("\r\n")
+    );
+    let mut written = writer.write_all(head.as_bytes());
+    while written.is_ok() {
+        let messages = listener.next(HEARTBEAT);
+        written = match &messages[..] {
+            [] => writer.write_all(&NOTHING),
+            new => new.iter().try_for_each(|message| writer.write_all(message)),
+        };
+        written = written.and_then(|()| writer.flush());
+    }
+}
+
+fn respond(request: Request, status: u16, text: &str) -> io::Result<()> {
+    request.respond(with_headers(Response::from_string(text)).with_status_code(status))
+}
+
+fn with_headers<R: Read>(response: Response<R>) -> Response<R> {
+    HEADERS.iter().fold(response, |response, text| response.with_header(header(text)))
+}
+
+/// A header of this file.
+fn header(text: &str) -> Header {
+    text.parse().expect("it is ASCII with a colon")
+}

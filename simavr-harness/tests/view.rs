@@ -1,0 +1,150 @@
+//! A run that pages look at: who may, and what that changes.
+
+mod command;
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+
+use serde_json::Value;
+
+/// A run, and where its page is.
+struct Viewed {
+    program: Child,
+    host: String,
+    token: String,
+}
+
+impl Viewed {
+    fn start(arguments: &[&str]) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+        program.args(arguments).arg("--view").env("SUPERBOT_IMAGES", command::images());
+        program.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        let mut program = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(program.stderr.take().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix("superbot-sim: look at http://").expect(&line);
+        let (host, token) = address.trim_end_matches('/').split_once('/').unwrap();
+        Viewed { host: host.into(), token: token.into(), program }
+    }
+
+    /// What is answered to a request with these headers, which closes the connection.
+    fn send(&self, what: &str, headers: &str, body: &str) -> String {
+        let mut stream = TcpStream::connect(&self.host).unwrap();
+        let length = body.len();
+        let request = format!(
+            "{what} HTTP/1.1\r\n{headers}Content-Length: {length}\r\nConnection: close\r\n\r\n{body}"
+        );
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    }
+
+    fn ask(&self, wish: &str) -> String {
+        let Viewed { host, token, .. } = self;
+        let headers = format!("Host: {host}\r\nOrigin: http://{host}\r\n");
+        self.send(&format!("POST /{token}/ask"), &headers, wish)
+    }
+
+    /// Its report, once it is over.
+    fn report(mut self) -> Value {
+        let mut json = String::new();
+        self.program.stdout.take().unwrap().read_to_string(&mut json).unwrap();
+        self.program.wait().unwrap();
+        report(&json)
+    }
+}
+
+impl Drop for Viewed {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+/// A report without what differs from run to run.
+fn report(json: &str) -> Value {
+    let mut report: Value = serde_json::from_str(json).unwrap();
+    for field in ["wall_seconds", "wall_ratio"] {
+        report[field].take();
+    }
+    report
+}
+
+#[test]
+fn a_run_that_is_looked_at_is_the_same_run() {
+    let robots = [
+        &["chain", "--seconds", "0.5"][..],
+        &["chain", "--world", "none", "--seconds", "0.5"],
+        &["centipede", "--engine", "host", "--seconds", "2.1"],
+    ];
+    for robot in robots {
+        let arguments = [&["sim", "--loss", "0.1", "--json", "-"], robot].concat();
+        let viewed = Viewed::start(&arguments);
+        for until in ["0.13", "0.2", "9"] {
+            assert!(viewed.ask(&format!("{{\"until\": {until}}}")).starts_with("HTTP/1.1 200"));
+        }
+        let alone = command::run(&arguments);
+        assert_eq!(viewed.report(), report(&String::from_utf8(alone.stdout).unwrap()), "{robot:?}");
+    }
+}
+
+#[test]
+fn only_who_has_the_token_is_answered_and_no_other_origin() {
+    let viewed = Viewed::start(&["sim", "chain", "--engine", "host"]);
+    let Viewed { host, token, .. } = &viewed;
+    assert!(host.starts_with("127.0.0.1:"), "{host}");
+    let page = format!("GET /{token}/");
+    let status = |what: &str, headers: &str| {
+        let answer = viewed.send(what, headers, "");
+        answer.split(' ').nth(1).unwrap_or_default().to_owned()
+    };
+    let own = format!("Host: {host}\r\n");
+    let local = own.replace("127.0.0.1", "localhost");
+    assert_eq!([status(&page, &own), status(&page, &local)], ["200", "200"]);
+    assert_eq!(status("GET /", &own), "404");
+    assert_eq!(status(&format!("GET /{}/", "0".repeat(32)), &own), "404");
+    for foreign in ["Host: superbot.example\r\n", "Host: 127.0.0.1\r\n", ""] {
+        assert_eq!(status(&page, foreign), "403", "{foreign}");
+    }
+    for origin in ["http://superbot.example", "null", "http://127.0.0.1:1"] {
+        assert_eq!(status(&page, &format!("{own}Origin: {origin}\r\n")), "403", "{origin}");
+    }
+}
+
+#[test]
+fn what_can_not_be_done_is_said_and_nothing_happens() {
+    let viewed = Viewed::start(&["sim", "chain", "--engine", "host", "--modules", "3"]);
+    let refused = |wish: &str, why: &str| {
+        let answer = viewed.ask(wish);
+        assert!(answer.starts_with("HTTP/1.1 409") && answer.contains(why), "{wish}: {answer}");
+    };
+    refused("nonsense", "that is no wish");
+    refused(r#"{"event": "detach = '2.Back'"}"#, "nothing is attached to the Back dock of module 2");
+    refused(r#"{"event": "detach = '9.Front'"}"#, "there is no module 9");
+    refused(r#"{"event": "at = 3\nkill = 1"}"#, "duplicate key");
+    refused(r#"{"event": "loss = 2"}"#, "give a probability from 0 to 1");
+    refused(r#"{"event": "push = 1\nnewtons = [0, 9, 0]"}"#, "without a world nothing can be pushed");
+    refused(r#"{"inspect": 3}"#, "there is no module 3");
+    refused(r#"{"event": "console = '0.Front'"}"#, "ask for --engine simavr");
+    assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
+    let timeline = viewed.ask(r#"{"timeline": null}"#);
+    assert!(
+        timeline.ends_with("shape = \"chain\"\nmodules = 3\n\n[[event]]\nat = 0.0\ndetach = '1.Back'\n"),
+        "{timeline}"
+    );
+}
+
+#[test]
+fn what_can_not_happen_any_more_does_not_end_the_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let robot = directory.path().join("robot.toml");
+    std::fs::write(&robot, "modules = 3\nshape = \"chain\"\n[[event]]\nat = 0.5\ndetach = \"1.Back\"\n")
+        .unwrap();
+    let arguments = ["sim", robot.to_str().unwrap(), "--engine", "host", "--seconds", "1", "--json", "-"];
+    let viewed = Viewed::start(&arguments);
+    assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
+    assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
+    assert_eq!(viewed.report()["simulated_seconds"], 1.0);
+}
