@@ -6,6 +6,8 @@ use std::sync::Arc;
 use rustc_demangle::demangle;
 
 use crate::image::{Image, Place};
+use crate::trace::kernel::Kept;
+use crate::trace::{TaskState, Wait};
 
 /// The variables of a program.
 pub(super) struct Names {
@@ -36,6 +38,28 @@ impl Names {
     /// Where the variable of this path lies, and how many bytes it takes.
     pub fn place(&self, path: &str) -> Option<(u16, u16)> {
         self.places.get(path).copied()
+    }
+
+    /// Where the control blocks of tasks lie, and their names: each begins its stack, which is in a module
+    /// `stack`.
+    pub fn tasks(&self) -> impl Iterator<Item = (u16, &str)> {
+        self.places.iter().filter_map(|(path, &(start, _))| {
+            let (module, name) = path.rsplit_once("::")?;
+            module.ends_with("::stack").then_some((start, name))
+        })
+    }
+
+    /// What a task does that is not ready; `None` if there is none on the stack.
+    pub fn state(&mut self, kept: Kept) -> Option<TaskState> {
+        match kept {
+            Kept::Absent => None,
+            Kept::Suspended => Some(TaskState::Suspended),
+            Kept::Killed => Some(TaskState::Killed),
+            Kept::Waiting { on, ticks } => {
+                let on = on.into_iter().map(|semaphore| self.name(semaphore)).collect();
+                Some(TaskState::Waiting(Wait { on, ticks }))
+            }
+        }
     }
 
     /// What the program calls what lies at `address`: a variable, or a place so many bytes from its start.

@@ -9,11 +9,11 @@ use crate::character::Character;
 use crate::cpu::{Core, Cpu};
 use crate::image::Image;
 use crate::interpreter::Now;
-use crate::trace::kernel::{Kept, Kernel, LINK};
+use crate::trace::kernel::{Kernel, LINK};
 use crate::trace::names::Names;
 use crate::trace::track::{Slice, Track};
 use crate::trace::watch::{Meaning, REGISTERS, Watch};
-use crate::trace::{Holder, NotTraceable, RegisterWrite, SerialTrace, TaskState, TaskTrace, Trace, Wait};
+use crate::trace::{Holder, NotTraceable, RegisterWrite, SerialTrace, TaskState, TaskTrace, Trace};
 
 /// What is followed of one MCU.
 pub(crate) struct Tracer {
@@ -288,24 +288,11 @@ impl Tracer {
             self.tasks[index].otherwise = if ready.contains(&task) {
                 Some(TaskState::Ready)
             } else {
-                let kept = self.kernel.kept(cpu, task);
-                self.state(kept)
+                self.names.state(self.kernel.kept(cpu, task))
             };
             self.show_task(index, cycle);
         }
         self.is_unread = false;
-    }
-
-    fn state(&mut self, kept: Kept) -> Option<TaskState> {
-        match kept {
-            Kept::Absent => None,
-            Kept::Suspended => Some(TaskState::Suspended),
-            Kept::Killed => Some(TaskState::Killed),
-            Kept::Waiting { on, ticks } => {
-                let on = on.into_iter().map(|semaphore| self.names.name(semaphore)).collect();
-                Some(TaskState::Waiting(Wait { on, ticks }))
-            }
-        }
     }
 
     /// The index of a task. One that is new is ready since `cycle`, and looked at from now on.
