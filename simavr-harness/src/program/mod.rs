@@ -1,4 +1,5 @@
-//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x gdb` and
+//! `./x bench`.
 
 mod arguments;
 mod bench;
@@ -7,6 +8,7 @@ mod concurrency;
 mod concurrency_plot;
 mod dark;
 mod display;
+mod gdb;
 mod images;
 mod json;
 mod listing;
@@ -37,6 +39,7 @@ pub fn main() -> ExitCode {
         Command::Period(options) => period::run(&options).map(|()| true),
         Command::Campaign(options) => campaign::run(&options),
         Command::Report(options) => campaign::report(&options).map(|()| true),
+        Command::Gdb(options) => gdb::run(&options),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {
