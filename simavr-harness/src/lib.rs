@@ -59,7 +59,7 @@ pub use image::{Code, Form, Image, ImageError, Kind, Place, Symbol};
 pub use link::{Faults, LinkCounts};
 pub use marker::Marker;
 pub use mcu::masked::{MaskedWindow, OpenedBy};
-pub use mcu::{Accepted, Mcu, McuError, NoSuchData, State};
+pub use mcu::{Accepted, Debugger, Mcu, McuError, NoSuchData, Registers, State};
 pub use module::{CONTROL_PROBE, Images, Module, NoLink};
 pub use part::{Part, Pin, UnknownPart};
 pub use probe::Edge;
@@ -70,7 +70,9 @@ pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
 pub use trace::{BusSignal, Line, bus_lines, motor_lines, serial_line};
-pub use trace::{Glance, Glimpse};
-pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait};
+pub use trace::{
+    Context, Glance, Glimpse, Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Tasks, Trace,
+    Wait,
+};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

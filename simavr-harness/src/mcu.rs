@@ -25,10 +25,12 @@ use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
 
+mod debug;
 mod explore;
 mod job;
 pub mod masked;
 
+pub use debug::{Debugger, Registers};
 use job::Jobs;
 use masked::{OpenedBy, Windows};
 
@@ -74,6 +76,7 @@ pub struct Mcu {
     /// The address at which the program hangs.
     hangs_at: Option<u32>,
     tracer: Option<Box<Tracer>>,
+    debugger: Option<Box<dyn Debugger>>,
     /// Where masked windows are recorded.
     pub(crate) windows: Option<Windows>,
     /// Where turns of a task's loop are.
@@ -161,6 +164,7 @@ impl Mcu {
             starts_at: 0,
             hangs_at: None,
             tracer: None,
+            debugger: None,
             windows: None,
             jobs: None,
         };
@@ -410,12 +414,15 @@ impl Mcu {
             return None;
         }
         if self.cpu.core() == Core::Running {
+            self.show_debugger();
             let (program, pc) = (self.image.program(), self.pc());
             let watchers = Watchers { coverage: self.image.coverage(), tracer: self.tracer.as_deref_mut() };
             match self.hangs_at {
                 None => {
                     // What is recorded is looked at after each instruction.
-                    let limit = if self.windows.is_some() || self.jobs.is_some() { start + 1 } else { limit };
+                    let is_recorded =
+                        self.windows.is_some() || self.jobs.is_some() || self.debugger.is_some();
+                    let limit = if is_recorded { start + 1 } else { limit };
                     execution::run(self.cpu, limit, program, watchers);
                 }
                 Some(address) if address == pc => self.cpu.set_cycle(start + JUMP),

@@ -47,6 +47,7 @@ pub use report::{Stack, Step};
 use std::collections::BTreeMap;
 
 use program::{Program, SWITCH};
+use registers::StackPointer;
 use usage::{Usage, Use};
 
 /// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds
@@ -99,6 +100,33 @@ pub fn flows(
         return Err(program.problems.into_iter().collect());
     }
     Ok(program.into_flows())
+}
+
+/// How many bytes a function has laid on its stack since it was called, by the address of the instruction to
+/// which it comes: where that is one number, whichever way leads there. Of a function in which a task begins
+/// -1: nothing has called it. What can't be followed is left out.
+pub fn depths(image: &Image) -> BTreeMap<u32, i32> {
+    let annotations = Annotations::default();
+    let mut program = Program::new(image, &annotations, Found::Task);
+    let tasks: Vec<_> = image.tasks.iter().map(|task| task.entry).collect();
+    for entry in image.vectors().chain(tasks.iter().copied()) {
+        program.function(entry);
+    }
+    let mut depths = BTreeMap::new();
+    for (entry, flow) in program.into_flows() {
+        for &(address, stack_pointer) in flow.nodes.keys() {
+            let depth = match stack_pointer {
+                StackPointer::Own(_) if tasks.contains(&entry) => Some(-1),
+                StackPointer::Own(depth) => Some(depth).filter(|&depth| depth >= 0),
+                StackPointer::Fixed(_) | StackPointer::Elsewhere => None,
+            };
+            let known = depths.entry(address).or_insert(depth);
+            if *known != depth {
+                *known = None;
+            }
+        }
+    }
+    depths.into_iter().filter_map(|(address, depth)| Some((address, depth?))).collect()
 }
 
 /// What interrupts use of the stack that they find; and `kernel` is raised to what they use of the kernel's

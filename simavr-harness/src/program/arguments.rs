@@ -1,5 +1,6 @@
 //! What can be asked on the command line.
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -35,6 +36,8 @@ pub enum Command {
     Report(CampaignReport),
     /// Plot a figure that docs show.
     Plot(Plot),
+    /// Debug one MCU of a robot with gdb, the whole robot stopped meanwhile, forward and back.
+    Gdb(Gdb),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
 }
@@ -119,6 +122,31 @@ impl Sim {
     pub fn core(&self) -> CoreName {
         self.core.unwrap_or(CoreName::Decoded)
     }
+}
+
+#[derive(Args)]
+pub struct Gdb {
+    /// Which MCU: the module's number, and master or slave, as in 7.master.
+    pub mcu: McuName,
+
+    #[command(flatten)]
+    pub sim: Sim,
+
+    /// Stop first at so many simulated seconds, rather than at power-up.
+    #[arg(long, default_value = "0", value_name = "SECONDS", value_parser = at, allow_hyphen_values = true)]
+    pub at: f64,
+
+    /// Which gdb is started.
+    #[arg(long, value_name = "PROGRAM", env = "SUPERBOT_GDB", default_value = "avr-gdb")]
+    pub gdb: PathBuf,
+
+    /// Start no gdb, but wait for one at this port of the loopback interface.
+    #[arg(long, value_name = "PORT", conflicts_with = "gdb_arguments")]
+    pub listen: Option<u16>,
+
+    /// What gdb is called with besides, as in -- -batch -x FILE.
+    #[arg(last = true, value_name = "ARGS")]
+    pub gdb_arguments: Vec<OsString>,
 }
 
 /// What a table of runs of a centipede takes.
@@ -265,6 +293,13 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
         _ => Err("give a time from 0.001 to 86400 seconds".into()),
+    }
+}
+
+fn at(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("give a time from 0 to 86400 seconds".into()),
     }
 }
 

@@ -1,4 +1,5 @@
-//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb` and
+//! `./x bench`.
 
 mod arguments;
 mod bench;
@@ -8,6 +9,7 @@ mod concurrency;
 mod concurrency_plot;
 mod dark;
 mod display;
+mod gdb;
 mod images;
 mod json;
 mod listing;
@@ -41,6 +43,7 @@ pub fn main() -> ExitCode {
         Command::Campaign(options) => campaign::run(&options),
         Command::Report(options) => campaign::report(&options).map(|()| true),
         Command::Plot(options) => plot::run(&options).map(|()| true),
+        Command::Gdb(options) => gdb::run(&options),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

@@ -154,17 +154,13 @@ fn run_robot(
     results: Results,
 ) -> Result<bool, Box<dyn Error>> {
     let Results { report: destination, record, timeline: trace, mut view } = results;
-    let Scenario { terrain, mut timeline, .. } = scenario;
+    let Scenario { terrain, timeline, .. } = scenario;
     let is_level = terrain.is_none();
-    if options.loss > 0.0 {
-        let change = Change::Loss { links: Links::All, probability: options.loss };
-        timeline.insert(0, Event { at: 0, change });
-    }
-    let mut run = Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND);
+    let mut run = begin(robot, timeline, options);
     if record.is_some() || trace.is_some() {
         run.record(record::EVERY);
     }
-    let end = (options.seconds * 1000.0 * MILLISECOND as f64) as u64;
+    let end = cycles(options.seconds);
     if let Some((modules, until)) = run.observer.gait.unjudged(end) {
         let seconds = until as f64 / f64::from(CLOCK_HZ);
         say(format_args!(
@@ -214,6 +210,20 @@ fn run_robot(
     Ok(report.faults().is_empty())
 }
 
+/// A robot at the begin of its run.
+pub fn begin<R: simulation::Robot>(robot: R, mut timeline: Vec<Event>, options: &Sim) -> Run<R> {
+    if options.loss > 0.0 {
+        let change = Change::Loss { links: Links::All, probability: options.loss };
+        timeline.insert(0, Event { at: 0, change });
+    }
+    Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND)
+}
+
+/// How many cycles so many seconds are.
+pub fn cycles(seconds: f64) -> u64 {
+    (seconds * 1000.0 * MILLISECOND as f64) as u64
+}
+
 pub fn has_world(options: &Sim) -> bool {
     matches!(options.engine, EngineName::Simavr) && options.world != Some(WorldName::None)
 }
@@ -240,7 +250,11 @@ pub fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
     }
 }
 
-fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
+/// A robot in simavr, as it is asked for.
+///
+/// # Errors
+/// It can't be built so.
+pub fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
     let Scenario { wiring, terrain, .. } = scenario;
     if wiring.modules() > SIMAVR_MODULES {
         return Err(format!(

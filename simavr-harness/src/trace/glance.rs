@@ -65,13 +65,7 @@ impl Glance {
         let cpu = mcu.cpu();
         let (ready, running) = (kernel.ready(cpu), kernel.chosen(cpu));
         let glimpse = |&(control, stack, bytes): &(u16, u16, u16)| {
-            let state = if running == Some(control) {
-                Some(TaskState::Running)
-            } else if ready.contains(&control) {
-                Some(TaskState::Ready)
-            } else {
-                kernel.kept(cpu, control).state(names)
-            };
+            let state = kernel.state(cpu, control, (running, &ready), names);
             let is_unused = |&at: &u16| mcu.read(at) == Some(WATERMARK);
             let unused = (stack..stack + bytes).take_while(is_unused).count() as u16;
             Glimpse { name: names.name(control), state, stack: bytes, used: bytes - unused }

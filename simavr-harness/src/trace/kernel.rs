@@ -7,6 +7,7 @@
 //! counts on its being right.
 
 use crate::cpu::Cpu;
+use crate::mcu::Registers;
 use crate::trace::names::Names;
 use crate::trace::{NotTraceable, TaskState, Wait};
 
@@ -23,6 +24,9 @@ const LEVEL: u16 = 0;
 const STACK_POINTER: u16 = 1;
 pub(super) const LINK: u16 = 3;
 const PRIORITY: u16 = 5;
+
+/// In `ControlBlock::stack_pointer`: the context is a preempted one.
+const PREEMPTED: u16 = 0x8000;
 
 /// In `ControlBlock::level`.
 const HALTED: u8 = 0x80;
@@ -138,6 +142,60 @@ impl Kernel {
             }
         }
         ready
+    }
+
+    /// Whether the kernel's data are laid: before that there are chance values.
+    pub fn is_laid(&self, cpu: Cpu, is_task: impl Fn(u16) -> bool) -> bool {
+        let tasks = [HEAD, RUNNING].map(|at| word(cpu, self.start + at));
+        tasks.into_iter().all(|task| task == self.idle || is_task(task))
+    }
+
+    /// The task that the kernel calls the running one, if it is not the idle task.
+    pub fn running(&self, cpu: Cpu) -> Option<u16> {
+        Some(word(cpu, self.start + RUNNING)).filter(|&task| task != self.idle)
+    }
+
+    /// The registers with which a task goes on, as its saved context has them: voluntary, Y and the return
+    /// address; preempted, all of them (kernel/src/arch/avr/mod.rs). Registers that are not saved read 0.
+    pub fn saved(&self, cpu: Cpu, task: u16) -> Registers {
+        let stack_pointer = word(cpu, task.wrapping_add(STACK_POINTER));
+        let lowest = stack_pointer & !PREEMPTED;
+        let byte = |at: u16| word(cpu, lowest.wrapping_add(at)).to_le_bytes()[0];
+        let mut registers = Registers::default();
+        let return_address = if stack_pointer & PREEMPTED == 0 {
+            [registers.general[29], registers.general[28]] = [byte(1), byte(2)];
+            3
+        } else {
+            // From the lowest byte up.
+            let order = (2..18).rev().chain((18..30).rev()).chain([1]);
+            for (at, register) in (0..).zip(order) {
+                registers.general[register] = byte(at);
+            }
+            registers.status = byte(29) | 0x80; // where an interrupt found it
+            [registers.general[0], registers.general[30], registers.general[31]] =
+                [byte(30), byte(31), byte(32)];
+            33
+        };
+        registers.pc = 2 * u32::from(u16::from_be_bytes([byte(return_address), byte(return_address + 1)]));
+        registers.stack_pointer = lowest.wrapping_add(return_address + 1);
+        registers
+    }
+
+    /// What a task does while `running` has the CPU and these are `ready`; `None` where there is no task.
+    pub fn state(
+        &self,
+        cpu: Cpu,
+        task: u16,
+        (running, ready): (Option<u16>, &[u16]),
+        names: &mut Names,
+    ) -> Option<TaskState> {
+        if running == Some(task) {
+            Some(TaskState::Running)
+        } else if ready.contains(&task) {
+            Some(TaskState::Ready)
+        } else {
+            self.kept(cpu, task).state(names)
+        }
     }
 
     /// What keeps a task that is not ready.

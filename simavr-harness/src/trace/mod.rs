@@ -9,6 +9,7 @@
 //! - `glance`: what tasks do at a moment, for whoever does not follow them.
 //! - `names`: what lies where, in the words of the program.
 //! - `tracer`: takes note.
+//! - `tasks`: what all tasks do at one moment, and where they go on.
 //! - `line`: the levels of wires, by what was sent there; `motors`: those of the pins that drive motors.
 
 mod glance;
@@ -16,10 +17,12 @@ mod kernel;
 mod line;
 mod motors;
 mod names;
+mod tasks;
 mod tracer;
 mod track;
 mod watch;
 
+use std::fmt;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -28,6 +31,7 @@ use crate::character::Character;
 pub use glance::{Glance, Glimpse};
 pub use line::{BusSignal, Line, bus_lines, serial_line};
 pub use motors::motor_lines;
+pub use tasks::{Context, Tasks};
 pub(crate) use tracer::Tracer;
 pub use track::Slice;
 
@@ -110,6 +114,19 @@ pub struct Wait {
     pub on: Vec<Arc<str>>,
     /// For how many ticks at most, if it is no longer than that.
     pub ticks: Option<u16>,
+}
+
+impl fmt::Display for TaskState {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            TaskState::Running => f.write_str("running"),
+            TaskState::Ready => f.write_str("ready"),
+            TaskState::Suspended => f.write_str("suspended"),
+            TaskState::Killed => f.write_str("killed"),
+            TaskState::Waiting(Wait { on, .. }) if on.is_empty() => f.write_str("waits for a time"),
+            TaskState::Waiting(Wait { on, .. }) => write!(f, "waits for {}", on.join(" or ")),
+        }
+    }
 }
 
 /// An image can't be traced.

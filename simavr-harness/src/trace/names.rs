@@ -43,6 +43,15 @@ impl Names {
         self.places.iter().filter(move |(path, _)| is_such(path)).map(|(_, &place)| place)
     }
 
+    /// Where the control blocks of tasks lie, and their names: each begins its stack, which is in a module
+    /// `stack`.
+    pub fn tasks(&self) -> impl Iterator<Item = (u16, &str)> {
+        self.places.iter().filter_map(|(path, &(start, _))| {
+            let (module, name) = path.rsplit_once("::")?;
+            module.ends_with("::stack").then_some((start, name))
+        })
+    }
+
     /// What the program calls what lies at `address`: a variable, or a place so many bytes from its start.
     pub fn name(&mut self, address: u16) -> Arc<str> {
         let Self { variables, known, .. } = self;

@@ -72,14 +72,9 @@ fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
 
 /// What it is called that a task does, and what there is to say of it besides.
 pub fn state(state: &TaskState) -> (String, Value) {
-    match state {
-        TaskState::Running => ("running".into(), Value::Null),
-        TaskState::Ready => ("ready".into(), Value::Null),
-        TaskState::Suspended => ("suspended".into(), Value::Null),
-        TaskState::Killed => ("killed".into(), Value::Null),
-        TaskState::Waiting(Wait { on, ticks }) => {
-            let on = if on.is_empty() { "a time".into() } else { on.join(" or ") };
-            (format!("waits for {on}"), ticks.map_or(Value::Null, |ticks| json!({ "ticks at most": ticks })))
-        }
-    }
+    let args = match state {
+        TaskState::Waiting(Wait { ticks: Some(ticks), .. }) => json!({ "ticks at most": ticks }),
+        _ => Value::Null,
+    };
+    (state.to_string(), args)
 }

@@ -1,0 +1,145 @@
+//! The way back. Now and then the process that runs the robot leaves a copy of itself, which sleeps. To go
+//! back to a moment, the last copy from before that is woken, and runs up to it: what happens is the same
+//! each time.
+
+use std::os::unix::net::UnixStream;
+
+use serde::{Deserialize, Serialize};
+use simulation::MILLISECOND;
+
+use super::order::{Line, Points};
+use super::process::{self, Fork};
+use super::worker::Goal;
+
+/// So often one is left, in cycles: 100 ms.
+const EVERY: u64 = 100 * MILLISECOND;
+
+/// Not more often where it is known how far the run goes: there they come the closer the nearer its end is.
+const CLOSEST: u64 = MILLISECOND;
+
+/// So many are kept.
+const MOST: usize = 32;
+
+/// The copies that sleep, the oldest first.
+#[derive(Default)]
+pub struct History {
+    copies: Vec<Copy>,
+    /// When the next one is due.
+    next: u64,
+}
+
+/// A process that sleeps.
+struct Copy {
+    cycle: u64,
+    waker: UnixStream,
+}
+
+/// What a process is woken with.
+#[derive(Serialize, Deserialize)]
+pub struct Wake {
+    pub goal: Goal,
+    pub points: Points,
+    /// The cycles of the copies before it that are still there.
+    copies: Vec<u64>,
+}
+
+impl History {
+    pub fn is_due(&self, cycle: u64) -> bool {
+        cycle >= self.next
+    }
+
+    /// Says when the next copy is due in a run from `cycle` that is known to go up to `until`, or not.
+    pub fn plan(&mut self, cycle: u64, until: Option<u64>) {
+        self.next = match until.map(|until| until.saturating_sub(cycle)) {
+            None => self.copies.last().map_or(cycle, |last| (last.cycle + EVERY).max(cycle)),
+            Some(left) if left > 2 * CLOSEST => cycle + (left / 2).min(EVERY),
+            Some(_) => u64::MAX,
+        };
+    }
+
+    /// Leaves a copy of this process, at `cycle`. It returns in this process, with nothing, and in the copy
+    /// when that is woken, with the reason; another copy has then been left in its place. `server` is what
+    /// ends all.
+    pub fn leave_copy(&mut self, cycle: u64, server: &Line) -> Option<Wake> {
+        let Ok((sleeper, waker)) = UnixStream::pair() else { return None };
+        self.copies.push(Copy { cycle, waker });
+        let mut wake = None;
+        loop {
+            match process::fork() {
+                Ok(Fork::Original) => break,
+                Ok(Fork::Copy) => wake = Some(self.sleep(&sleeper, server)),
+                Err(_) => {
+                    // There are as many as there can be.
+                    self.copies.pop();
+                    break;
+                }
+            }
+        }
+        self.thin_out(cycle);
+        wake
+    }
+
+    fn sleep(&mut self, sleeper: &UnixStream, server: &Line) -> Wake {
+        let wake = process::wait(sleeper, server.stream())
+            .then(|| sleeper.try_clone().ok())
+            .flatten()
+            .and_then(|sleeper| Line::new(sleeper).receive::<Option<Wake>>())
+            .flatten();
+        let Some(wake) = wake else { process::leave() };
+        self.copies.retain(|copy| wake.copies.contains(&copy.cycle));
+        wake
+    }
+
+    /// Of too many one goes: the older, the farther apart they stay.
+    fn thin_out(&mut self, now: u64) {
+        if self.copies.len() <= MOST {
+            return;
+        }
+        let gap = |index: usize| {
+            let [before, after] = [index - 1, index + 1].map(|index| self.copies[index].cycle);
+            (after - before) as f64 / (now + CLOSEST - before) as f64
+        };
+        let closest = (1..self.copies.len() - 1).min_by(|&one, &other| gap(one).total_cmp(&gap(other)));
+        if let Some(index) = closest {
+            self.copies.remove(index).end();
+        }
+    }
+
+    /// The number of the last copy from before `cycle`.
+    pub fn before(&self, cycle: u64) -> Option<usize> {
+        self.copies.iter().rposition(|copy| copy.cycle < cycle)
+    }
+
+    /// How many copies there are.
+    pub fn len(&self) -> usize {
+        self.copies.len()
+    }
+
+    pub fn cycle(&self, number: usize) -> u64 {
+        self.copies[number].cycle
+    }
+
+    /// Hands over to the copy of this number; those behind it end.
+    pub fn wake(&mut self, number: usize, goal: Goal, points: Points) -> ! {
+        self.copies.drain(number + 1..).for_each(Copy::end);
+        let copies = self.copies.iter().map(|copy| copy.cycle).collect();
+        let wake = Wake { goal, points, copies };
+        if let Some(Copy { waker, .. }) = self.copies.pop() {
+            let _ = Line::new(waker).send(&Some(wake));
+        }
+        process::leave()
+    }
+
+    /// There is no way back to before now.
+    pub fn forget(&mut self) {
+        self.copies.drain(..).for_each(Copy::end);
+        self.next = 0;
+    }
+}
+
+impl Copy {
+    fn end(self) {
+        // Where it is gone already nobody hears it.
+        let _ = Line::new(self.waker).send(&None::<Wake>);
+    }
+}

@@ -1,0 +1,142 @@
+//! What gdb's server and the process that runs the robot tell each other: a line of JSON each.
+
+use std::io::{self, BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use simavr_harness::{Context, Mcu, Registers, TaskState, Tasks};
+
+/// What the server wants.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Order {
+    Go {
+        way: Way,
+        points: Points,
+    },
+    /// While the robot runs: to stop where it is.
+    Interrupt,
+    /// Bytes to the data space.
+    Write {
+        address: u16,
+        bytes: Vec<u8>,
+    },
+    SetRegisters(Registers),
+}
+
+/// Where the MCU is to go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Way {
+    Continue,
+    Step,
+    Back,
+    StepBack,
+}
+
+/// What stops it on its way.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Points {
+    /// Addresses of instructions, in bytes.
+    pub breakpoints: Vec<u32>,
+    pub watchpoints: Vec<Watchpoint>,
+}
+
+/// Bytes of the data space that stop the MCU when they change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Watchpoint {
+    pub address: u16,
+    pub length: u16,
+}
+
+/// Why the MCU has stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reason {
+    /// Somebody said so.
+    Halt,
+    Step,
+    Breakpoint,
+    /// What is watched from this address on has changed.
+    Watchpoint(u16),
+    /// It can't go back further.
+    Begin,
+    /// The run is over.
+    End,
+}
+
+/// The MCU has stopped.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Report {
+    pub reason: Reason,
+    pub picture: Picture,
+}
+
+/// What gdb may ask of an MCU that has stopped.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Picture {
+    /// Since power-up of the robot.
+    pub cycle: u64,
+    pub registers: Registers,
+    pub data: Vec<u8>,
+    pub tasks: Vec<Task>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Task {
+    /// By which gdb knows it: the address of its control block.
+    pub id: u16,
+    pub name: String,
+    pub state: String,
+    /// It has the CPU.
+    pub is_running: bool,
+    pub registers: Registers,
+}
+
+impl Picture {
+    /// What an MCU is like now; `tasks` are its program's.
+    pub fn of(mcu: &Mcu, tasks: Option<&mut Tasks>) -> Self {
+        let contexts = tasks.map(|tasks| tasks.look(mcu)).unwrap_or_default();
+        let tasks = contexts.into_iter().map(|Context { task, name, state, registers }| Task {
+            id: task,
+            name: name.to_string(),
+            is_running: state == TaskState::Running,
+            state: state.to_string(),
+            registers,
+        });
+        Self { cycle: mcu.cycle(), registers: mcu.registers(), data: mcu.data(), tasks: tasks.collect() }
+    }
+}
+
+/// One end of a connection that carries such lines.
+pub struct Line {
+    reader: BufReader<UnixStream>,
+}
+
+impl Line {
+    pub fn new(stream: UnixStream) -> Self {
+        Self { reader: BufReader::new(stream) }
+    }
+
+    pub fn stream(&self) -> &UnixStream {
+        self.reader.get_ref()
+    }
+
+    /// # Errors
+    /// Nobody listens any more.
+    pub fn send(&self, message: &impl Serialize) -> io::Result<()> {
+        let mut line = serde_json::to_vec(message)?;
+        line.push(b'\n');
+        self.stream().write_all(&line)
+    }
+
+    /// Waits for a message; `None` when the other end is gone.
+    pub fn receive<M: DeserializeOwned>(&mut self) -> Option<M> {
+        let mut line = String::new();
+        self.reader.read_line(&mut line).ok().filter(|&length| length > 0)?;
+        serde_json::from_str(&line).ok()
+    }
+
+    /// Whether there is something to receive, or the other end is gone.
+    pub fn is_ready(&self) -> bool {
+        !self.reader.buffer().is_empty() || super::process::is_ready(self.stream())
+    }
+}

@@ -1,0 +1,134 @@
+//! `./x gdb`: gdb is driven as a user drives it, on a robot that runs.
+
+mod command;
+
+use std::process::Output;
+
+use command::{images, run};
+use serde_json::Value;
+use simavr_harness::{Image, Place};
+
+/// A robot that is quick to run.
+const ROBOT: [&str; 6] = ["chain", "--modules", "2", "--world", "none", "--seconds=1"];
+
+/// In `Kernel`: the running task (kernel/src/ready.rs).
+const RUNNING: u16 = 2;
+
+/// Has gdb do what the lines say, and returns what it printed.
+fn debug(arguments: &[&str], lines: &[&str]) -> Output {
+    let commands: Vec<&str> = lines.iter().flat_map(|&line| ["-ex", line]).collect();
+    run(&[&["gdb"], arguments, &ROBOT, &["--", "-nx", "-batch"], &commands].concat())
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The cycles that `monitor time` has printed.
+fn cycles(output: &str) -> Vec<u64> {
+    let cycle = |line: &str| line.split_once(" s, cycle ")?.1.trim().parse().ok();
+    output.lines().filter_map(cycle).collect()
+}
+
+/// Watches the low byte of what the kernel of the master's image calls the running task.
+fn watch_running_task() -> String {
+    let image = Image::load(images().join("firmware-master.elf")).expect("./x build has left the image");
+    let kernel = image.symbols().find(|(name, _)| name.ends_with("6kernel6KERNEL"));
+    let Some(Place::Data(address)) = kernel.map(|(_, symbol)| symbol.place) else {
+        panic!("there is no kernel")
+    };
+    format!("watch *(unsigned char *) {:#x}", 0x80_0000 + u32::from(address + RUNNING))
+}
+
+#[test]
+fn a_task_is_stopped_at_a_function_and_all_tasks_show_where_they_are() {
+    let output = debug(
+        &["1.master", "--at", "0.2"],
+        &["break transmit", "continue", "backtrace", "info tasks", "thread apply all backtrace"],
+    );
+    let (told, error) = (text(&output.stdout), text(&output.stderr));
+    let expect = |what: &str| assert!(told.contains(what), "no {what:?} in\n{told}\n{error}");
+    // A frame of the task, by its line, and below it the closure that was given to the kernel.
+    expect("hit Breakpoint 1");
+    expect("at tasks/src/link/send.rs:");
+    expect("at firmware-master/src/main.rs:");
+    for task in ["HORMONE", "AC_SEND", "BRIDGE", "MOTORS", "RECEIVE"] {
+        assert!(
+            told.lines().any(|line| line.starts_with(&format!("{task} "))),
+            "no {task} in\n{told}\n{error}"
+        );
+    }
+    expect("(HORMONE: waits for HORMONE)):");
+    expect("at hormone/src/task/hormone.rs:");
+    assert!(output.status.success(), "{error}");
+}
+
+#[test]
+fn a_watchpoint_is_hit_forward_and_back_and_the_run_ends_as_without_gdb() {
+    let watch = watch_running_task();
+    let mut lines = vec!["set language c", &watch];
+    for go in [
+        "continue",
+        "continue",
+        "continue",
+        "reverse-continue",
+        "reverse-continue",
+        "reverse-stepi",
+        "continue",
+    ] {
+        lines.extend([go, "monitor time"]);
+    }
+    lines.extend(["delete", "continue", "monitor time"]);
+    let output = debug(&["0.master", "--at=0.25"], &lines);
+    let (told, error) = (text(&output.stdout), text(&output.stderr));
+    let [first, second, third, back, further, step, again, end] = cycles(&error)[..] else {
+        panic!("{told}\n{error}")
+    };
+    assert!(4_000_000 <= first && first < second && second < third, "{told}\n{error}");
+    // It stops behind the instruction that writes, and on the way back before that.
+    assert!((third - 4..third).contains(&back), "{told}\n{error}");
+    assert!((second - 4..second).contains(&further), "{told}\n{error}");
+    assert!(step < further, "{told}\n{error}");
+    assert_eq!(again, second, "{told}\n{error}");
+    assert_eq!(end, 16_000_000, "{told}\n{error}");
+    let alone = run(&[&["sim"], &ROBOT[..], &["--json", "-"]].concat());
+    let report: Value = serde_json::from_slice(&alone.stdout).expect("the report is JSON");
+    let hash = report["state_hash"].as_str().expect("it has the hash");
+    assert!(error.contains(&format!("the run is over at 1 s, state hash {hash}")), "{hash}: {error}");
+}
+
+#[test]
+fn before_power_up_there_is_nothing_and_what_gdb_has_written_stays() {
+    let lines = [
+        "info tasks",
+        "reverse-continue",
+        "set language c",
+        "stepi",
+        "set var *(unsigned char *) 0x800020 = 0",
+        "set var $r17 = 42",
+        "stepi",
+        "stepi",
+        "reverse-stepi",
+        "print $r17",
+        "reverse-continue",
+        "print $r17",
+    ];
+    let output = debug(&["0.slave"], &lines);
+    let (told, error) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(told.matches("No more reverse-execution history").count(), 2, "{told}\n{error}");
+    assert!(!told.contains("HORMONE") && !told.contains("BRIDGE"), "{told}");
+    assert!(told.contains("$1 = 42") && told.contains("$2 = 42"), "{told}\n{error}");
+}
+
+#[test]
+fn what_can_not_be_debugged_is_refused() {
+    let refused = |arguments: &[&str], why: &str| {
+        let output = run(&[&["gdb"], arguments, &["chain", "--modules", "2", "--world", "none"]].concat());
+        let error = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && error.contains(why), "{error}");
+    };
+    refused(&["2.master"], "2.master: the robot's modules are 0 to 1");
+    refused(&["0.master", "--at", "20"], "the run ends at 20 s; see --seconds");
+    refused(&["0.master", "--json", "-"], "leave --json, --record and --trace to ./x sim");
+    refused(&["0.master", "--gdb", "/no/gdb"], "can't start /no/gdb");
+}
