@@ -35,6 +35,8 @@ pub enum Command {
     Report(CampaignReport),
     /// Plot a figure that docs show.
     Plot(Plot),
+    /// Plot what the CPUs are taken for in the worst case, as `./x response --json` tells it by the standard input.
+    Response(Response),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
 }
@@ -161,6 +163,13 @@ pub struct Period {
     /// Plot the figures, too, to this file.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct Response {
+    /// The file for the plot.
+    #[arg(long, value_name = "FILE")]
+    pub svg: PathBuf,
 }
 
 #[derive(Args)]

@@ -1,4 +1,5 @@
-//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot` and `./x bench`.
+//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot` and `./x bench`,
+//! and the plot of `./x response`.
 
 mod arguments;
 mod bench;
@@ -17,6 +18,7 @@ mod period;
 mod plot;
 mod record;
 mod report;
+mod response;
 mod sim;
 mod simulator;
 mod summary;
@@ -40,6 +42,7 @@ pub fn main() -> ExitCode {
         Command::Campaign(options) => campaign::run(&options),
         Command::Report(options) => campaign::report(&options).map(|()| true),
         Command::Plot(options) => plot::run(&options).map(|()| true),
+        Command::Response(options) => response::run(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {
