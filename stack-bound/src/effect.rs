@@ -90,6 +90,25 @@ pub fn instruction(flash: &[u8], address: u32) -> Option<Instruction> {
     Some(instruction).filter(|&instruction| is_whole && instruction != Instruction::NONE)
 }
 
+/// The address in the data space that the instruction at an address names: a variable's, in `lds` and `sts`,
+/// or that of an I/O register, in `in` and `out`, and where a bit of it is set, cleared or asked for.
+pub fn named_address(flash: &[u8], address: u32) -> Option<u16> {
+    match instruction(flash, address)? {
+        Instruction::Transfer(Transfer::Memory(
+            Memory::Load(Load::Lds { address, .. }) | Memory::Store(Store::Sts { address, .. }),
+        )) => Some(address),
+        Instruction::Flow(Flow::Special(
+            Special::In { address, .. }
+            | Special::Out { address, .. }
+            | Special::Sbi { address, .. }
+            | Special::Cbi { address, .. }
+            | Special::Sbis { address, .. }
+            | Special::Sbic { address, .. },
+        )) => Some(address.into()),
+        _ => None,
+    }
+}
+
 /// Of the instruction at an address, in bytes: what a skip passes over.
 pub fn length(flash: &[u8], address: u32) -> u32 {
     word(flash, address).map_or(0, |opcode| if has_two_words(opcode) { 4 } else { 2 })

@@ -18,6 +18,8 @@ pub struct Node {
     pub calls: Vec<u32>,
     /// What it does to the flag that enables interrupts.
     pub masking: Masking,
+    /// The address in the data space that it [names](crate::effect::named_address).
+    pub names: Option<u16>,
 }
 
 /// What an instruction does to the flag that enables interrupts.

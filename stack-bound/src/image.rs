@@ -1,6 +1,7 @@
 //! A program as the linker leaves it: what is in flash, what it is called, and which tasks it starts.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
@@ -32,7 +33,11 @@ pub struct Image {
     /// Where the variables end that lie below.
     pub(crate) variables_end: u16,
     /// Functions and labels by address. Labels inside of functions do not count.
-    symbols: Vec<(u32, String)>,
+    symbols: Symbols,
+    /// Labels inside of functions.
+    labels: Symbols,
+    /// Variables in SRAM by name: where each lies. Those of one name are several parts of a static.
+    variables: Vec<(String, Range<u16>)>,
 }
 
 /// What the record of a task says: 4, 2 and 2 bytes, little-endian.
@@ -92,7 +97,7 @@ impl Image {
         };
         let records = file.section_by_name(TASKS).map_or(Ok(&[][..]), |section| section.data())?;
         let tasks: BTreeSet<_> = records.chunks_exact(8).map(task).collect();
-        let symbols = symbols(&file);
+        let (symbols, labels) = symbols(&file);
         let is_listed = |entry| tasks.iter().any(|task| task.entry == entry);
         if let Some((_, name)) = symbols.iter().find(|(at, name)| name.starts_with(ENTRY) && !is_listed(*at))
         {
@@ -105,7 +110,14 @@ impl Image {
             stack: address("__stack")?,
             variables_end: address("_end")?,
             symbols,
+            labels,
+            variables: variables(&file),
         })
+    }
+
+    /// Where the variable of this name lies in SRAM. The compiler may have split it; there may be none.
+    pub fn variable(&self, name: &str) -> impl Iterator<Item = &Range<u16>> {
+        self.variables.iter().filter(move |(other, _)| other == name).map(|(_, place)| place)
     }
 
     /// The name of the function at an address.
@@ -123,6 +135,11 @@ impl Image {
     /// Where the function of this name begins.
     pub fn function(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
+    }
+
+    /// Where the label of this name is, inside of a function.
+    pub fn label(&self, name: &str) -> Option<u32> {
+        self.labels.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
     }
 
     /// The interrupts that the program serves, by the numbers of their vectors, and where these lead.
@@ -185,7 +202,11 @@ fn task(record: &[u8]) -> Task {
     }
 }
 
-fn symbols(file: &ElfFile32<Endianness>) -> Vec<(u32, String)> {
+/// Addresses in flash, and what is there.
+type Symbols = Vec<(u32, String)>;
+
+/// Functions and labels outside of them, by address; and the labels inside of them.
+fn symbols(file: &ElfFile32<Endianness>) -> (Symbols, Symbols) {
     let in_flash = |symbol: &object::read::elf::ElfSymbol32<Endianness>| {
         symbol.section_index().is_some() && symbol.address() < DATA
     };
@@ -196,14 +217,38 @@ fn symbols(file: &ElfFile32<Endianness>) -> Vec<(u32, String)> {
             .iter()
             .any(|function| (function.address()..function.address() + function.size()).contains(&address))
     };
-    let labels = labels.into_iter().filter(|label| is_outside(label.address()));
-    let named = functions.iter().cloned().chain(labels).filter_map(|symbol| {
-        let name = symbol.name().ok().filter(|name| !name.is_empty())?;
-        Some((symbol.address() as u32, format!("{:#}", rustc_demangle::demangle(name))))
-    });
-    let mut symbols: Vec<_> = named.collect();
+    let (outside, inside): (Vec<_>, Vec<_>) =
+        labels.into_iter().partition(|label| is_outside(label.address()));
+    let named = |symbol: &object::read::elf::ElfSymbol32<Endianness>| {
+        Some((symbol.address() as u32, readable(symbol)?))
+    };
+    let mut symbols: Vec<_> = functions.iter().chain(&outside).filter_map(named).collect();
     symbols.sort_by_key(|&(address, _)| address);
-    symbols
+    (symbols, inside.iter().filter_map(named).collect())
+}
+
+fn variables(file: &ElfFile32<Endianness>) -> Vec<(String, Range<u16>)> {
+    let in_sram = file.symbols().filter(|symbol| symbol.address() >= DATA && symbol.size() > 0);
+    let named = in_sram.filter_map(|symbol| {
+        let start = (symbol.address() - DATA) as u16;
+        Some((without_part(readable(&symbol)?), start..start + symbol.size() as u16))
+    });
+    named.collect()
+}
+
+/// A static that the compiler has split has a dot and a number behind the name of each part.
+fn without_part(name: String) -> String {
+    let is_number = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    match name.rsplit_once('.') {
+        Some((whole, part)) if is_number(part) => whole.to_owned(),
+        _ => name,
+    }
+}
+
+/// A symbol's name as the source has it; `None` if it has none.
+fn readable(symbol: &object::read::elf::ElfSymbol32<Endianness>) -> Option<String> {
+    let name = symbol.name().ok().filter(|name| !name.is_empty())?;
+    Some(format!("{:#}", rustc_demangle::demangle(name)))
 }
 
 #[cfg(test)]

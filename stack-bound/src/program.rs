@@ -160,6 +160,7 @@ impl<'a> Program<'a> {
         let behind = address + length;
         let node = flow.nodes.entry(place).or_default();
         node.next = next.iter().map(|&(to, _)| (to, timing::more_cycles(effect, behind, to.0))).collect();
+        node.names = effect::named_address(flash, address);
         node.masking = match effect {
             Effect::DisableInterrupts => Masking::Masks,
             Effect::EnableInterrupts => Masking::Enables,

@@ -65,6 +65,9 @@ impl<'a> Timer<'a> {
     /// Adds an instruction, with what it calls.
     fn add(&mut self, place: Place, node: &Node, ways: &mut Ways) -> Result<(), BTreeSet<Problem>> {
         let address = place.0;
+        if self.facts.avoided.has(address, node) {
+            return Ok(());
+        }
         let no_time = || Problem::NoTime { function: self.image.name(address).to_owned(), address };
         let cycles = u64::from(node.cycles.ok_or_else(|| BTreeSet::from([no_time()]))?);
         let called = node.calls.iter().map(|&callee| self.function(callee));

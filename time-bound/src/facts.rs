@@ -1,9 +1,11 @@
 //! What is known of a program's loops and calls: each with its note.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::rc::Rc;
 
 use stack_bound::Image;
-use stack_bound::flow::{Flow, Place};
+use stack_bound::flow::{Flow, Node, Place};
 
 use crate::nest::{self, Loop};
 use crate::notes::{Noted, Notes, Turns};
@@ -45,15 +47,36 @@ impl Shape {
     }
 }
 
-/// What is known of loops and calls.
-#[derive(Default)]
+/// What is known of loops and calls, and where no way leads.
+#[derive(Clone, Default)]
 pub struct Facts {
     /// By the address of a loop's header.
     pub turns: BTreeMap<u32, Turns>,
     /// By the function that calls: whom it calls, how often at most.
-    pub calls: BTreeMap<u32, Vec<(u32, u64)>>,
+    pub calls: BTreeMap<u32, BTreeMap<u32, u64>>,
     /// By a function's name, what is said of its loops where they have no bound.
     pub loops: BTreeMap<String, Problem>,
+    /// What is not called, and not named by any instruction.
+    pub avoided: Avoided,
+    shapes: Rc<BTreeMap<String, Shape>>,
+}
+
+/// What the ways that are looked at pass by.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Avoided {
+    /// Where functions begin.
+    pub functions: BTreeSet<u32>,
+    /// Places in the data space.
+    pub places: Vec<Range<u16>>,
+}
+
+impl Avoided {
+    /// Whether no way leads over the instruction at an address. One way into a function is a jump to it.
+    pub fn has(&self, address: u32, node: &Node) -> bool {
+        self.functions.contains(&address)
+            || !node.calls.is_empty() && node.calls.iter().all(|callee| self.functions.contains(callee))
+            || node.names.is_some_and(|named| self.places.iter().any(|place| place.contains(&named)))
+    }
 }
 
 impl Facts {
@@ -62,34 +85,49 @@ impl Facts {
     /// # Errors
     /// Notes that fit no loop and no call.
     pub fn new(image: &Image, notes: &Notes, flows: &BTreeMap<u32, Flow>) -> Result<Self, BTreeSet<Problem>> {
-        let shapes = shapes(image, flows);
-        let mut facts = Facts::default();
-        let mut problems = BTreeSet::new();
-        for (function, shape) in &shapes {
-            let (function, headers, text) = (function.clone(), shape.headers(), shape.text());
-            let noted = notes.loops.get(&function);
-            if noted.is_some_and(|noted| shape.note(noted, &mut facts.turns).is_none()) {
-                problems.insert(Problem::Misfit { function, headers, shape: text });
-            } else {
-                let problem = Problem::NotNoted { function: function.clone(), headers, shape: text };
-                facts.loops.insert(function, problem);
-            }
+        let shapes = Rc::new(shapes(image, flows));
+        let mut facts = Facts { shapes: shapes.clone(), ..Facts::default() };
+        for (function, shape) in shapes.iter() {
+            let (function, headers, shape) = (function.clone(), shape.headers(), shape.text());
+            facts.loops.insert(function.clone(), Problem::NotNoted { function, headers, shape });
         }
-        for function in notes.loops.keys().filter(|function| !shapes.contains_key(*function)) {
-            problems.insert(Problem::NoLoop { function: function.clone() });
+        facts.add(image, notes, flows)?;
+        Ok(facts)
+    }
+
+    /// Adds what `notes` tell, in place of what was told of the same loops and calls.
+    ///
+    /// # Errors
+    /// Notes that fit no loop and no call.
+    pub fn add(
+        &mut self,
+        image: &Image,
+        notes: &Notes,
+        flows: &BTreeMap<u32, Flow>,
+    ) -> Result<(), BTreeSet<Problem>> {
+        let (shapes, facts) = (self.shapes.clone(), self);
+        let mut problems = BTreeSet::new();
+        for (function, noted) in &notes.loops {
+            let function = function.clone();
+            match shapes.get(&function) {
+                None => problems.insert(Problem::NoLoop { function }),
+                Some(shape) if shape.note(noted, &mut facts.turns).is_none() => problems
+                    .insert(Problem::Misfit { function, headers: shape.headers(), shape: shape.text() }),
+                Some(_) => true,
+            };
         }
         for (&(caller, callee), &most) in &notes.calls {
             let calls = flows
                 .get(&caller)
                 .is_some_and(|flow| flow.nodes.values().any(|node| node.calls.contains(&callee)));
             if calls {
-                facts.calls.entry(caller).or_default().push((callee, most));
+                facts.calls.entry(caller).or_default().insert(callee, most);
             } else {
                 let [caller, callee] = [caller, callee].map(|entry| image.name(entry).to_owned());
                 problems.insert(Problem::NoCall { caller, callee });
             }
         }
-        if problems.is_empty() { Ok(facts) } else { Err(problems) }
+        if problems.is_empty() { Ok(()) } else { Err(problems) }
     }
 }
 

@@ -9,6 +9,9 @@
 //! above the machine code does not tell: that is [noted](Notes), and a loop without a note is an error that
 //! names it.
 //!
+//! What comes how often is noted, too: by [`Releases`], with what each event has run. From that follows how soon
+//! tasks [respond](Responses).
+//!
 //! The same ways, followed from where interrupts are masked to where they are enabled, tell for how long
 //! that is.
 //!
@@ -19,15 +22,24 @@
 //! - Start-up, until the first task runs, is not looked at.
 
 mod bounds;
+mod costed;
+mod costs;
 mod execution;
 mod facts;
+mod latency;
 mod masked;
 mod nest;
 mod notes;
 mod paths;
 mod problem;
+mod releases;
+mod response;
 mod ways;
 
 pub use bounds::{Bounds, Interrupt, Job, Task};
+pub use costs::Costs;
+pub use latency::Latency;
 pub use notes::{NoteError, Notes};
 pub use problem::Problem;
+pub use releases::{Event, ReleaseError, Releases, Run, Task as ReleasedTask};
+pub use response::{Load, Response, Responses};

@@ -1,13 +1,15 @@
-//! `superbot-time-bound IMAGE NOTES LOOPS [--json]`: prints how long each interrupt of an image takes and
-//! masks the others, and fails if that cannot be bounded. NOTES tells where indirect calls lead, as for
-//! `superbot-stack-bound`, LOOPS how often loops go round.
+//! `superbot-time-bound IMAGE NOTES LOOPS [RELEASES...] [--json]`: prints how long each interrupt of an image
+//! takes and masks the others, and fails if that cannot be bounded. NOTES tells where indirect calls lead, as
+//! for `superbot-stack-bound`, LOOPS how often loops go round. With RELEASES, which tell what comes how
+//! often, it prints how soon tasks respond, and fails if one of them is not listed.
 
 use std::error::Error;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use serde::Serialize;
 use stack_bound::{Annotations, Image};
-use time_bound::{Bounds, Interrupt, Job, Notes, Task};
+use time_bound::{Bounds, Costs, Interrupt, Job, Notes, Releases, Responses, Task};
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
@@ -21,48 +23,62 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
-    let (files, prints): (_, fn(&Bounds)) = match arguments {
-        [files @ .., option] if option == "--json" => (files, print_json),
-        files => (files, print_table),
+    let (files, is_json) = match arguments {
+        [files @ .., option] if option == "--json" => (files, true),
+        files => (files, false),
     };
-    let [path, notes, loops] = files else {
-        return Err("usage: superbot-time-bound IMAGE NOTES LOOPS [--json]".into());
+    let [path, notes, loops, releases @ ..] = files else {
+        return Err("usage: superbot-time-bound IMAGE NOTES LOOPS [RELEASES...] [--json]".into());
     };
     let image = Image::load(path)?;
     let annotations =
         Annotations::load(notes, &image).map_err(|error| format!("{}: {error}", notes.display()))?;
     let loops_of = Notes::load(loops, &image).map_err(|error| format!("{}: {error}", loops.display()))?;
-    match Bounds::new(&image, &annotations, &loops_of) {
-        Ok(bounds) => {
-            prints(&bounds);
+    let bounds = Bounds::new(&image, &annotations, &loops_of);
+    let printed = if releases.is_empty() {
+        bounds.map(|bounds| if is_json { json(&bounds) } else { table(&bounds) })
+    } else {
+        let releases_of = Releases::load(releases)?;
+        let responses = bounds.and_then(|bounds| {
+            let costs = Costs::new(&image, &annotations, &loops_of)?;
+            Responses::new(&releases_of, &costs, &bounds)
+        });
+        responses.map(|responses| if is_json { json(&responses) } else { responses.to_string() })
+    };
+    match printed {
+        Ok(printed) => {
+            print!("{printed}");
             Ok(ExitCode::SUCCESS)
         }
         Err(problems) => {
             for problem in problems {
                 eprintln!("error: in {}, {problem}", path.display());
             }
-            eprintln!("error: notes stand in {}", loops.display());
+            for notes in [loops].into_iter().chain(releases) {
+                eprintln!("error: notes stand in {}", notes.display());
+            }
             Ok(ExitCode::FAILURE)
         }
     }
 }
 
-fn print_table(bounds: &Bounds) {
-    println!("cycles  masked  again  interrupt");
+fn table(bounds: &Bounds) -> String {
+    let mut lines = vec!["cycles  masked  again  interrupt".to_owned()];
     for interrupt in &bounds.interrupts {
         let Interrupt { vector, cycles, masked, masked_again } = interrupt;
-        println!("{cycles:6}  {masked:6}  {masked_again:5}  {vector} {}", interrupt.name());
+        lines.push(format!("{cycles:6}  {masked:6}  {masked_again:5}  {vector} {}", interrupt.name()));
     }
-    println!("cycles                 job");
+    lines.push("cycles                 job".to_owned());
     for Job { function, address, cycles } in &bounds.jobs {
-        println!("{cycles:6}                 {function}, at {address:#x}");
+        lines.push(format!("{cycles:6}                 {function}, at {address:#x}"));
     }
-    println!("        masked         task");
+    lines.push("        masked         task".to_owned());
     for Task { name, masked } in &bounds.tasks {
-        println!("{masked:14}         {name}");
+        lines.push(format!("{masked:14}         {name}"));
     }
+    lines.join("\n") + "\n"
 }
 
-fn print_json(bounds: &Bounds) {
-    println!("{}", serde_json::to_string(bounds).expect("names and numbers"));
+fn json(figures: &impl Serialize) -> String {
+    serde_json::to_string(figures).expect("names and numbers") + "\n"
 }

@@ -11,6 +11,8 @@ use thiserror::Error;
 pub enum Turns {
     /// Each time that the loop is entered its first instruction is executed so often at most.
     AtMost(u64),
+    /// The same, however often the loop is entered: in a call of the function, or a job.
+    InAll(u64),
     /// A task's own: each turn is a job.
     Job,
 }
@@ -115,7 +117,10 @@ fn sequence(text: &mut &str) -> Option<Vec<Noted>> {
         let (word, rest) = text.split_at(end);
         let turns = match word {
             "job" => Turns::Job,
-            number => Turns::AtMost(number.parse().ok().filter(|&turns| turns > 0)?),
+            number => match number.strip_suffix('!') {
+                Some(number) => Turns::InAll(positive(number)?),
+                None => Turns::AtMost(positive(number)?),
+            },
         };
         *text = rest;
         let mut inner = Vec::new();
@@ -126,6 +131,10 @@ fn sequence(text: &mut &str) -> Option<Vec<Noted>> {
         }
         noted.push(Noted { turns, inner });
     }
+}
+
+fn positive(number: &str) -> Option<u64> {
+    number.parse().ok().filter(|&number| number > 0)
 }
 
 #[cfg(test)]
@@ -142,11 +151,12 @@ mod tests {
         let inner = Noted { turns: Turns::AtMost(3), inner: vec![plain(40)] };
         let job = Noted { turns: Turns::Job, inner: vec![inner, plain(2)] };
         assert_eq!(parse("8 job(3(40) 2)"), Some(vec![plain(8), job]));
+        assert_eq!(parse("7!"), Some(vec![Noted { turns: Turns::InAll(7), inner: vec![] }]));
     }
 
     #[test]
     fn what_is_no_note() {
-        for text in ["0", "eight", "8(", "8)", "(8)", "-1", "8((2))"] {
+        for text in ["0", "0!", "!", "eight", "8(", "8)", "(8)", "-1", "8((2))"] {
             assert_eq!(parse(text), None, "{text}");
         }
     }

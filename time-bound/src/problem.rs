@@ -37,6 +37,20 @@ pub enum Problem {
     NoEnd { vector: u8 },
     #[error("the loop of {function} at {address:#x} can be entered at two places")]
     Irreducible { function: String, address: u32 },
+    #[error("{what}: correct what is said of it")]
+    Run { what: String },
+    #[error("nobody says when the task {body} runs: list it, with what it answers or why it has no bound")]
+    NotListed { body: String },
+    #[error(
+        "{task} has neither an event that it answers nor a reason why it has no bound: give it one of them"
+    )]
+    NoReason { task: String },
+    #[error("the image has no task {body}: take it out, or correct the name")]
+    NoBody { body: String },
+    #[error("\"{event}\" is of a task {task} that is not listed")]
+    NoTask { event: String, task: String },
+    #[error("the task {task} answers \"{event}\", which is not listed")]
+    NoEvent { task: String, event: String },
     #[error("{function} writes to flash at {address:#x}, which takes nobody knows how long")]
     NoTime { function: String, address: u32 },
 }

@@ -105,6 +105,7 @@ impl Ways {
             if self.paths.is_cycle(header, &nodes) {
                 match facts.turns.get(&address) {
                     Some(&Turns::AtMost(turns)) => self.paths.loops.push(Bounded { header, nodes, turns }),
+                    Some(&Turns::InAll(turns)) => self.paths.limits.push(([header].into(), turns)),
                     Some(Turns::Job) | None => problems.extend(facts.loops.get(&name(address)).cloned()),
                 }
             }

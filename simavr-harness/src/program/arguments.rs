@@ -38,6 +38,8 @@ pub enum Command {
     Plot(Plot),
     /// Debug one MCU of a robot with gdb, the whole robot stopped meanwhile, forward and back.
     Gdb(Gdb),
+    /// Plot what the CPUs are taken for in the worst case, as `./x response --json` tells it by the standard input.
+    Response(Response),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
 }
@@ -195,6 +197,13 @@ pub struct Period {
     /// Plot the figures, too, to this file.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct Response {
+    /// The file for the plot.
+    #[arg(long, value_name = "FILE")]
+    pub svg: PathBuf,
 }
 
 #[derive(Args)]

@@ -1,5 +1,5 @@
 //! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb` and
-//! `./x bench`.
+//! `./x bench`, and the plot of `./x response`.
 
 mod arguments;
 mod bench;
@@ -19,6 +19,7 @@ mod period;
 mod plot;
 mod record;
 mod report;
+mod response;
 mod sim;
 mod simulator;
 mod summary;
@@ -44,6 +45,7 @@ pub fn main() -> ExitCode {
         Command::Report(options) => campaign::report(&options).map(|()| true),
         Command::Plot(options) => plot::run(&options).map(|()| true),
         Command::Gdb(options) => gdb::run(&options),
+        Command::Response(options) => response::run(&options).map(|()| true),
         Command::Bench(options) => bench::run(&options).map(|()| true),
     };
     match result {

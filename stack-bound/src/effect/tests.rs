@@ -135,3 +135,18 @@ fn expected(text: &str, next: u32) -> Option<Effect> {
         _ => panic!("{text}: not known to this test"),
     }
 }
+
+#[test]
+fn what_an_instruction_names() {
+    let named = |words: &[u16]| {
+        let flash: Vec<_> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        named_address(&flash, 0)
+    };
+    assert_eq!(named(&[0x9180, 0x0123]), Some(0x123)); // lds r24, 0x123
+    assert_eq!(named(&[0x9380, 0x0123]), Some(0x123)); // sts 0x123, r24
+    assert_eq!(named(&[0xb124]), Some(0x24)); // in r18, 0x04
+    assert_eq!(named(&[0xbf8f]), Some(0x5f)); // out 0x3f, r24
+    assert_eq!(named(&[0x9b0f]), Some(0x21)); // sbis 0x01, 7
+    assert_eq!(named(&[0x98c4]), Some(0x38)); // cbi 0x18, 4
+    assert_eq!(named(&[0x8180]), None); // ld r24, Z
+}

@@ -1,6 +1,7 @@
 //! What the tests in simavr share: where the images lie, and how what they do is held against what is
 //! expected.
 
+pub mod bounds;
 pub mod chain;
 pub mod coverage;
 pub mod examples;

@@ -2,23 +2,19 @@
 //! control computes for longer.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use simavr_harness::{CLOCK_HZ, Controller, Engine, Face, Images, MaskedWindow, OpenedBy, RobotBuilder};
-use stack_bound::{Annotations, Image};
-use superbot_tests_simavr::{firmware, image, images};
+use superbot_tests_simavr::bounds::{Noted, pull};
+use superbot_tests_simavr::{firmware, image};
 use tasks::dock::Dock;
-use tasks::motor::Axis;
-use time_bound::{Bounds, Job, Notes};
+use time_bound::{Bounds, Job};
 
 const SECOND: u64 = CLOCK_HZ as u64;
 
 /// The module that is looked at.
 const FLOODED: usize = 0;
 
-/// What pulls at the joints, in Nm, to and fro, and for how long each, in cycles: so that they are
-/// controlled.
-const PULL: f64 = 3.0;
+/// For how long something pulls at the joints one way, in cycles, and how often.
 const TURN: u64 = SECOND / 20;
 const TURNS: u64 = 16;
 
@@ -49,15 +45,9 @@ struct Computed {
 }
 
 fn computed(name: &str) -> Computed {
-    let notes = |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name).join(file);
-    let image = Image::load(images().join(name).with_extension("elf")).expect("the image can be read");
-    let annotations = Annotations::load(notes("stacks.txt"), &image).expect("the notes fit");
-    let loops = Notes::load(notes("loops.txt"), &image).expect("the notes fit");
-    let bounds = Bounds::new(&image, &annotations, &loops);
-    Computed {
-        bounds: bounds.unwrap_or_else(|problems| panic!("{name}: {problems:?}")),
-        switch: image.function("kernel_switch").expect("each image has the kernel"),
-    }
+    let noted = Noted::load(name);
+    let switch = noted.image.function("kernel_switch").expect("each image has the kernel");
+    Computed { bounds: noted.bounds(), switch }
 }
 
 impl Computed {
@@ -92,12 +82,6 @@ fn of_the_robot() {
     let mcus = [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")];
     let mcus = mcus.map(|(controller, name)| (controller, computed(name)));
     let mut engine = flooded();
-    let pull = |engine: &mut Engine, pull: f64| {
-        let module = engine.robot_mut().module_mut(FLOODED).expect("it is there");
-        for axis in Axis::ALL {
-            module.body_mut().joint_mut(axis).surroundings.load_torque = pull;
-        }
-    };
     engine.run_until(SECOND / 2);
     for (controller, computed) in &mcus {
         let module = engine.robot_mut().module_mut(FLOODED).expect("it is there");
@@ -106,7 +90,7 @@ fn of_the_robot() {
         mcu.record_turns(computed.period().address, computed.switch);
     }
     for turn in 1..=TURNS {
-        pull(&mut engine, if turn % 2 == 0 { -PULL } else { PULL });
+        pull(&mut engine, FLOODED, turn % 2 == 0);
         engine.run_until(SECOND / 2 + turn * TURN);
     }
 

@@ -1,0 +1,128 @@
+//! `./x response --svg`: what the CPUs are taken for in the worst case, as a plot.
+
+use std::error::Error;
+use std::io::Read;
+
+use plotters::coord::ranged1d::{IntoSegmentedCoord, SegmentValue};
+use plotters::prelude::*;
+use serde::Deserialize;
+
+use super::arguments::Response;
+use super::dark::for_any_page;
+
+const INTERRUPTS: RGBColor = RGBColor(9, 105, 218);
+const TASKS: RGBColor = RGBColor(207, 34, 46);
+const FONT: (&str, u32) = ("sans-serif", 14);
+
+/// What `superbot-time-bound --json` tells of both images.
+#[derive(Deserialize)]
+struct Bounds {
+    master: Mcu,
+    slave: Mcu,
+}
+
+#[derive(Deserialize)]
+struct Mcu {
+    loads: Vec<Load>,
+}
+
+/// What one event takes: cycles of interrupts and of tasks, and percent of the CPU.
+#[derive(Deserialize)]
+struct Load {
+    event: String,
+    interrupts: u64,
+    tasks: u64,
+    percent: f64,
+}
+
+/// Plots what comes by the standard input.
+pub fn run(options: &Response) -> Result<(), Box<dyn Error>> {
+    let mut json = String::new();
+    std::io::stdin().read_to_string(&mut json).map_err(|error| format!("can't read the bounds: {error}"))?;
+    let bounds = serde_json::from_str(&json).map_err(|error| format!("these are no bounds: {error}"))?;
+    let path = &options.svg;
+    std::fs::write(path, plot(&bounds)?)
+        .map_err(|error| format!("can't write {}: {error}", path.display()).into())
+}
+
+/// Both MCUs side by side.
+fn plot(bounds: &Bounds) -> Result<String, Box<dyn Error>> {
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (1100, 520)).into_drawing_area();
+        area.fill(&WHITE)?;
+        let (left, right) = area.split_horizontally(680);
+        let most = |mcu: &Mcu| mcu.loads.iter().map(|load| load.percent).fold(0.0, f64::max);
+        let most = 1.05 * most(&bounds.master).max(most(&bounds.slave));
+        draw(&left, "master", &bounds.master, most, 320)?;
+        draw(&right, "slave", &bounds.slave, most, 60)?;
+        area.present()?;
+    }
+    for_any_page(svg)
+}
+
+/// A bar for each event, the first one on top: interrupts, and behind them tasks. Labels have so many pixels.
+fn draw(
+    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+    name: &str,
+    mcu: &Mcu,
+    most: f64,
+    label: u32,
+) -> Result<(), Box<dyn Error>> {
+    let rows = mcu.loads.len() as i32;
+    let event = |row: i32| mcu.loads.get((rows - 1 - row) as usize).map_or("", |load| &load.event).to_owned();
+    let mut chart = ChartBuilder::on(area)
+        .margin(16)
+        .x_label_area_size(44)
+        .y_label_area_size(label)
+        .build_cartesian_2d(0.0..most, (0..rows - 1).into_segmented())?;
+    let labels = |value: &SegmentValue<i32>| match value {
+        SegmentValue::CenterOf(row) if label > 100 => event(*row),
+        _ => String::new(),
+    };
+    chart
+        .configure_mesh()
+        .disable_y_mesh()
+        .y_labels(mcu.loads.len() + 1)
+        .y_label_formatter(&labels)
+        .x_labels(5)
+        .x_desc(format!("{name}: percent of the CPU; interrupts blue, tasks red"))
+        .light_line_style(TRANSPARENT)
+        .label_style(FONT)
+        .axis_desc_style(FONT)
+        .draw()?;
+    for (row, load) in (0..rows).rev().zip(&mcu.loads) {
+        let all = (load.interrupts + load.tasks).max(1) as f64;
+        let end = load.percent * load.interrupts as f64 / all;
+        for (range, colour) in [(0.0..end, INTERRUPTS), (end..load.percent, TASKS)] {
+            let corners =
+                [(range.start, SegmentValue::Exact(row)), (range.end, SegmentValue::Exact(row + 1))];
+            let mut bar = Rectangle::new(corners, colour.filled());
+            bar.set_margin(3, 3, 0, 0);
+            if range.start < range.end {
+                chart.draw_series([bar])?;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_has_a_bar_for_what_interrupts_take_of_each_event_and_one_for_tasks() {
+        let load = |event: &str, interrupts, tasks| {
+            format!(
+                r#"{{"event":"{event}","every":9,"interrupts":{interrupts},"tasks":{tasks},"percent":20.0}}"#
+            )
+        };
+        let mcu = format!(r#"{{"loads":[{},{}],"tasks":[]}}"#, load("a tick", 5, 0), load("a period", 5, 5));
+        let json = format!(r#"{{"master":{mcu},"slave":{mcu}}}"#);
+        let svg = plot(&serde_json::from_str(&json).expect("bounds")).expect("a plot");
+        assert_eq!(svg.matches(r##"fill="#0969DA""##).count(), 2 * 2 + 1, "and one for dark pages");
+        assert_eq!(svg.matches(r##"fill="#CF222E""##).count(), 2 + 1);
+        assert!(svg.contains("a period") && svg.contains("prefers-color-scheme: dark"));
+    }
+}

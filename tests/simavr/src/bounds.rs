@@ -1,0 +1,63 @@
+//! What is computed of the robot's images, to be held against what they do: and what keeps their joints'
+//! control busy.
+
+use std::path::{Path, PathBuf};
+
+use simavr_harness::Engine;
+use stack_bound::{Annotations, Image};
+use tasks::motor::Axis;
+use time_bound::{Bounds, Notes};
+
+use crate::images;
+
+/// An image of the robot, with what somebody who knows wrote down of it.
+pub struct Noted {
+    pub image: Image,
+    pub annotations: Annotations,
+    pub loops: Notes,
+    name: String,
+}
+
+impl Noted {
+    /// The image of this name.
+    ///
+    /// # Panics
+    /// When it can't be read, or its notes do not fit.
+    pub fn load(name: &str) -> Self {
+        let image = Image::load(images().join(name).with_extension("elf")).expect("the image can be read");
+        Noted {
+            annotations: Annotations::load(notes(name, "stacks.txt"), &image).expect("the notes fit"),
+            loops: Notes::load(notes(name, "loops.txt"), &image).expect("the notes fit"),
+            image,
+            name: name.to_owned(),
+        }
+    }
+
+    /// Its bounds.
+    ///
+    /// # Panics
+    /// When there are none.
+    pub fn bounds(&self) -> Bounds {
+        let bounds = Bounds::new(&self.image, &self.annotations, &self.loops);
+        bounds.unwrap_or_else(|problems| panic!("{}: {problems:?}", self.name))
+    }
+}
+
+/// A file in a folder of the repository.
+pub fn notes(folder: &str, file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder).join(file)
+}
+
+/// More than the joints' friction, in Nm.
+const PULL: f64 = 3.0;
+
+/// Pulls at all joints of a module in a direction, so that they are controlled.
+///
+/// # Panics
+/// When there is no such module.
+pub fn pull(engine: &mut Engine, module: usize, is_back: bool) {
+    let module = engine.robot_mut().module_mut(module).expect("it is there");
+    for axis in Axis::ALL {
+        module.body_mut().joint_mut(axis).surroundings.load_torque = if is_back { -PULL } else { PULL };
+    }
+}

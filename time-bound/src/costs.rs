@@ -1,0 +1,121 @@
+//! What runs of code take at most that are described by what they pass by.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use stack_bound::flow::Flow;
+use stack_bound::{Annotations, Found, Image, flows};
+
+use crate::bounds::response;
+use crate::execution::Timer;
+use crate::facts::{Avoided, Facts};
+use crate::notes::{NoteError, Notes};
+use crate::problem::Problem;
+use crate::releases::Run;
+
+/// The control flow of an image, as its interrupts find a task's stack or the kernel's.
+pub struct Costs<'a> {
+    image: &'a Image,
+    views: Vec<(BTreeMap<u32, Flow>, Facts)>,
+}
+
+impl<'a> Costs<'a> {
+    /// Of an image's code.
+    ///
+    /// # Errors
+    /// What can't be followed, and notes that do not fit.
+    pub fn new(image: &'a Image, annotations: &Annotations, notes: &Notes) -> Result<Self, Vec<Problem>> {
+        let mut views = Vec::new();
+        for found in [Found::Task, Found::Kernel] {
+            let flows = flows(image, annotations, found)
+                .map_err(|problems| problems.into_iter().map(Problem::Flow).collect::<Vec<_>>())?;
+            let facts = Facts::new(image, notes, &flows).map_err(Vec::from_iter)?;
+            views.push((flows, facts));
+        }
+        Ok(Costs { image, views })
+    }
+
+    /// What a run takes at most, in cycles.
+    ///
+    /// # Errors
+    /// All that keeps it from having a bound.
+    pub fn of(&self, run: &Run) -> Result<u64, Vec<Problem>> {
+        let mut longest = 0;
+        // Of tasks no instruction asks whose stack it has found.
+        let views = if run.vector.is_some() { &self.views[..] } else { &self.views[..1] };
+        for (flows, facts) in views {
+            let whole = self.once(run, &run.without, flows, facts)?;
+            let rest = if run.beyond.is_empty() {
+                0
+            } else {
+                let without = [&run.without[..], &run.beyond[..]].concat();
+                self.once(run, &without, flows, facts)?
+            };
+            longest = longest.max(whole.saturating_sub(rest));
+        }
+        Ok(longest * u64::from(run.times))
+    }
+
+    fn once(
+        &self,
+        run: &Run,
+        without: &[String],
+        flows: &BTreeMap<u32, Flow>,
+        facts: &Facts,
+    ) -> Result<u64, Vec<Problem>> {
+        let mut facts = facts.clone();
+        facts.avoided = self.avoided(without)?;
+        let malformed = |error: NoteError| vec![Problem::Run { what: error.to_string() }];
+        let notes = Notes::parse(&run.notes, self.image).map_err(malformed)?;
+        facts.add(self.image, &notes, flows).map_err(Vec::from_iter)?;
+        let mut timer = Timer::new(self.image, flows, &facts);
+        let none = |what: String| vec![Problem::Run { what }];
+        let image = self.image;
+        let leads_nowhere = |what: String| none(format!("{what} leads nowhere without {without:?}"));
+        let function = |name: &String| {
+            image.function(name).ok_or_else(|| none(format!("the image has no function {name}")))
+        };
+        match (run.vector, &run.job, &run.function) {
+            (Some(vector), None, None) => {
+                let served = image.interrupts().find(|served| served.0 == vector);
+                let (_, entry) =
+                    served.ok_or_else(|| none(format!("the image serves no interrupt {vector}")))?;
+                let whole = timer.function(entry).map_err(Vec::from_iter)?.whole;
+                let whole = whole.ok_or_else(|| leads_nowhere(format!("interrupt {vector}")))?;
+                Ok(whole + response(image, false)) // in a busy CPU
+            }
+            (None, Some(job), None) => {
+                timer.function(function(job)?).map_err(Vec::from_iter)?;
+                let turn = timer.jobs.values().nth(run.turn).copied();
+                turn.ok_or_else(|| leads_nowhere(format!("job {} of {job}", run.turn)))
+            }
+            (None, None, Some(name)) => {
+                let whole = timer.function(function(name)?).map_err(Vec::from_iter)?.whole;
+                whole.ok_or_else(|| leads_nowhere(name.clone()))
+            }
+            _ => Err(none("a run has either a vector, a job or a function".to_owned())),
+        }
+    }
+
+    fn avoided(&self, names: &[String]) -> Result<Avoided, Vec<Problem>> {
+        let mut avoided = Avoided::default();
+        for name in names {
+            let functions = self.image.function(name).or_else(|| self.image.label(name));
+            let mut places: Vec<_> = self.image.variable(name).cloned().collect();
+            places.extend(register(name));
+            if functions.is_none() && places.is_empty() {
+                let what = format!("the image has neither a function nor a variable {name}");
+                return Err(vec![Problem::Run { what }]);
+            }
+            avoided.functions.extend(functions);
+            avoided.places.extend(places);
+        }
+        Ok(avoided)
+    }
+}
+
+/// The place of an I/O register that is named by its address in the data space, as in `0x24`.
+fn register(name: &str) -> Option<Range<u16>> {
+    let address = u16::from_str_radix(name.strip_prefix("0x")?, 16).ok()?;
+    Some(address..address + 1)
+}

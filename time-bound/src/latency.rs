@@ -1,0 +1,54 @@
+//! How long an interrupt waits at most from where its flag is set until it is accepted.
+//!
+//! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with the
+//! lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for all with
+//! lower vectors that come until it is accepted. No task runs meanwhile. A flag is a bit: what sets it again before
+//! that has no interrupt of its own.
+
+use serde::Serialize;
+
+use crate::bounds::{Bounds, Interrupt};
+use crate::costed::{Costed, Runs};
+use crate::response::{PATIENCE, all_of};
+
+/// After a return the interrupted program executes one instruction, of 4 cycles at most, before the next interrupt.
+const BETWEEN: u64 = 4;
+
+/// How long an interrupt waits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Latency {
+    pub vector: u8,
+    /// What masks interrupts as its flag is set, in cycles.
+    pub blocking: u64,
+    /// From its flag to its acceptance, at most; `None` if it may wait for ever.
+    pub latency: Option<u64>,
+}
+
+impl Latency {
+    /// Of an interrupt.
+    pub(crate) fn of(interrupt: &Interrupt, costed: &[Costed], bounds: &Bounds) -> Self {
+        let vector = interrupt.vector;
+        let not_before = bounds.interrupts.iter().filter(|other| other.vector >= vector);
+        let handlers = not_before.map(|other| longest_run(other.vector, costed).min(other.masked));
+        let blocking = handlers.max().unwrap_or(0).max(bounds.masked_by_instructions()) + BETWEEN;
+        let mut latency = blocking;
+        while latency < PATIENCE {
+            // One that comes as it is about to be accepted still goes before.
+            let before = |one: &Costed| {
+                all_of(one.times_without_tasks(latency + 1), one.interrupts_before(vector, BETWEEN))
+            };
+            let next = blocking + costed.iter().map(before).sum::<u64>();
+            if next <= latency {
+                return Latency { vector, blocking, latency: Some(latency) };
+            }
+            latency = next;
+        }
+        Latency { vector, blocking, latency: None }
+    }
+}
+
+/// The longest run of a vector among those that come; for ever if none is said to.
+fn longest_run(vector: u8, costed: &[Costed]) -> u64 {
+    let runs = costed.iter().flat_map(|one| one.runs.iter().flatten());
+    runs.filter(|run| run.vector == Some(vector)).map(Runs::longest).max().unwrap_or(u64::MAX)
+}

@@ -1,0 +1,234 @@
+//! How soon each task has done what it was woken for, at most: by the fixed-point iteration of Joseph and
+//! Pandya ("Finding Response Times in a Real-Time System", 1986), with blocking, and with releases that may
+//! follow each other sooner than the task is done (Lehoczky 1990; Tindell, Burns and Wellings 1994).
+//!
+//! Whatever has interrupts run goes before all tasks. So the CPU is busy with a task, those before it and all
+//! interrupts from a moment at which none of them had anything to do: there all events come at once, as often
+//! as they can, and what lower tasks mask or lock has just begun.
+
+use std::fmt;
+
+use serde::Serialize;
+use stack_bound::vectors;
+
+use crate::bounds::Bounds;
+use crate::costed::Costed;
+use crate::costs::Costs;
+use crate::latency::Latency;
+use crate::problem::Problem;
+use crate::releases::{Releases, Task};
+
+/// What an event has run, and how much of the CPU that takes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Load {
+    pub event: String,
+    /// Cycles between two of them, at least.
+    pub every: u64,
+    /// What one takes of interrupts, in cycles.
+    pub interrupts: u64,
+    /// What one takes of tasks, in cycles.
+    pub tasks: u64,
+    /// Of the CPU, in percent, were it to come that often for ever: interrupts and tasks.
+    pub percent: f64,
+}
+
+/// What is known of a task's response.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Response {
+    pub task: String,
+    pub priority: u8,
+    /// What it answers.
+    pub event: Option<String>,
+    /// What it computes for one of these on its own, in cycles.
+    pub cycles: u64,
+    /// What lower tasks keep it waiting for, in cycles.
+    pub blocking: u64,
+    /// Of the CPU, in percent, that all that goes before it takes, and it itself.
+    pub percent: f64,
+    /// From the event to the end of the job, at most, in cycles.
+    pub response: Option<u64>,
+    pub deadline: Option<u64>,
+    /// Why there is no bound.
+    pub unbounded: Option<String>,
+}
+
+impl Response {
+    /// What is left until the deadline, in cycles; less than none where the bound is beyond it.
+    pub fn slack(&self) -> Option<i64> {
+        Some(self.deadline?.cast_signed() - self.response?.cast_signed())
+    }
+}
+
+impl fmt::Display for Responses {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(to, "interrupts   tasks   every  of CPU  event")?;
+        for Load { event, every, interrupts, tasks, percent } in &self.loads {
+            writeln!(to, "{interrupts:10} {tasks:7} {every:7} {percent:5.1} %  {event}")?;
+        }
+        writeln!(to, "blocked   latency  interrupt")?;
+        for Latency { vector, blocking, latency } in &self.interrupts {
+            let latency = latency.map_or_else(|| "-".to_owned(), |latency| latency.to_string());
+            writeln!(to, "{blocking:7}  {latency:>8}  {vector} {}", vectors::name(*vector).unwrap_or("?"))?;
+        }
+        writeln!(to, "computes  blocked  of CPU  response     slack  task")?;
+        for task in &self.tasks {
+            let Response { task: name, priority, cycles, blocking, percent, .. } = task;
+            let figure =
+                |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
+            let (response, slack) = (figure(task.response.map(u64::cast_signed)), figure(task.slack()));
+            write!(
+                to,
+                "{cycles:8} {blocking:8} {percent:5.0} %  {response:>8}  {slack:>8}  P{priority} {name}"
+            )?;
+            match &task.unbounded {
+                Some(why) => writeln!(to, ": {why}")?,
+                None => writeln!(to)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Longer than this, in cycles, nobody looks: the CPU is taken to be busy for ever. 10 s.
+pub const PATIENCE: u64 = 160_000_000;
+
+/// The loads and the responses of an image.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Responses {
+    pub loads: Vec<Load>,
+    pub interrupts: Vec<Latency>,
+    pub tasks: Vec<Response>,
+}
+
+impl Responses {
+    /// Of an image whose code takes `costs` and masks interrupts as `bounds` says.
+    ///
+    /// # Errors
+    /// All that keeps a run from having a bound, and names of tasks and events that do not fit.
+    pub fn new(releases: &Releases, costs: &Costs, bounds: &Bounds) -> Result<Self, Vec<Problem>> {
+        let mut problems = Vec::new();
+        for body in bounds.tasks.iter().map(|task| &task.name) {
+            if !releases.tasks.iter().any(|task| task.body == *body) {
+                problems.push(Problem::NotListed { body: body.clone() });
+            }
+        }
+        for body in releases.tasks.iter().map(|task| &task.body) {
+            if !bounds.tasks.iter().any(|task| task.name == *body) {
+                problems.push(Problem::NoBody { body: body.clone() });
+            }
+        }
+        let mut costed = Vec::new();
+        for event in &releases.events {
+            match Costed::of(event, releases, costs) {
+                Ok(one) => costed.push(one),
+                Err(more) => problems.extend(more),
+            }
+        }
+        let wake = releases.wake.as_ref().map_or(Ok(0), |run| costs.of(run));
+        let wake = wake.map_err(|more| problems.extend(more)).unwrap_or(0);
+        let mut tasks = Vec::new();
+        for task in &releases.tasks {
+            match Self::response(task, releases, &costed, wake, costs, bounds) {
+                Ok(response) => tasks.push(response),
+                Err(more) => problems.extend(more),
+            }
+        }
+        problems.sort();
+        problems.dedup();
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let loads = costed.iter().map(|one| {
+            let tasks = one.tasks.values().sum();
+            Load {
+                event: one.event.name.clone(),
+                every: one.event.every,
+                interrupts: one.interrupts(),
+                tasks,
+                percent: 100.0 * one.of_cpu(one.interrupts() + tasks),
+            }
+        });
+        let latency = |interrupt| Latency::of(interrupt, &costed, bounds);
+        let interrupts = bounds.interrupts.iter().map(latency).collect();
+        Ok(Responses { loads: loads.collect(), interrupts, tasks })
+    }
+
+    fn response(
+        task: &Task,
+        releases: &Releases,
+        costed: &[Costed],
+        wake: u64,
+        costs: &Costs,
+        bounds: &Bounds,
+    ) -> Result<Response, Vec<Problem>> {
+        let priority = task.priority;
+        let mut locked = 0;
+        for run in &task.waits_for {
+            locked = costs.of(run)?.max(locked);
+        }
+        // A task that is below wakes no more than once, and its wake-up is an interrupt's.
+        let below = releases.tasks.iter().filter(|other| other.priority > priority).count() as u64;
+        let blocking = locked.max(bounds.masked_by_instructions());
+        let mut response = Response {
+            task: task.name.clone(),
+            priority,
+            event: task.answers.clone(),
+            cycles: 0,
+            blocking,
+            percent: 100.0 * costed.iter().map(|one| one.share(priority)).sum::<f64>(),
+            response: None,
+            deadline: task.deadline,
+            unbounded: task.unbounded.clone(),
+        };
+        let Some(answers) = &task.answers else {
+            let why = task.unbounded.is_some();
+            return if why { Ok(response) } else { Err(vec![Problem::NoReason { task: task.name.clone() }]) };
+        };
+        let own = costed.iter().find(|one| one.event.name == *answers);
+        let own =
+            own.ok_or_else(|| vec![Problem::NoEvent { task: task.name.clone(), event: answers.clone() }])?;
+        response.cycles = own.tasks.get(&priority).copied().unwrap_or(0);
+        response.response = longest(own, costed, priority, blocking + below * wake);
+        if response.response.is_none() {
+            response.unbounded.get_or_insert("the CPU may be busy for ever".to_owned());
+        }
+        Ok(response)
+    }
+}
+
+/// The longest response to an event; `None` if the CPU may be busy for ever.
+fn longest(own: &Costed, all: &[Costed], priority: u8, once: u64) -> Option<u64> {
+    let mut longest = 0;
+    for number in 1.. {
+        let end = busy(own, all, priority, once, number)?;
+        // Of those that come as the CPU begins to be busy, this is the one of that number.
+        longest = longest.max(end - own.arrives(number));
+        if end <= own.arrives(number + 1) {
+            break;
+        }
+    }
+    Some(longest)
+}
+
+/// For how long the CPU is busy until so many of an event have been answered; `None` if perhaps for ever.
+fn busy(own: &Costed, all: &[Costed], priority: u8, once: u64, number: u64) -> Option<u64> {
+    let job = own.tasks.get(&priority).copied().unwrap_or(0);
+    let mut end = 1;
+    while end < PATIENCE {
+        let others = all.iter().filter(|one| !std::ptr::eq(*one, own));
+        let demand: u64 = others.map(|one| all_of(one.times(end, priority), one.cycles(priority))).sum();
+        // Those that come after it interrupt, but their jobs come behind this one.
+        let before = all_of(own.times(end, priority).max(number), own.cycles(priority) - job);
+        let next = once + all_of(number, job) + before + demand;
+        if next <= end {
+            return Some(end);
+        }
+        end = next;
+    }
+    None
+}
+
+/// So many times so many cycles, or for ever.
+pub fn all_of(times: u64, cycles: u64) -> u64 {
+    times.saturating_mul(cycles).min(PATIENCE)
+}

@@ -1,0 +1,185 @@
+//! Responses of a program made by hand: they are known to the cycle, and what is said wrong of it is named.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use stack_bound::{Annotations, Image};
+use time_bound::{Bounds, Costs, Notes, ReleaseError, Releases, Response, Responses};
+
+const NOTES: &str = "__vector_1 = 10\n__vector_2 = 4(5)\nmasks = 4\n__vector_4 -> long = 1\ntask = job\n";
+
+/// What the first interrupt takes where the core is awake, the task's job, and what masks interrupts.
+const INTERRUPT: u64 = 44 + 7;
+const JOB: u64 = 10;
+const MASKED: u64 = 12;
+
+const TASK: &str = r#"
+[[task]]
+name = "one"
+body = "task"
+priority = 1
+answers = "its event"
+deadline = 100
+"#;
+
+const OTHER: &str = r#"
+[[task]]
+name = "other"
+body = "task"
+priority = 2
+unbounded = "nobody asks"
+"#;
+
+fn event(name: &str, rest: &str) -> String {
+    format!("[[event]]\nname = \"{name}\"\nwhy = \"so\"\n{rest}\n")
+}
+
+fn own(every: u64) -> String {
+    event("its event", &format!("every = {every}\nruns = [{{ by = \"one\", job = \"task\" }}]"))
+}
+
+fn file() -> PathBuf {
+    let name = std::thread::current().name().unwrap_or_default().to_owned();
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+fn image() -> Image {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/interrupts.S");
+    let elf = file().with_extension("responses.elf");
+    let gcc = Command::new("avr-gcc").args(["-mmcu=atmega128", "-o"]).args([&elf, &source]).status();
+    assert!(gcc.expect("avr-gcc runs (Debian: gcc-avr and avr-libc)").success());
+    Image::load(elf).expect("avr-gcc makes an AVR image")
+}
+
+fn releases(text: &str) -> Result<Releases, ReleaseError> {
+    let path = file().with_extension("releases.toml");
+    std::fs::write(&path, text).expect("the file can be written");
+    Releases::load(&[path])
+}
+
+fn responses(text: &str) -> Result<Responses, String> {
+    let image = image();
+    let notes = Notes::parse(NOTES, &image).expect("the notes fit");
+    let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
+    let costs = Costs::new(&image, &Annotations::default(), &notes).expect("the notes fit");
+    let releases = releases(text).map_err(|error| error.to_string())?;
+    Responses::new(&releases, &costs, &bounds)
+        .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+}
+
+/// The response of the task that is looked at.
+fn response(text: &str) -> Response {
+    let responses = responses(text).unwrap_or_else(|problems| panic!("{problems}"));
+    responses.tasks.into_iter().find(|task| task.task == "one").expect("it is listed")
+}
+
+#[test]
+fn interrupts_and_what_is_masked_come_before_the_job() {
+    let interrupt = |every: u64| event("a", &format!("every = {every}\nruns = [{{ vector = 1 }}]"));
+    let found = response(&[TASK, &own(1_000), &interrupt(100)].concat());
+    assert_eq!((found.cycles, found.blocking), (JOB, MASKED));
+    assert_eq!((found.response, found.slack()), (Some(MASKED + JOB + INTERRUPT), Some(27)));
+    let found = response(&[TASK, &own(1_000), &interrupt(60)].concat());
+    assert_eq!(found.response, Some(MASKED + JOB + 3 * INTERRUPT), "three come within 175 cycles");
+    assert_eq!(found.slack(), Some(100 - 175));
+}
+
+#[test]
+fn a_job_waits_for_those_before_it() {
+    let interrupt = event("a", "every = 40\nat_once = 2\nruns = [{ vector = 1, without = [\"long\"] }]");
+    let found = response(&[TASK, &own(30), &interrupt.replace("vector = 1", "vector = 4")].concat());
+    // 15 cycles each: at 0 two, then one every 40. The first job is done at 12 + 10 + 3 * 15.
+    assert_eq!(found.response, Some(67));
+}
+
+#[test]
+fn a_cpu_without_time_has_no_bound() {
+    let busy = event("a", "every = 51\nruns = [{ vector = 1 }]");
+    let found = response(&[TASK, &own(1_000), &busy].concat());
+    assert_eq!(found.response, None);
+    assert_eq!(found.unbounded.as_deref(), Some("the CPU may be busy for ever"));
+    assert!(found.percent > 100.0, "{found:?}");
+}
+
+#[test]
+fn what_needs_a_lower_task_comes_no_more_often_than_that_lets_it() {
+    let needy = |task: &str| {
+        event("a", &format!("every = 20\nneeds = \"{task}\"\nmost = 2\nruns = [{{ vector = 1 }}]"))
+    };
+    let found = response(&[TASK, OTHER, &own(1_000), &needy("other")].concat());
+    assert_eq!(found.response, Some(MASKED + JOB + 2 * INTERRUPT));
+    let found = response(&[TASK, OTHER, &own(1_000), &needy("one")].concat());
+    assert_eq!(found.response, None, "it runs itself");
+}
+
+#[test]
+fn a_run_passes_by_what_it_is_said_to() {
+    let loads = |runs: &str| {
+        let text = [TASK, &own(1_000), &event("a", &format!("every = 100\nruns = [{runs}]"))].concat();
+        let loads = responses(&text).unwrap_or_else(|problems| panic!("{problems}")).loads;
+        loads.iter().find(|load| load.event == "a").map(|load| load.interrupts)
+    };
+    let (with, without) = (1 + 12 + 2 + 4 + 7, 2 + 2 + 4 + 7);
+    assert_eq!(loads("{ vector = 4 }"), Some(with));
+    assert_eq!(loads("{ vector = 4, without = [\"long\"] }"), Some(without));
+    assert_eq!(loads("{ vector = 4, beyond = [\"long\"] }"), Some(with - without));
+    assert_eq!(loads("{ vector = 4, times = 3, beyond = [\"long\"] }"), Some(3 * (with - without)));
+    assert_eq!(loads("{ vector = 1, notes = \"__vector_1 = 2\" }"), Some(44 - 8 * 3 + 7));
+    assert_eq!(loads("{ function = \"long\" }"), Some(9));
+}
+
+#[test]
+fn what_an_event_may_run_instead_counts_where_it_takes_longer() {
+    let a = event("a", "every = 500\nruns = [{ function = \"long\" }]\nor = [{ vector = 1 }]");
+    assert_eq!(response(&[TASK, &own(1_000), &a].concat()).response, Some(MASKED + JOB + INTERRUPT));
+}
+
+#[test]
+fn of_several_sources_each_comes_so_often() {
+    let a = event("a", "every = 500\nsources = 3\nruns = [{ vector = 1 }]");
+    assert_eq!(response(&[TASK, &own(1_000), &a].concat()).response, Some(MASKED + JOB + 3 * INTERRUPT));
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let refused = |text: &str, problem: &str| {
+        let problems = responses(text).expect_err("it is refused");
+        assert!(problems.contains(problem), "{problems}");
+    };
+    refused(&own(9), "\"its event\" is of a task one that is not listed");
+    refused("", "nobody says when the task task runs: list it");
+    refused(TASK, "the task one answers \"its event\", which is not listed");
+    let no_body = [TASK, &own(9), &OTHER.replace("\"task\"", "\"tusk\"")].concat();
+    refused(&no_body, "the image has no task tusk: take it out");
+    refused(
+        &OTHER.replace("unbounded = \"nobody asks\"", ""),
+        "neither an event that it answers nor a reason",
+    );
+    let run = |run: &str| [TASK, &own(9), &event("a", &format!("every = 1\nruns = [{{ {run} }}]"))].concat();
+    refused(&run("vector = 9"), "the image serves no interrupt 9");
+    refused(&run("function = \"lang\""), "the image has no function lang");
+    refused(&run("vector = 1, without = [\"lang\"]"), "neither a function nor a variable lang");
+    refused(&run("vector = 1, without = [\"@lang\"]"), "neither a function nor a variable @lang");
+    refused(&run("function = \"long\", without = [\"long\"]"), "long leads nowhere without [\"long\"]");
+    refused(&run("times = 2"), "a run has either a vector, a job or a function");
+    refused(&run("vector = 1, notes = \"__vector_1 = 2 2\""), "the note of __vector_1 does not fit");
+    refused(&event("a", "every = 0\nruns = []"), "every, at_once and sources are 1 at least");
+    refused("[[event]]\nname = 7", "releases.toml: TOML parse error");
+    assert!(matches!(Releases::load(&["/nowhere"]), Err(ReleaseError::Unreadable { .. })));
+}
+
+#[test]
+fn an_interrupt_waits_for_the_longest_handler_and_for_those_before_it() {
+    let latency = |every: u64, vector: u8| {
+        let a = event("a", &format!("every = {every}\nruns = [{{ vector = 1 }}]"));
+        let interrupts = responses(&[TASK, &own(1_000), &a].concat()).expect("they fit").interrupts;
+        let found = interrupts.iter().find(|interrupt| interrupt.vector == vector).expect("it is served");
+        (found.blocking, found.latency)
+    };
+    // The second vector's handler, of which nobody has said how often it comes, and an instruction.
+    let blocking = 71 + 11 + 4;
+    assert_eq!(latency(200, 1), (blocking, Some(blocking)), "nothing goes before it");
+    assert_eq!(latency(200, 2), (blocking, Some(blocking + INTERRUPT + 4)));
+    assert_eq!(latency(100, 2), (blocking, Some(blocking + 2 * (INTERRUPT + 4))));
+    assert_eq!(latency(50, 2), (blocking, None), "there is always another");
+}
