@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal, Terrain, Transcript,
-    Wiring, WiringError, fnv_1a,
+    Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal,
+    Terrain, Transcript, Wiring, WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
@@ -176,7 +176,7 @@ impl RobotBuilder {
     /// Puts the robot into a physical world as a robot file has it, with the loads that it bears there.
     #[must_use]
     pub fn on_terrain(mut self, terrain: &Terrain) -> Self {
-        self.makes = (0..self.modules).map(|module| terrain::make(terrain, module)).collect();
+        self.makes = terrain::makes(terrain, self.modules);
         self.on(terrain::ground(terrain))
     }
 
@@ -221,7 +221,7 @@ impl RobotBuilder {
         }
         if let Some(ground) = ground {
             vary(&mut makes, &variations, seed);
-            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?, &makes);
+            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?);
         }
         Ok(robot)
     }
@@ -288,10 +288,9 @@ impl Robot {
     }
 
     /// From now on a world moves the joints.
-    fn enter(&mut self, mut physics: Physics, makes: &[Make]) {
-        for (number, (member, make)) in self.members.iter_mut().zip(makes).enumerate() {
-            member.module.body_mut().set_motor(make.motor);
-            physics.exchange(number, member.module.body_mut());
+    fn enter(&mut self, mut physics: Physics) {
+        for (number, member) in self.members.iter_mut().enumerate() {
+            physics.enter(number, member.module.body_mut());
             member.module.show_body();
         }
         self.physics = Some(physics);
