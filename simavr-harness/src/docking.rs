@@ -10,8 +10,8 @@ impl Bodies for Robot {
         self.wiring()
     }
 
-    fn body_mut(&mut self, module: usize) -> &mut Body {
-        self.members[module].module.body_mut()
+    fn body_mut(&mut self, module: usize) -> Option<&mut Body> {
+        Some(self.members.get_mut(module)?.module.body_mut())
     }
 
     fn looking(&self, module: usize) -> DockSet {

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal,
+    Bodies, Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal,
     Terrain, Transcript, Wiring, WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
-use tasks::docking::latch::End;
 use thiserror::Error;
 use world::{Ground, Make, Trouble, WorldError};
 
@@ -318,15 +317,13 @@ impl Robot {
         for face in before.attached() {
             if self.wiring.peer(face) != before.peer(face) {
                 *self.port_mut(face) = None;
-                self.set_latch(face, End::Released);
             }
         }
         let new: Vec<(Face, Face)> = self.wiring.attachments().collect();
         for (one, other) in new.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
             self.join(one, other);
-            self.set_latch(one, End::Latched);
-            self.set_latch(other, End::Latched);
         }
+        self.set_latches(&before);
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Push { .. } => {}
             &Change::Reset { module, mcus } => {
@@ -390,10 +387,6 @@ impl Robot {
             let channel = Channel::new(faults, random);
             *self.port_mut(from) = Some(Port { peer, channel, delay });
         }
-    }
-
-    fn set_latch(&mut self, Face { module, dock }: Face, end: End) {
-        self.members[module].module.body_mut().set_latch(dock, end);
     }
 
     fn for_links(&mut self, links: Links, change: impl Fn(&mut Faults)) {

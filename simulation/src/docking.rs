@@ -14,7 +14,8 @@ pub trait Bodies {
     /// How its modules are attached to each other now.
     fn wiring(&self) -> &Wiring;
 
-    fn body_mut(&mut self, module: usize) -> &mut Body;
+    /// The body of a module; `None` where it is not simulated.
+    fn body_mut(&mut self, module: usize) -> Option<&mut Body>;
 
     /// The docks of a module that send out light, to look for others.
     fn looking(&self, module: usize) -> DockSet;
@@ -34,7 +35,7 @@ pub trait Bodies {
         let modules = self.wiring().modules();
         let mut changes = Vec::new();
         for module in 0..modules {
-            for (dock, end) in self.body_mut(module).take_arrivals() {
+            for (dock, end) in self.body_mut(module).map(Body::take_arrivals).unwrap_or_default() {
                 let change = self.arrive(Face { module, dock }, end);
                 changes.extend(change.filter(|change| self.change(change).is_ok()));
             }
@@ -43,10 +44,25 @@ pub trait Bodies {
             for dock in self.looking(module).iter() {
                 let nearest = self.before(Face { module, dock });
                 let counts = nearest.map_or(0, |facing| reflected(facing.millimetres, facing.degrees));
-                self.body_mut(module).reflect(dock, counts);
+                if let Some(body) = self.body_mut(module) {
+                    body.reflect(dock, counts);
+                }
             }
         }
         changes
+    }
+
+    /// Docks that are attached are latched, and those that have come off are released, since it was wired so.
+    fn set_latches(&mut self, before: &Wiring) {
+        let faces: Vec<Face> = before.attached().chain(self.wiring().attached()).collect();
+        for face in faces {
+            let peer = self.wiring().peer(face);
+            if peer != before.peer(face)
+                && let Some(body) = self.body_mut(face.module)
+            {
+                body.set_latch(face.dock, if peer.is_some() { End::Latched } else { End::Released });
+            }
+        }
     }
 
     /// What comes of it that the latch of a dock has come to an end.

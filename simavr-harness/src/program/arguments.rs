@@ -56,7 +56,7 @@ pub struct Sim {
     pub core: Option<CoreName>,
 
     /// What the robot is in: level ground, where it has weight and moves; or none, where each joint turns by
-    /// itself. Ground, unless given; with --engine host none.
+    /// itself. Ground, unless given; with --engine host none, unless it is asked for.
     #[arg(long)]
     pub world: Option<WorldName>,
 
