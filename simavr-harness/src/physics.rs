@@ -1,8 +1,9 @@
 //! The world that a robot is in, and what passes between the two each millisecond.
 
 use plants::geometry;
-use plants::motor::Motor;
-use simulation::{Body, Change, Environment, Face, Facing, Motion, PUSH_MILLISECONDS, Placing, Terrain, Wiring, fnv_1a};
+use simulation::{
+    Body, Change, Environment, Face, Facing, Motion, PUSH_MILLISECONDS, Placing, Terrain, Wiring, fnv_1a,
+};
 use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
 
@@ -20,8 +21,8 @@ const LOOK: u64 = 10;
 /// world.
 pub struct Physics {
     world: World,
-    /// By module, that of each of its joints.
-    motors: Vec<Motor>,
+    /// By module.
+    makes: Vec<Make>,
     /// By module, what is at its motors in the next step.
     volts: Vec<[f64; 3]>,
     /// By module, what its accelerometer reads, after its filter.
@@ -49,8 +50,8 @@ impl Physics {
         let mut tilt = Tilt::default();
         tilt.wired(wiring);
         let volts = vec![[0.0; 3]; modules];
-        let motors = makes.iter().map(|make| make.motor).collect();
-        Ok(Physics { world, motors, volts, accelerations, roll: 0.0, tilt, steps: 0, trouble: None })
+        let makes = makes.to_vec();
+        Ok(Physics { world, makes, volts, accelerations, roll: 0.0, tilt, steps: 0, trouble: None })
     }
 
     /// Likewise as a robot file has the world, with what varies from module to module, by the seed.
@@ -82,7 +83,8 @@ impl Physics {
 
 impl Environment for Physics {
     fn enter(&mut self, module: usize, body: &mut Body) {
-        body.set_motor(self.motors[module]);
+        let Make { motor, zeros, .. } = self.makes[module];
+        body.equip(motor, zeros);
         self.exchange(module, body);
     }
 

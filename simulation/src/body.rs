@@ -102,9 +102,12 @@ impl Body {
         self.joints.each_ref().map(Joint::degrees)
     }
 
-    /// Gives all joints such a motor.
-    pub fn set_motor(&mut self, motor: Motor) {
-        self.joints.iter_mut().for_each(|joint| joint.motor = motor);
+    /// Gives all joints such a motor, and potentiometers that sit turned on their shafts by so many degrees.
+    pub fn equip(&mut self, motor: Motor, zeros: [f64; 3]) {
+        for (joint, zero) in self.joints.iter_mut().zip(zeros) {
+            joint.motor = motor;
+            joint.zero = zero;
+        }
     }
 
     /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in

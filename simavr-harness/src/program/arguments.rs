@@ -74,7 +74,8 @@ pub struct Sim {
     pub loss: f64,
 
     /// Vary what is assumed of modules, each for itself, by up to so much: mass, friction, torque, current,
-    /// gear-friction or gear-inertia, as in mass=20%. May be given several times.
+    /// gear-friction, gear-inertia, as in mass=20%; or how potentiometers sit on their shafts, of their travel,
+    /// as in potentiometer=1%. May be given several times.
     #[arg(long, value_name = "WHAT=PERCENT%")]
     pub vary: Vec<Variation>,
 
