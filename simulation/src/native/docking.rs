@@ -1,5 +1,5 @@
-//! Docks that attach and let go by themselves, where there is no world: without latches, and with joints that are where they were told
-//! to be last. A module that was told nothing yet is straight.
+//! Docks that attach and let go by themselves, where there is no world: without latches, and with joints that
+//! are where they were told to be last. A module that was told nothing yet is straight.
 
 use hormone::action::Docking;
 use plants::dock::catches;

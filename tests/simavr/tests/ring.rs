@@ -2,8 +2,8 @@
 //! infrared, in a physical world: robots/ring-on-side.toml.
 //!
 //! `SUPERBOT_ROBOTS=40 SUPERBOT_TURNED=0.4` tries as many natively, whose potentiometers sit turned on their
-//! shafts by so many percent of their travel at most, so that the ends do not meet where they think; and tells
-//! how each did.
+//! shafts by so many percent of their travel at most, so that the ends do not meet where they think; and
+//! tells how each did.
 
 use std::str::FromStr;
 
