@@ -106,7 +106,7 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
 pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
     match (options.engine, change) {
         (_, Change::Push { .. }) if !has_world(options) => {
-            Err("without a world nothing can be pushed: leave --world none and --engine host out".into())
+            Err("without a world nothing can be pushed: ask for --world ground".into())
         }
         (EngineName::Host, Change::Console(_)) => {
             Err("a console tells of programs that run: ask for --engine simavr".into())
