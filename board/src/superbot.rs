@@ -10,15 +10,16 @@
 //! INT5. Idle is high, as at the USARTs.
 
 use tasks::docking::latch::End;
-use tasks::motor::joint;
-use tasks::motor::potentiometer::Potentiometer;
 use tasks::sensor::Scale;
 
 use crate::adc::Input;
 use crate::gpio::{Pin, Port, PortA, PortB, PortC, PortD, PortG};
 use crate::pwm::{Output, Timer1A, Timer1B, Timer1C};
 
-pub use tasks::superbot::{BAUD, CLOCK_HZ, Half, I2C_HZ, MASTER, MASTER_AXES, SLAVE, SLAVE_AXES, TICK_HZ};
+pub use tasks::superbot::{
+    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, LATCH_CURRENT_LIMIT, MASTER, MASTER_AXES, MOTOR_CURRENT, ROLL,
+    SLAVE, SLAVE_AXES, TICK_HZ,
+};
 
 /// The rounds of measurement and the periods of the joints' control, per second.
 pub const ROUND_HZ: u32 = 1_000;
@@ -47,24 +48,6 @@ pub type RollDirection = Pin<PortC, 1>;
 /// The potentiometer on the shaft of the roll joint, and its motor's current, on the master only.
 pub const ROLL_POTENTIOMETER: Input = Input::direct(2);
 pub const ROLL_CURRENT: Input = Input::direct(3);
-
-/// A potentiometer of 300.8 degrees over the converter's range, in its middle at 0 degrees: 47/16 of 0.1
-/// degree a count.
-const POTENTIOMETER: Potentiometer = Potentiometer::new(512, 47);
-
-/// What a motor's current is kept below, in mA.
-const MOTOR_CURRENT_LIMIT: i16 = 800;
-
-/// The joints in the halves turn 90 degrees to either side.
-pub const JOINT: joint::Description = joint::Description {
-    potentiometer: POTENTIOMETER,
-    lowest: -900,
-    highest: 900,
-    current_limit: MOTOR_CURRENT.reading(MOTOR_CURRENT_LIMIT),
-};
-
-/// The roll joint turns 135 degrees to either side.
-pub const ROLL: joint::Description = joint::Description { lowest: -1350, highest: 1350, ..JOINT };
 
 /// A pin for an oscilloscope, PB4: high while the joints' control computes.
 pub type ControlProbe = Pin<PortB, 4>;
@@ -136,9 +119,6 @@ pub const fn proximity(place: u8) -> Input {
 /// The current of whichever docking motor runs.
 pub const LATCH_CURRENT: Input = Input::multiplexed(3);
 
-/// What a docking motor's current is kept below, in mA.
-pub const LATCH_CURRENT_LIMIT: i16 = 500;
-
 /// The temperature of this half's board.
 pub const TEMPERATURE: Input = Input::multiplexed(4);
 
@@ -162,14 +142,11 @@ pub fn select(number: u8) {
 
 // --- What readings mean -------------------------------------------------------------------------
 
-/// Of the potentiometers, as above: 0.294 degrees a count.
+/// Of the potentiometers, as their [`JOINT`] has them: 0.294 degrees a count.
 pub const ANGLE: Scale = Scale { zero: 512, slope: 47 * 64 / 16 };
 
 /// Of proximity, in counts.
 pub const PROXIMITY: Scale = Scale { zero: 0, slope: 64 };
-
-/// 1 V per A: 4.88 mA a count.
-pub const MOTOR_CURRENT: Scale = Scale { zero: 0, slope: 312 };
 
 /// 0.5 V per A about 2.5 V: 9.77 mA a count.
 pub const DOCK_CURRENT: Scale = Scale { zero: 512, slope: 625 };

@@ -56,6 +56,8 @@ impl Default for Surroundings {
 pub struct Joint {
     pub surroundings: Surroundings,
     pub motor: Motor,
+    /// How far the potentiometer sits turned on its shaft, in degrees: what it reads of a joint at 0.
+    pub zero: f64,
     /// Radians, positive as the MCU counts.
     angle: f64,
     /// Radians per second.
@@ -70,6 +72,7 @@ impl Joint {
         Joint {
             surroundings: Surroundings::default(),
             motor: Motor::default(),
+            zero: 0.0,
             angle: degrees.to_radians(),
             speed: 0.0,
             amperes: 0.0,
@@ -141,7 +144,7 @@ impl Joint {
     /// What the converter sees of the potentiometer, in V.
     pub fn potentiometer_volts(&self) -> f64 {
         match self.fault {
-            None => (self.degrees() / POTENTIOMETER_TRAVEL + 0.5) * REFERENCE_VOLTS,
+            None => ((self.degrees() + self.zero) / POTENTIOMETER_TRAVEL + 0.5) * REFERENCE_VOLTS,
             Some((PotentiometerFault::Open, _)) => 0.0,
             Some((PotentiometerFault::ShortToSupply, _)) => REFERENCE_VOLTS,
             Some((PotentiometerFault::Stuck, volts)) => volts,

@@ -57,7 +57,7 @@ impl simulation::Robot for Engine {
     }
 
     fn acceleration(&self, module: usize) -> [f64; 3] {
-        self.robot().module(module).map_or([0.0; 3], |module| module.body().acceleration())
+        self.robot().module(module).map_or([0.0; 3], |module| module.body().acceleration)
     }
 
     fn angles(&self, module: usize) -> Angles {

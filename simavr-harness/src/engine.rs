@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use simulation::MILLISECOND;
+use simulation::{Bodies, Environment, MILLISECOND};
 
 use crate::controller::Controller;
 use crate::physics::Physics;

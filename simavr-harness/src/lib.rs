@@ -17,7 +17,7 @@
 
 mod behaviour;
 pub mod bench;
-mod body;
+mod body_pins;
 mod bus;
 mod character;
 mod controller;
@@ -48,7 +48,6 @@ mod trace;
 mod variation;
 mod wires;
 
-pub use body::Body;
 pub use bus::{Bus, BusCounts};
 pub use character::Character;
 pub use controller::Controller;
@@ -62,12 +61,13 @@ pub use mcu::masked::{MaskedWindow, OpenedBy};
 pub use mcu::{Accepted, Debugger, Mcu, McuError, NoSuchData, Registers, State};
 pub use module::{CONTROL_PROBE, Images, Module, NoLink};
 pub use part::{Part, Pin, UnknownPart};
+pub use physics::Physics;
 pub use probe::Edge;
 pub use repair::adc::{Analog, Multiplexer};
 pub use repair::usart::UsartCounts;
 pub use robot::{Event, LONGEST_WINDOW, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
-pub use simulation::{CLOCK_HZ, Face, Terrain, Wiring, WiringError};
+pub use simulation::{Body, CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
 pub use trace::{BusSignal, Line, bus_lines, motor_lines, serial_line};
 pub use trace::{

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use simulation::{Random, fnv_1a};
+use simulation::{Body, Random, fnv_1a};
 use tasks::dock::{Dock, DockSet};
 use tasks::link::counters::LinkCounters;
 use tasks::superbot::{Half, MASTER, SLAVE};
 use thiserror::Error;
 
-use crate::body::{self, Body};
+use crate::body_pins::{self, BodyPins};
 use crate::bus::{Bus, BusCounts};
 use crate::character::Character;
 use crate::controller::Controller;
@@ -56,6 +56,7 @@ pub struct Module {
     mcus: [Mcu; 2],
     bus: Bus,
     body: Body,
+    pins: BodyPins,
     /// The cycle at which the body takes its next step.
     body_due: u64,
     quantum: u64,
@@ -87,10 +88,19 @@ impl Module {
             Ok::<_, McuError>(mcu)
         };
         let mut mcus = [mcu(&images.master, 0)?, mcu(&images.slave, 1)?];
-        let mut body = Body::default();
-        body.attach(&mut mcus);
+        let (body, mut pins) = (Body::default(), BodyPins::default());
+        pins.attach(&body, &mut mcus);
         let bus = Bus::new(mcus.len());
-        Ok(Self { bus, mcus, body, body_due: body::STEP, quantum: u64::MAX, powered_up_at: 0, is_on: true })
+        Ok(Self {
+            bus,
+            mcus,
+            body,
+            pins,
+            body_due: body_pins::STEP,
+            quantum: u64::MAX,
+            powered_up_at: 0,
+            is_on: true,
+        })
     }
 
     pub fn mcu(&self, controller: Controller) -> &Mcu {
@@ -104,7 +114,7 @@ impl Module {
     /// Lets a module that has not run yet begin at `cycle`: its power comes then.
     pub(crate) fn power_up_at(&mut self, cycle: u64) {
         self.powered_up_at = cycle;
-        self.body_due = cycle + body::STEP;
+        self.body_due = cycle + body_pins::STEP;
         for mcu in &mut self.mcus {
             mcu.power_up_at(cycle);
         }
@@ -169,7 +179,7 @@ impl Module {
 
     /// Shows the MCUs where the body is before either of them has run.
     pub(crate) fn show_body(&mut self) {
-        self.body.show(&mut self.mcus);
+        self.pins.show(&self.body, &mut self.mcus);
     }
 
     /// Whether a dock looks for another, or has moved its latch to an end.
@@ -179,7 +189,7 @@ impl Module {
 
     /// The docks that send out light, to look for others.
     pub(crate) fn looking(&self) -> DockSet {
-        self.body.looking(&self.mcus)
+        body_pins::looking(&self.mcus)
     }
 
     /// What the link at a dock counts; `None` if the images have none.
@@ -192,8 +202,8 @@ impl Module {
     pub fn run_until(&mut self, cycle: u64) {
         while self.body_due <= cycle {
             lockstep::run_until(&mut self.mcus, &mut self.bus, self.body_due, self.quantum);
-            self.body.step(&mut self.mcus);
-            self.body_due += body::STEP;
+            self.pins.step(&mut self.body, &mut self.mcus);
+            self.body_due += body_pins::STEP;
         }
         lockstep::run_until(&mut self.mcus, &mut self.bus, cycle, self.quantum);
     }

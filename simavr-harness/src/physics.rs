@@ -1,12 +1,15 @@
 //! The world that a robot is in, and what passes between the two each millisecond.
 
 use plants::geometry;
-use simulation::{Change, Face, Facing, Motion, PUSH_MILLISECONDS, Placing, Wiring, fnv_1a};
+use simulation::{
+    Body, Change, Environment, Face, Facing, Motion, PUSH_MILLISECONDS, Placing, Terrain, Wiring, fnv_1a,
+};
 use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
 
-use crate::body::Body;
+use crate::terrain;
 use crate::tilt::Tilt;
+use crate::variation::{Variation, vary};
 
 /// Steps between two looks at how the robot leans: 10 ms.
 const LOOK: u64 = 10;
@@ -16,8 +19,10 @@ const LOOK: u64 = 10;
 /// A step takes the volts of the millisecond before, so that it can be computed while the MCUs run through
 /// the same millisecond: what a motor does is seen at its potentiometer a millisecond later than without a
 /// world.
-pub(crate) struct Physics {
+pub struct Physics {
     world: World,
+    /// By module.
+    makes: Vec<Make>,
     /// By module, what is at its motors in the next step.
     volts: Vec<[f64; 3]>,
     /// By module, what its accelerometer reads, after its filter.
@@ -45,19 +50,51 @@ impl Physics {
         let mut tilt = Tilt::default();
         tilt.wired(wiring);
         let volts = vec![[0.0; 3]; modules];
-        Ok(Physics { world, volts, accelerations, roll: 0.0, tilt, steps: 0, trouble: None })
+        let makes = makes.to_vec();
+        Ok(Physics { world, makes, volts, accelerations, roll: 0.0, tilt, steps: 0, trouble: None })
     }
 
-    /// Takes what a module's motors had in the millisecond that is over, and shows the module where its
-    /// joints are and what its accelerometer reads.
-    pub fn exchange(&mut self, module: usize, body: &mut Body) {
+    /// Likewise as a robot file has the world, with what varies from module to module, by the seed.
+    ///
+    /// # Errors
+    /// There is none for such a robot, or on this ground.
+    pub fn on_terrain(
+        wiring: &Wiring,
+        terrain: &Terrain,
+        variations: &[Variation],
+        seed: u64,
+    ) -> Result<Self, WorldError> {
+        let mut makes = terrain::makes(terrain, wiring.modules());
+        vary(&mut makes, variations, seed);
+        Physics::new(wiring, &terrain::ground(terrain), &makes)
+    }
+
+    /// From the middle of one dock to the middle of the other, in mm.
+    pub fn distance(&self, one: Face, other: Face) -> f64 {
+        let [one, other] = [one, other].map(|face| self.world.dock(place(face)).translation);
+        one.distance(other)
+    }
+
+    /// Where a module has its middle, in m.
+    pub fn place(&self, module: usize) -> [f64; 3] {
+        self.world.place(module).to_array()
+    }
+}
+
+impl Environment for Physics {
+    fn enter(&mut self, module: usize, body: &mut Body) {
+        let Make { motor, zeros, .. } = self.makes[module];
+        body.equip(motor, zeros);
+        self.exchange(module, body);
+    }
+
+    fn exchange(&mut self, module: usize, body: &mut Body) {
         self.volts[module] = body.take_volts();
         let [angles, speeds] = [self.world.angles(module), self.world.speeds(module)];
         body.put(angles, speeds, self.accelerations[module]);
     }
 
-    /// Lets a millisecond pass, unless the world has broken.
-    pub fn step(&mut self) {
+    fn step(&mut self) {
         if self.trouble.is_some() {
             return;
         }
@@ -76,8 +113,7 @@ impl Physics {
         }
     }
 
-    /// Brings what holds what to where `wiring` has it after a change; `before` that it was this.
-    pub fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring) {
+    fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring) {
         if let Change::Kill(_) = change {
             // A module without power stays where it is.
             return;
@@ -102,8 +138,7 @@ impl Physics {
         }
     }
 
-    /// The free docks that a dock looks at.
-    pub fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing> {
+    fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing> {
         let dock = |face: Face| (place(face).dock, self.world.dock(place(face)));
         let own = dock(from);
         let others = (0..wiring.modules())
@@ -116,38 +151,24 @@ impl Physics {
         facing.collect()
     }
 
-    /// From the middle of one dock to the middle of the other, in mm.
-    pub fn distance(&self, one: Face, other: Face) -> f64 {
-        let [one, other] = [one, other].map(|face| self.world.dock(place(face)).translation);
-        one.distance(other)
-    }
-
-    pub fn trouble(&self) -> Option<&Trouble> {
+    fn trouble(&self) -> Option<&Trouble> {
         self.trouble.as_ref()
     }
 
-    pub fn motion(&self) -> Motion {
+    fn motion(&self) -> Motion {
         self.world.motion()
     }
 
-    /// The most that a module with two legs leaned, in degrees.
-    pub fn tilt(&self) -> f64 {
+    fn tilt(&self) -> f64 {
         self.tilt.most()
     }
 
-    /// Where a module has its middle, in m.
-    pub fn place(&self, module: usize) -> [f64; 3] {
-        self.world.place(module).to_array()
-    }
-
-    /// Where a module is, and how it bends.
-    pub fn placing(&self, module: usize) -> Placing {
+    fn placing(&self, module: usize) -> Placing {
         let angles = self.world.angles(module).map(f64::to_degrees);
         Placing { frame: self.world.frame(module), angles }
     }
 
-    /// A hash of where all is and how it moves.
-    pub fn state_hash(&self) -> u64 {
+    fn state_hash(&self) -> u64 {
         fnv_1a(self.world.state().flat_map(f64::to_le_bytes))
     }
 }

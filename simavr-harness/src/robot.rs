@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Change, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal, Terrain, Transcript,
-    Wiring, WiringError, fnv_1a,
+    Bodies, Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal,
+    Terrain, Transcript, Wiring, WiringError, fnv_1a,
 };
 use tasks::dock::{Dock, DockSet};
-use tasks::docking::latch::End;
 use thiserror::Error;
 use world::{Ground, Make, Trouble, WorldError};
 
@@ -176,7 +175,7 @@ impl RobotBuilder {
     /// Puts the robot into a physical world as a robot file has it, with the loads that it bears there.
     #[must_use]
     pub fn on_terrain(mut self, terrain: &Terrain) -> Self {
-        self.makes = (0..self.modules).map(|module| terrain::make(terrain, module)).collect();
+        self.makes = terrain::makes(terrain, self.modules);
         self.on(terrain::ground(terrain))
     }
 
@@ -221,7 +220,7 @@ impl RobotBuilder {
         }
         if let Some(ground) = ground {
             vary(&mut makes, &variations, seed);
-            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?, &makes);
+            robot.enter(Physics::new(&robot.wiring, &ground, &makes)?);
         }
         Ok(robot)
     }
@@ -288,10 +287,9 @@ impl Robot {
     }
 
     /// From now on a world moves the joints.
-    fn enter(&mut self, mut physics: Physics, makes: &[Make]) {
-        for (number, (member, make)) in self.members.iter_mut().zip(makes).enumerate() {
-            member.module.body_mut().set_motor(make.motor);
-            physics.exchange(number, member.module.body_mut());
+    fn enter(&mut self, mut physics: Physics) {
+        for (number, member) in self.members.iter_mut().enumerate() {
+            physics.enter(number, member.module.body_mut());
             member.module.show_body();
         }
         self.physics = Some(physics);
@@ -319,15 +317,13 @@ impl Robot {
         for face in before.attached() {
             if self.wiring.peer(face) != before.peer(face) {
                 *self.port_mut(face) = None;
-                self.set_latch(face, End::Released);
             }
         }
         let new: Vec<(Face, Face)> = self.wiring.attachments().collect();
         for (one, other) in new.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
             self.join(one, other);
-            self.set_latch(one, End::Latched);
-            self.set_latch(other, End::Latched);
         }
+        self.set_latches(&before);
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Push { .. } => {}
             &Change::Reset { module, mcus } => {
@@ -391,10 +387,6 @@ impl Robot {
             let channel = Channel::new(faults, random);
             *self.port_mut(from) = Some(Port { peer, channel, delay });
         }
-    }
-
-    fn set_latch(&mut self, Face { module, dock }: Face, end: End) {
-        self.members[module].module.body_mut().set_latch(dock, end);
     }
 
     fn for_links(&mut self, links: Links, change: impl Fn(&mut Faults)) {

@@ -39,11 +39,14 @@ fn wall(&Wall { from_m: [x, y], to_m: [to_x, to_y], height_mm }: &Wall) -> world
     }
 }
 
-/// What a module is made of.
-pub(crate) fn make(terrain: &Terrain, module: usize) -> Make {
-    let loads = terrain.loads.iter().filter(|load| load.module == module);
-    let load: f64 = loads.map(|load| load.kg).sum();
-    Make { mass: terrain.module_kg.unwrap_or(MODULE_MASS) + load, ..Make::default() }
+/// What so many modules are made of.
+pub(crate) fn makes(terrain: &Terrain, modules: usize) -> Vec<Make> {
+    let make = |module| {
+        let loads = terrain.loads.iter().filter(|load| load.module == module);
+        let load: f64 = loads.map(|load| load.kg).sum();
+        Make { mass: terrain.module_kg.unwrap_or(MODULE_MASS) + load, ..Make::default() }
+    };
+    (0..modules).map(make).collect()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use plants::joint::POTENTIOMETER_TRAVEL;
 use simulation::Random;
 use thiserror::Error;
 use world::Make;
@@ -22,11 +23,20 @@ pub enum Assumption {
     GearFriction,
     /// The inertia of their rotors and gears.
     GearInertia,
+    /// How the potentiometers of its joints sit on their shafts, in percent of their travel.
+    Potentiometer,
 }
 
 impl Assumption {
-    pub const ALL: [Self; 6] =
-        [Self::Mass, Self::Friction, Self::Torque, Self::Current, Self::GearFriction, Self::GearInertia];
+    pub const ALL: [Self; 7] = [
+        Self::Mass,
+        Self::Friction,
+        Self::Torque,
+        Self::Current,
+        Self::GearFriction,
+        Self::GearInertia,
+        Self::Potentiometer,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -36,17 +46,21 @@ impl Assumption {
             Self::Current => "current",
             Self::GearFriction => "gear-friction",
             Self::GearInertia => "gear-inertia",
+            Self::Potentiometer => "potentiometer",
         }
     }
 
-    fn of(self, make: &mut Make) -> &mut f64 {
+    /// Changes it by chance, by `part` of what is assumed at most.
+    fn vary(self, make: &mut Make, part: f64, random: &mut Random) {
+        let mut drawn = || part * random.between(-1.0, 1.0);
         match self {
-            Self::Mass => &mut make.mass,
-            Self::Friction => &mut make.grip,
-            Self::Torque => &mut make.motor.stall_torque,
-            Self::Current => &mut make.motor.stall_current,
-            Self::GearFriction => &mut make.motor.sliding_friction,
-            Self::GearInertia => &mut make.motor.gear_inertia,
+            Self::Mass => make.mass *= 1.0 + drawn(),
+            Self::Friction => make.grip *= 1.0 + drawn(),
+            Self::Torque => make.motor.stall_torque *= 1.0 + drawn(),
+            Self::Current => make.motor.stall_current *= 1.0 + drawn(),
+            Self::GearFriction => make.motor.sliding_friction *= 1.0 + drawn(),
+            Self::GearInertia => make.motor.gear_inertia *= 1.0 + drawn(),
+            Self::Potentiometer => make.zeros = [(); 3].map(|()| drawn() * POTENTIOMETER_TRAVEL),
         }
     }
 }
@@ -66,7 +80,7 @@ pub enum VariationError {
     Form,
     #[error(
         "nothing of this name is assumed: give one of mass, friction, torque, current, \
-         gear-friction, gear-inertia"
+         gear-friction, gear-inertia, potentiometer"
     )]
     Name,
     #[error("give a variation from 0% to 90%")]
@@ -105,10 +119,8 @@ pub(crate) fn vary(makes: &mut [Make], variations: &[Variation], seed: u64) {
     for (module, make) in (0..).zip(makes) {
         let mut random = Random::of_part(seed, module);
         for assumption in Assumption::ALL {
-            let drawn = random.between(-1.0, 1.0);
-            for Variation { percent, .. } in variations.iter().filter(|it| it.of == assumption) {
-                *assumption.of(make) *= 1.0 + drawn * percent / 100.0;
-            }
+            let percent = variations.iter().find(|it| it.of == assumption).map_or(0.0, |it| it.percent);
+            assumption.vary(make, percent / 100.0, &mut random);
         }
     }
 }
@@ -142,6 +154,15 @@ mod tests {
             assert_eq!((make.mass, make.motor.gear_inertia), (usual.mass, usual.motor.gear_inertia));
             assert_eq!(mass.motor, Make::default().motor);
         }
+    }
+
+    #[test]
+    fn potentiometers_sit_turned_each_for_itself() {
+        let zeros: Vec<f64> = varied(&["potentiometer=1%"], 1).iter().flat_map(|make| make.zeros).collect();
+        let most = zeros.iter().map(|zero| zero.abs()).fold(0.0, f64::max);
+        assert!((2.8..=3.008).contains(&most), "{most} degrees");
+        assert!(zeros.windows(2).all(|pair| pair[0] != pair[1]));
+        assert!(varied(&["mass=20%"], 1).iter().all(|make| make.zeros == [0.0; 3]));
     }
 
     #[test]

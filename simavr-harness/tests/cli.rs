@@ -400,8 +400,21 @@ fn without_a_world_nothing_is_said_of_motion() {
 }
 
 #[test]
-fn the_native_engine_has_neither_world_nor_images() {
-    assert_refused(&run(&["sim", "--engine", "host", "--world", "ground"]), "leave --world out");
+fn the_native_engine_has_a_world_where_it_is_asked_for() {
+    let chain = ["sim", "chain", "--engine", "host", "--world", "ground", "--seconds", "2", "--json", "-"];
+    let report = json(&run(&chain));
+    assert_eq!(report["world"], "ground");
+    assert!(report["distance_m"].is_number() && report["charge_percent_max"].is_number(), "{report:#}");
+    assert_eq!(report["trouble"], Value::Null);
+    assert_eq!(report["state_hash"], json(&run(&chain))["state_hash"]);
+    let many = ["sim", "chain", "--modules", "1001", "--engine", "host", "--world", "ground"];
+    assert_refused(&run(&many), "up to 1000 modules");
+    let varied = ["sim", "chain", "--engine", "host", "--vary", "mass=20%"];
+    assert_refused(&run(&varied), "ask for --world ground");
+}
+
+#[test]
+fn the_native_engine_has_no_images() {
     assert_refused(&run(&["sim", "--engine", "host", "--core", "simavr"]), "leave --core out");
 }
 

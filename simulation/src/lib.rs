@@ -7,17 +7,22 @@
 //! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
 //!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] what they do.
 //!   [`faults`] says what was not as it should be.
+//! - [`Body`]: what a module drives and measures. [`Bodies`]: what docks do to each other.
+//!   [`Environment`]: a world that a robot may be in.
 //! - [`Recorder`]: what is kept of a run, to be looked at later.
 //! - [`arq`]: a link's protocol alone, on a line on which anything may happen.
 //!
 //! All time is in cycles of the robot's clock, 16 MHz, since power-up.
 
 pub mod arq;
+mod body;
 mod change;
 mod command;
 mod course;
 mod deed;
 mod discovery;
+mod docking;
+mod environment;
 mod file;
 mod gait;
 mod hardware;
@@ -44,10 +49,13 @@ mod verdict;
 mod walker;
 mod wiring;
 
+pub use body::{Body, Drives};
 pub use change::{Change, Links, Mcus, PUSH_MILLISECONDS};
 pub use command::{SENDS, command};
 pub use deed::Deed;
 pub use discovery::Discovery;
+pub use docking::Bodies;
+pub use environment::Environment;
 pub use file::FileError;
 pub use gait::Gait;
 pub use hardware::{CLOCK_HZ, MILLISECOND, START_UP, is_on_slave};

@@ -10,7 +10,10 @@
 use crate::dock::{Dock, DockSet};
 use crate::message::TaskCode;
 use crate::motor::Axis;
+use crate::motor::joint::Description;
+use crate::motor::potentiometer::Potentiometer;
 use crate::router::{Residence, Residents, TaskSet};
+use crate::sensor::Scale;
 
 /// The MCUs' clock, in Hz (paper, section 3).
 pub const CLOCK_HZ: u32 = 16_000_000;
@@ -52,6 +55,27 @@ impl Half {
 /// The joints that each MCU drives.
 pub const MASTER_AXES: [Axis; 2] = [Axis::Front, Axis::Roll];
 pub const SLAVE_AXES: [Axis; 1] = [Axis::Back];
+
+/// What motors' currents read: 1 V per A, 4.88 mA a count.
+pub const MOTOR_CURRENT: Scale = Scale { zero: 0, slope: 312 };
+
+/// What the current of a joint's motor is kept below, in mA.
+const MOTOR_CURRENT_LIMIT: i16 = 800;
+
+/// The joints in the halves turn 90 degrees to either side. Their potentiometers have 300.8 degrees over the
+/// converter's range, and their middle at 0 degrees: 47/16 of 0.1 degree a count.
+pub const JOINT: Description = Description {
+    potentiometer: Potentiometer::new(512, 47),
+    lowest: -900,
+    highest: 900,
+    current_limit: MOTOR_CURRENT.reading(MOTOR_CURRENT_LIMIT),
+};
+
+/// The roll joint turns 135 degrees to either side.
+pub const ROLL: Description = Description { lowest: -1350, highest: 1350, ..JOINT };
+
+/// What a docking motor's current is kept below, in mA.
+pub const LATCH_CURRENT_LIMIT: i16 = 500;
 
 /// Which MCU has which docks, and runs which of the tasks that can be addressed.
 pub const RESIDENCE: Residence = Residence {

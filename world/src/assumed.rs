@@ -42,10 +42,13 @@ pub struct Make {
     pub grip: f64,
     /// Of each of its joints.
     pub motor: Motor,
+    /// How far the potentiometers of its joints sit turned on their shafts, in degrees. The world does not
+    /// look at it.
+    pub zeros: [f64; 3],
 }
 
 impl Default for Make {
     fn default() -> Self {
-        Make { mass: MODULE_MASS, grip: 1.0, motor: Motor::default() }
+        Make { mass: MODULE_MASS, grip: 1.0, motor: Motor::default(), zeros: [0.0; 3] }
     }
 }

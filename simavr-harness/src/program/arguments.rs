@@ -61,7 +61,7 @@ pub struct Sim {
     pub core: Option<CoreName>,
 
     /// What the robot is in: level ground, where it has weight and moves; or none, where each joint turns by
-    /// itself. Ground, unless given; with --engine host none.
+    /// itself. Ground, unless given; with --engine host none, unless it is asked for.
     #[arg(long)]
     pub world: Option<WorldName>,
 
@@ -79,7 +79,8 @@ pub struct Sim {
     pub loss: f64,
 
     /// Vary what is assumed of modules, each for itself, by up to so much: mass, friction, torque, current,
-    /// gear-friction or gear-inertia, as in mass=20%. May be given several times.
+    /// gear-friction, gear-inertia, as in mass=20%; or how potentiometers sit on their shafts, of their travel,
+    /// as in potentiometer=1%. May be given several times.
     #[arg(long, value_name = "WHAT=PERCENT%")]
     pub vary: Vec<Variation>,
 

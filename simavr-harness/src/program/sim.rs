@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use hormone::gait::GaitName;
-use simavr_harness::{Engine, RobotBuilder};
+use simavr_harness::{Engine, Physics, RobotBuilder};
 use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Run, Scenario};
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
@@ -25,9 +25,12 @@ pub const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 /// The most modules that simavr runs: more would take more memory than most machines have.
 const SIMAVR_MODULES: usize = 1000;
 
+/// The most modules that a world takes: a thousand are 9000 degrees of freedom.
+const IN_WORLD: usize = 1000;
+
 /// What a robot file asks for would be missing without a word in the figures.
 const NO_WORLD: &str = "the robot file has a table [world], and the run has no world: \
-    take the table out, or leave --world none and --engine host out";
+    take the table out, or ask for --world ground";
 
 /// Returns whether the robot did as it should.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
@@ -53,7 +56,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             run_robot(engine, scenario, options, results)
         }
         EngineName::Host => {
-            let robot = Native::new(scenario.wiring.clone(), options.seed, POWER_UP_WITHIN);
+            let robot = native(&scenario, options)?;
             run_robot(robot, scenario, options, results)
         }
     }
@@ -68,9 +71,7 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
         return Err(NO_WORLD.into());
     }
     if !options.vary.is_empty() && !has_world(options) {
-        return Err(
-            "--vary varies what is assumed of the world: leave --world none and --engine host out".into()
-        );
+        return Err("--vary varies what is assumed of the world: ask for --world ground".into());
     }
     for (index, variation) in options.vary.iter().enumerate() {
         if options.vary[..index].iter().any(|before| before.of == variation.of) {
@@ -79,10 +80,9 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     }
     scenario.timeline.iter().try_for_each(|event| expect_possible(options, &event.change))?;
     if matches!(options.engine, EngineName::Host) {
-        if options.world == Some(WorldName::Ground) {
-            return Err(
-                "the native engine has no world: leave --world out, or ask for --engine simavr".into()
-            );
+        if has_world(options) && scenario.wiring.modules() > IN_WORLD {
+            let most = format!("a world takes up to {IN_WORLD} modules: ask for fewer, or for --world none");
+            return Err(most.into());
         }
         if options.core.is_some() {
             return Err(
@@ -106,7 +106,7 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
 pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
     match (options.engine, change) {
         (_, Change::Push { .. }) if !has_world(options) => {
-            Err("without a world nothing can be pushed: leave --world none and --engine host out".into())
+            Err("without a world nothing can be pushed: ask for --world ground".into())
         }
         (EngineName::Host, Change::Console(_)) => {
             Err("a console tells of programs that run: ask for --engine simavr".into())
@@ -224,8 +224,10 @@ pub fn cycles(seconds: f64) -> u64 {
     (seconds * 1000.0 * MILLISECOND as f64) as u64
 }
 
+/// Whether there is a world: where nobody says so, in simavr alone.
 pub fn has_world(options: &Sim) -> bool {
-    matches!(options.engine, EngineName::Simavr) && options.world != Some(WorldName::None)
+    let unless_told = matches!(options.engine, EngineName::Simavr);
+    options.world.map_or(unless_told, |world| matches!(world, WorldName::Ground))
 }
 
 /// What robot is asked for, and what happens to it.
@@ -248,6 +250,17 @@ pub fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
             Ok(Scenario::from_toml(&text).map_err(|error| format!("{}: {error}", path.display()))?)
         }
     }
+}
+
+fn native(scenario: &Scenario, options: &Sim) -> Result<Native, Box<dyn Error>> {
+    let Scenario { wiring, terrain, .. } = scenario;
+    let robot = Native::new(wiring.clone(), options.seed, POWER_UP_WITHIN);
+    if !has_world(options) {
+        return Ok(robot);
+    }
+    let terrain = terrain.clone().unwrap_or_default();
+    let world = Physics::on_terrain(wiring, &terrain, &options.vary, options.seed)?;
+    Ok(robot.within(Box::new(world)))
 }
 
 /// A robot in simavr, as it is asked for.

@@ -1,5 +1,5 @@
-//! The devices of a module: joints that are at once where they are told to be, docks that do what they are
-//! asked for a while later, and of all sensors the accelerometer.
+//! The devices of a module: those of its body, or without a world joints that are at once where they are told
+//! to be and docks that do what they are asked for a while later; and of all sensors the accelerometer.
 
 use hormone::action::{Docking, Posture};
 use tasks::docking::latch::End;
@@ -7,19 +7,33 @@ use tasks::message::{Message, TaskCode};
 use tasks::request::Request;
 use tasks::sensor::Sensor;
 
+use super::embodied::Embodied;
+
 #[derive(Default)]
 pub struct Devices {
     /// Where the joints were told to be, in degrees, by their indices. They stay there through a reset.
     joints: [Option<i8>; 3],
     /// What docks were asked for, and when.
     pub dockings: Vec<(u64, Docking)>,
+    /// In a world, what is in the place of these.
+    pub embodied: Option<Box<Embodied>>,
 }
 
 impl Devices {
     /// Does what a message asks for. Returns the sensor that it asks about, and who wants to know.
     pub fn serve(&mut self, now: u64, message: Message) -> Option<(Sensor, TaskCode)> {
-        match Request::from_payload(message.payload())? {
-            Request::Read(sensor) => return Some((sensor, message.from().task())),
+        let request = Request::from_payload(message.payload())?;
+        match (request, &mut self.embodied) {
+            (Request::Read(sensor), _) => return Some((sensor, message.from().task())),
+            (request, Some(embodied)) => embodied.serve(request),
+            (request, None) => self.assume(now, request),
+        }
+        None
+    }
+
+    /// Does at once what is asked for, or notes that it was.
+    fn assume(&mut self, now: u64, request: Request) {
+        match request {
             Request::Turn { axis, angle, .. } => {
                 self.joints[usize::from(axis.index())] = Some((angle / 10) as i8);
             }
@@ -27,7 +41,6 @@ impl Devices {
             Request::Latch(dock, End::Released) => self.dockings.push((now, Docking::Release(dock))),
             _ => {}
         }
-        None
     }
 
     /// Where the joints are; `None` if they were told nothing yet.

@@ -1,5 +1,5 @@
-//! Docks that attach and let go by themselves: without latches, and with joints that are where they were told
-//! to be last. A module that was told nothing yet is straight.
+//! Docks that attach and let go by themselves, where there is no world: without latches, and with joints that
+//! are where they were told to be last. A module that was told nothing yet is straight.
 
 use hormone::action::Docking;
 use plants::dock::catches;
@@ -8,7 +8,6 @@ use tasks::dock::Dock;
 use super::Native;
 use super::time::{APPROACH, RELEASE};
 use crate::change::Change;
-use crate::pose::Angles;
 use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::wiring::Face;
@@ -43,7 +42,7 @@ pub const SOONEST: u64 = RELEASE;
 
 impl Native {
     /// Does what has been asked of docks and is due by now.
-    pub(super) fn settle_docks(&mut self) {
+    pub(super) fn do_due(&mut self) {
         let mut due: Vec<Due> = self.dockings.extract_if(.., |due| due.at <= self.now).collect();
         due.sort_by_key(|due| (due.at, due.module));
         for change in due.into_iter().filter_map(|due| self.outcome(due)).collect::<Vec<_>>() {
@@ -58,15 +57,10 @@ impl Native {
             Docking::Release(dock) => Some(Change::Detach(Face { module, dock })),
             Docking::Approach(dock) => {
                 let at = Face { module, dock };
-                let mut facing = self.wiring().facing(at, |module| self.angles(module)).into_iter();
+                let mut facing = self.wiring().facing(at, |module| self.modules[module].angles()).into_iter();
                 let near = facing.find(|facing| catches(facing.millimetres, facing.degrees))?;
                 Some(Change::Attach(at, near.face))
             }
         }
-    }
-
-    pub(super) fn angles(&self, module: usize) -> Angles {
-        let posture = self.modules[module].posture();
-        posture.map_or([0.0; 3], |told| [told.motor0, told.roll, told.motor2].map(f64::from))
     }
 }

@@ -1,5 +1,5 @@
-//! How the modules of the robot lie, as their accelerometers tell: with joints that are where they were told
-//! to be.
+//! How the modules of the robot lie, as their accelerometers tell where no world does: with joints that are
+//! where they were told to be.
 
 use super::Native;
 use crate::hardware::MILLISECOND;
@@ -8,9 +8,12 @@ use crate::hardware::MILLISECOND;
 pub const FEELING: u64 = 250 * MILLISECOND;
 
 impl Native {
-    /// Has all modules feel how they lie now.
+    /// Has all modules feel how they lie now, where no world shows them.
     pub(super) fn feel(&mut self) {
-        let accelerations = self.wiring.accelerations(self.roll, |module| self.angles(module));
+        if self.world.is_some() {
+            return;
+        }
+        let accelerations = self.wiring.accelerations(self.roll, |module| self.modules[module].angles());
         for (module, acceleration) in self.modules.iter_mut().zip(accelerations) {
             module.feel(acceleration);
         }

@@ -3,16 +3,21 @@
 //!
 //! What tasks do on the MCUs in zero time or with a timer is the same code; around it stands a model of what
 //! takes time: frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There
-//! is no CPU that two things want at once, and no interrupt.
+//! is no CPU that two things want at once, and no interrupt. In a [world](Native::within) joints and docking
+//! motors are driven by the code that drives them on the MCUs.
 
 mod behaviours;
 pub(crate) mod devices;
 mod docking;
+mod docks;
+mod embodied;
 mod inside;
+mod joints;
 mod lying;
 mod module;
 mod port;
 mod time;
+mod world;
 
 use std::hash::{Hash, Hasher};
 
@@ -24,7 +29,10 @@ use tasks::message::{Address, Letter, Message, TaskCode};
 use crate::change::{Change, Links};
 use crate::command::SENDS;
 use crate::deed::Deed;
+use crate::environment::Environment;
+use crate::hardware::MILLISECOND;
 use crate::hash::Fnv;
+use crate::placing::Placing;
 use crate::pose::Angles;
 use crate::random::Random;
 use crate::robot::Robot;
@@ -36,6 +44,8 @@ use hormone::gait::{Gait, GaitName};
 use hormone::status::Status;
 use lying::FEELING;
 use module::{Module, Output, is_reset, mcu_of};
+use plants::motion::Motion;
+use plants::trouble::Trouble;
 use port::{Flight, Wire};
 use time::LOOKAHEAD;
 
@@ -68,6 +78,7 @@ pub struct Native {
     felt_at: u64,
     output: Output,
     commands: u8,
+    world: Option<Box<dyn Environment>>,
 }
 
 /// One direction of a link.
@@ -114,6 +125,7 @@ impl Native {
             felt_at: 0,
             output: Output::default(),
             commands: 0,
+            world: None,
         };
         robot.measure();
         robot
@@ -238,8 +250,12 @@ impl Robot for Native {
     }
 
     fn change(&mut self, change: &Change) -> Result<(), WiringError> {
+        let before = self.world.as_ref().map(|_| self.wiring.clone());
         change.apply(&mut self.wiring)?;
         self.measure();
+        if let Some(before) = before {
+            self.change_world(change, &before);
+        }
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
             &Change::Reset { module, mcus } => {
@@ -274,17 +290,21 @@ impl Robot for Native {
     }
 
     fn run_until(&mut self, cycle: u64) {
-        while self.now < cycle {
+        while self.now < cycle && self.trouble().is_none() {
+            self.meet_world();
             // What docks are asked for meanwhile is not due before that is over.
             let due = self.dockings.iter().map(|due| due.at).min().unwrap_or(u64::MAX);
             if self.felt_at <= self.now {
                 self.felt_at = self.now + FEELING;
                 self.feel();
             }
-            let end = cycle.min(due).min(self.now + SOONEST).min(self.felt_at);
+            let mut end = cycle.min(due).min(self.now + SOONEST).min(self.felt_at);
+            if self.world.is_some() {
+                end = end.min((self.now + 1).next_multiple_of(MILLISECOND));
+            }
             self.run_tiles(end);
             self.now = end;
-            self.settle_docks();
+            self.do_due();
         }
     }
 
@@ -309,7 +329,7 @@ impl Robot for Native {
     }
 
     fn angles(&self, module: usize) -> Angles {
-        self.angles(module)
+        self.modules[module].angles()
     }
 
     fn links(&self) -> LinkTotals {
@@ -324,9 +344,31 @@ impl Robot for Native {
         totals
     }
 
+    fn placing(&self, module: usize) -> Option<Placing> {
+        Some(self.world.as_ref()?.placing(module))
+    }
+
+    fn motion(&self) -> Option<Motion> {
+        Some(self.world.as_ref()?.motion())
+    }
+
+    fn tilt(&self) -> Option<f64> {
+        Some(self.world.as_ref()?.tilt())
+    }
+
+    fn charge_used(&self) -> Option<f64> {
+        let used = self.modules.iter().filter_map(|module| Some(module.embodied()?.body.battery.used()));
+        used.reduce(f64::max)
+    }
+
+    fn trouble(&self) -> Option<&Trouble> {
+        self.world.as_ref()?.trouble()
+    }
+
     fn state_hash(&self) -> u64 {
         let mut hasher = Fnv::default();
         self.now.hash(&mut hasher);
+        self.world.iter().for_each(|world| world.state_hash().hash(&mut hasher));
         self.modules.iter().for_each(|module| module.hash(&mut hasher));
         hasher.finish()
     }

@@ -15,14 +15,17 @@ use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 use tasks::router::{Mcu, Source};
 use tasks::sensor::Sensor;
+use tasks::superbot::RESIDENCE;
 
 use super::behaviours::Here;
-use super::devices::value;
+use super::devices::{Devices, value};
+use super::embodied::Embodied;
 use super::inside::{Input, Inside};
 use super::port::{Flight, Port};
 use super::time::{CHARACTER, Clock, START, TICK, WAKE};
 use crate::change::Mcus;
 use crate::hardware::{START_UP, is_deaf_while_it_sends, is_on_slave};
+use crate::pose::Angles;
 use crate::random::Random;
 
 pub struct Module {
@@ -96,9 +99,45 @@ impl Module {
         (self.live_since[Mcu::Master as usize] <= now).then(|| self.behaviours.status())
     }
 
-    /// Where the joints were told to be last; `None` if they were told nothing yet.
-    pub fn posture(&self) -> Option<Posture> {
-        self.inside.devices.posture()
+    /// Where the joints are: without a world where they were told to be last, and straight if they were told
+    /// nothing yet.
+    pub fn angles(&self) -> Angles {
+        let Devices { embodied, .. } = &self.inside.devices;
+        match (embodied, self.inside.devices.posture()) {
+            (Some(embodied), _) => embodied.body.angles(),
+            (None, Some(Posture { motor0, roll, motor2 })) => [motor0, roll, motor2].map(f64::from),
+            (None, None) => [0.0; 3],
+        }
+    }
+
+    /// Gives the module a body in a world.
+    pub fn embody(&mut self, embodied: Box<Embodied>) {
+        self.inside.devices.embodied = Some(embodied);
+    }
+
+    pub fn embodied(&self) -> Option<&Embodied> {
+        self.inside.devices.embodied.as_deref()
+    }
+
+    pub fn embodied_mut(&mut self) -> Option<&mut Embodied> {
+        self.inside.devices.embodied.as_deref_mut()
+    }
+
+    /// A millisecond begins, in which the body does what the programs have it do.
+    pub fn drive(&mut self, now: u64) {
+        let runs = self.live_since.map(|live| self.is_on && live <= now);
+        let Some(embodied) = self.embodied_mut() else { return };
+        let acceleration = embodied.body.acceleration;
+        let reports = embodied.step(runs);
+        self.feel(acceleration);
+        for (from, report) in reports {
+            let mcu = if RESIDENCE.master.tasks.contains(from) { Mcu::Master } else { Mcu::Slave };
+            let (to, from) = (Address::here(TaskCode::HORMONE), Address::here(from));
+            if let Ok(message) = Message::new(to, from, &report.to_payload()) {
+                // What finds no room is lost, as on the MCUs.
+                let _ = self.deliver(now, mcu, message, Source::Task);
+            }
+        }
     }
 
     /// What the accelerometer reads from now on.
@@ -249,6 +288,9 @@ impl Module {
         if is_reset(Mcu::Master) {
             self.behaviours = Behaviours::new(self.gait, self.random.next_u64() as u16, 0);
             self.poll_at = live;
+        }
+        if let Some(embodied) = self.embodied_mut() {
+            embodied.reset(is_reset);
         }
         self.inside.reset(is_reset, mcu_of);
     }

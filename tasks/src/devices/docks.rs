@@ -18,10 +18,10 @@ use crate::request::Report;
 const JOINT: usize = 0;
 
 /// How fast that turns during a search, in degrees per second.
-const SEARCH_SPEED: u8 = 20;
+pub const SEARCH_SPEED: u8 = 20;
 
 /// How much a dock near enough to latch reflects, in counts of the converter.
-const NEAR: u16 = 500;
+pub const NEAR: u16 = 500;
 
 /// The devices of one dock.
 struct Devices {

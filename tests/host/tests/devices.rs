@@ -12,8 +12,7 @@ use tasks::dock::Dock;
 use tasks::docking::latch::{End, EndSwitches, Failure, State as LatchState};
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
-use tasks::motor::joint::{Description, Joint, Reading, State};
-use tasks::motor::potentiometer::Potentiometer;
+use tasks::motor::joint::{Joint, Reading, State};
 use tasks::motor::task::{self as motor, Motors};
 use tasks::motor::{Axis, FULL_DRIVE};
 use tasks::post_office::{PostOffice, Undelivered};
@@ -24,16 +23,9 @@ use tasks::power::switch::Switch;
 use tasks::request::{Report, Request};
 use tasks::router::{Mcu, Router, Source};
 use tasks::sensor::Sensor;
-use tasks::superbot::{MASTER, RESIDENCE, SLAVE};
+use tasks::superbot::{JOINT, LATCH_CURRENT_LIMIT, MASTER, RESIDENCE, SLAVE};
 
 const HORMONE: TaskCode = TaskCode::HORMONE;
-
-const JOINT: Description = Description {
-    potentiometer: Potentiometer::new(512, 47),
-    lowest: -900,
-    highest: 900,
-    current_limit: 164,
-};
 
 /// What the devices of one MCU are in.
 struct World {
@@ -130,7 +122,7 @@ impl<const BATTERY: bool> Board<BATTERY> {
 
 impl<const BATTERY: bool> Peripherals for Board<BATTERY> {
     const HAS_BATTERY: bool = BATTERY;
-    const LATCH_CURRENT_LIMIT: i16 = 500;
+    const LATCH_CURRENT_LIMIT: i16 = LATCH_CURRENT_LIMIT;
 
     fn docks() -> [Dock; 3] {
         if BATTERY { SLAVE.docks() } else { MASTER.docks() }

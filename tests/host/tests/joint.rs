@@ -2,16 +2,9 @@
 
 use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
-use tasks::motor::joint::{Description, Fault, Joint, Reading, State};
-use tasks::motor::potentiometer::Potentiometer;
+use tasks::motor::joint::{Fault, Joint, Reading, State};
 use tasks::motor::{FULL_DRIVE, to_angle};
-
-const DESCRIPTION: Description = Description {
-    potentiometer: Potentiometer::new(512, 47),
-    lowest: -900,
-    highest: 900,
-    current_limit: 164,
-};
+use tasks::superbot::JOINT;
 
 /// Steps of the plant in a millisecond.
 const STEPS: u32 = 20;
@@ -26,7 +19,7 @@ struct Rig {
 
 impl Rig {
     fn new(plant: Plant) -> Self {
-        Rig { joint: Joint::new(DESCRIPTION), plant, drive: 0 }
+        Rig { joint: Joint::new(JOINT), plant, drive: 0 }
     }
 
     /// One millisecond. The drive follows from readings of its beginning, as on the board.
@@ -106,7 +99,7 @@ proptest! {
     fn any_reading_is_borne(
         orders in prop::collection::vec((any::<i16>(), any::<u8>(), 0..=1023_u16, 0..=1023_u16, 1..300_usize), 1..20),
     ) {
-        let mut joint = Joint::new(DESCRIPTION);
+        let mut joint = Joint::new(JOINT);
         for (angle, speed, potentiometer, current, periods) in orders {
             joint.turn_to(angle, speed);
             for _ in 0..periods {

@@ -5,8 +5,8 @@
 use hormone::action::Action;
 use hormone::event::Event;
 use hormone::module_type::ModuleType;
-use simavr_harness::{Engine, RobotBuilder};
-use simulation::{Change, Hops, LinkTotals, Native, Robot, Shape};
+use simavr_harness::{Engine, Physics, RobotBuilder};
+use simulation::{Change, Hops, LinkTotals, Motion, Native, Robot, Run, Scenario, Shape, Terrain};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
 /// How long robots run, and how often modules are looked at: never when a beat is due.
@@ -29,6 +29,10 @@ const LATENCY_APART: f64 = 0.06;
 /// Of so many hormones no more than one is repeated in either engine: nothing is lost here but what ends that
 /// send at once drown.
 const FEW_REPEATED: u64 = 20;
+
+/// By what part of the way in simavr the ways may differ that a robot comes in a world, and in what time.
+const WAY_APART: f64 = 0.1;
+const WALK: u64 = 7_000 * MILLISECOND;
 
 /// How the robot is turned, and when: in the middle of a beat, and not when modules are looked at.
 const TURNS: [(u64, f64); 2] = [(2_230 * MILLISECOND, 180.0), (3_730 * MILLISECOND, 0.0)];
@@ -121,4 +125,34 @@ fn a_chain_does_the_same_in_both_engines() {
 #[test]
 fn a_centipede_that_is_turned_over_and_back_does_the_same_in_both_engines() {
     assert_alike(Shape::Centipede, 10, &TURNS);
+}
+
+/// How a robot has moved through the events of its file, in a world.
+fn motion(robot: impl Robot, scenario: &Scenario) -> Motion {
+    let mut run = Run::new(robot, scenario.timeline.clone(), 1_000 * MILLISECOND);
+    while run.step(WALK).expect("the events are possible") {}
+    assert_eq!(run.robot.trouble(), None);
+    assert!((0..run.robot.wiring().modules()).all(|module| run.robot.is_right(module)));
+    run.robot.motion().expect("there is a world")
+}
+
+#[test]
+fn in_a_world_robots_come_as_far_in_both_engines() {
+    for file in [
+        "shape = 'centipede'\nmodules = 10",
+        include_str!("../../../robots/gaits/caterpillar.toml"),
+        include_str!("../../../robots/gaits/serpentine.toml"),
+    ] {
+        let scenario = Scenario::from_toml(file).expect("the file is right");
+        let wiring = &scenario.wiring;
+        let builder = RobotBuilder::wired(firmware(), wiring).seed(1).power_up_within(POWER_UP_WITHIN);
+        let robot = builder.on_terrain(&Terrain::default()).build().expect("the robot can be built");
+        let simavr = motion(Engine::new(robot, 2), &scenario);
+        let world = Physics::on_terrain(wiring, &Terrain::default(), &[], 1).expect("there is room");
+        let native = Native::new(wiring.clone(), 1, POWER_UP_WITHIN).within(Box::new(world));
+        let native = motion(native, &scenario);
+        let apart = (native.distance - simavr.distance).abs();
+        assert!(simavr.distance > 0.1, "{file}: {simavr:?}");
+        assert!(apart < WAY_APART * simavr.distance, "{file}: {} and {} m", simavr.distance, native.distance);
+    }
 }

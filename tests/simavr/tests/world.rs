@@ -64,7 +64,7 @@ fn legs_turn_to_where_they_are_told_against_the_ground() {
 #[test]
 fn who_is_turned_over_feels_it() {
     let mut engine = centipede(6, 1, 2);
-    let up = |engine: &Engine| engine.robot().module(1).unwrap().body().acceleration()[2];
+    let up = |engine: &Engine| engine.robot().module(1).unwrap().body().acceleration[2];
     engine.run_until(SECOND);
     assert!(up(&engine) > 0.5, "{}", up(&engine));
     engine.change(&Change::Roll(180.0)).unwrap();

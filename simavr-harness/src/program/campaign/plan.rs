@@ -189,7 +189,10 @@ mod tests {
             ("robot = 'square'", "give one of centipede, chain, ring"),
             ("robot = '--json'", "--json"),
             ("robot = ''", "give one of centipede, chain, ring"),
-            ("engine = ['simavr', 'host']\nworld = 'ground'", "leave --world out"),
+            (
+                "engine = 'host'\nworld = ['none', 'ground']\nrobot = { shape = 'chain', modules = 1001 }",
+                "up to 1000 modules",
+            ),
             ("engine = 'host'\nvary = 'mass=20%'", "--vary"),
             ("robot = { shape = 'six-legs', modules = 2 }", "at least 11 modules"),
             ("loss = [0.3, 0.3]", "asked for twice"),

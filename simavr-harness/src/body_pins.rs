@@ -1,0 +1,149 @@
+//! The body of a module, wired to the pins of both MCUs as `board/src/superbot.rs` has it.
+
+use simulation::{Body, CLOCK_HZ, Drives};
+use tasks::dock::{Dock, DockSet};
+use tasks::superbot::{MASTER, SLAVE};
+
+use crate::controller::Controller;
+use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};
+use crate::mcu::Mcu;
+use crate::part::Pin;
+use crate::repair::adc::Multiplexer;
+
+/// The body follows the pins in steps of so many cycles: 0.1 ms.
+pub const STEP: u64 = 1600;
+
+/// A step, in s.
+const SECONDS: f64 = STEP as f64 / CLOCK_HZ as f64;
+
+/// The multiplexer before ADC7.
+const MULTIPLEXER: Multiplexer = Multiplexer {
+    pin: 7,
+    address: [Pin { port: 'G', bit: 0 }, Pin { port: 'G', bit: 1 }, Pin { port: 'G', bit: 2 }],
+};
+
+// Data addresses: a look at a register is far cheaper than asking simavr for a pin's level.
+const TCNT1H: u16 = 0x4d;
+const TCNT1L: u16 = 0x4c;
+const PORTD: u16 = 0x32;
+const PORTB: u16 = 0x38;
+
+/// Timer1's registers and port C. The body alone follows these, so that simavr need not: it would count each
+/// pulse of the motors, 20,000 a second, and tell each pin of its level.
+const FOLLOWED: [u16; 13] =
+    [PORTC, ICR1, 0x47, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
+
+/// The docks of each half, by their places.
+const DOCKS: [(Controller, [Dock; 3]); 2] =
+    [(Controller::Master, MASTER.docks()), (Controller::Slave, SLAVE.docks())];
+
+/// What was last shown of the switches at the ends of the latches, by docks: released, latched.
+#[derive(Default)]
+pub struct BodyPins {
+    switches: [[Option<bool>; 2]; 6],
+}
+
+impl BodyPins {
+    /// Wires a body to MCUs at power-up.
+    pub fn attach(&mut self, body: &Body, mcus: &mut [Mcu; 2]) {
+        for mcu in &mut *mcus {
+            mcu.set_analog(|analog| analog.multiplexer = Some(MULTIPLEXER));
+            mcu.make_plain(&FOLLOWED);
+        }
+        self.show(body, mcus);
+    }
+
+    /// Lets a [`STEP`] pass as the pins are, and then shows the MCUs where that has led.
+    pub fn step(&mut self, body: &mut Body, mcus: &mut [Mcu; 2]) {
+        body.step(&drives(mcus), SECONDS);
+        self.show(body, mcus);
+    }
+
+    /// Sets the voltages and pins that the MCUs see.
+    pub fn show(&mut self, body: &Body, mcus: &mut [Mcu; 2]) {
+        for wiring in &JOINTS {
+            let joint = body.joint(wiring.axis);
+            mcus[wiring.controller as usize].set_analog(|analog| {
+                analog.pins[wiring.potentiometer] = joint.potentiometer_volts();
+                analog.pins[wiring.current] = joint.current_volts();
+            });
+        }
+        for (controller, docks) in DOCKS {
+            let mcu = &mut mcus[controller as usize];
+            for (place, dock) in docks.into_iter().enumerate() {
+                let bit = place as u8;
+                let is_closed = is_high(mcu, PORTD, 4 + bit);
+                let index = usize::from(dock.index());
+                let amperes = if is_closed { body.dock_amperes[index] } else { 0.0 };
+                mcu.set_analog(|analog| {
+                    analog.pins[4 + place] = 2.5 + 0.5 * amperes;
+                    analog.multiplexed[place] = (f64::from(body.reflected(dock)) + 0.5) / 1024.0 * 5.0;
+                });
+                let latch = body.latch(dock);
+                let pressed = [latch.is_released(), latch.is_latched()];
+                for ((end, is_pressed), shown) in (0..).zip(pressed).zip(&mut self.switches[index]) {
+                    if shown.replace(is_pressed) != Some(is_pressed) {
+                        // Pressed, a switch pulls its pin low.
+                        mcu.drive_pin(Pin { port: 'A', bit: 2 * bit + end }, !is_pressed);
+                    }
+                }
+            }
+            let latching: f64 = docks.into_iter().map(|dock| body.latch(dock).amperes()).sum();
+            let celsius = body.celsius[controller as usize];
+            let rest = match controller {
+                Controller::Master => body.acceleration.map(|axis| 2.5 + 0.8 * axis),
+                Controller::Slave => [body.battery.volts() / 2.0, 0.5 + 0.01 * body.battery.celsius, 0.0],
+            };
+            mcu.set_analog(|analog| {
+                analog.multiplexed[3] = latching;
+                analog.multiplexed[4] = 0.5 + 0.01 * celsius;
+                analog.multiplexed[5..].copy_from_slice(&rest);
+            });
+        }
+    }
+}
+
+/// The docks that send out light, to look for others.
+pub fn looking(mcus: &[Mcu; 2]) -> DockSet {
+    let lit = DOCKS.into_iter().filter(|(controller, _)| is_high(&mcus[*controller as usize], PORTB, 0));
+    let mut docks = DockSet::EMPTY;
+    lit.flat_map(|(_, docks)| docks).for_each(|dock| docks.insert(dock));
+    docks
+}
+
+/// What the pins have motors and switches do.
+fn drives(mcus: &[Mcu; 2]) -> Drives {
+    let is_charging = is_high(&mcus[Controller::Slave as usize], PORTD, 7);
+    let mut drives = Drives { is_charging, ..Drives::default() };
+    for wiring in &JOINTS {
+        drives.duties[usize::from(wiring.axis.index())] = duty(&mcus[wiring.controller as usize], wiring);
+    }
+    for (controller, docks) in DOCKS {
+        let mcu = &mcus[controller as usize];
+        for (place, dock) in (0..).zip(docks) {
+            let is_driven = |bit| i8::from(is_high(mcu, PORTC, bit));
+            let direction = is_driven(3 + 2 * place) - is_driven(2 + 2 * place);
+            drives.latches[usize::from(dock.index())] = direction;
+            if is_high(mcu, PORTD, 4 + place) {
+                drives.closed.insert(dock);
+            }
+        }
+    }
+    drives
+}
+
+/// Whether an output of this port is high; inputs of these ports have no pull-ups.
+fn is_high(mcu: &Mcu, port: u16, bit: u8) -> bool {
+    mcu.read(port).is_some_and(|levels| levels & 1 << bit != 0)
+}
+
+/// The duty of a joint's motor, -1 to 1.
+fn duty(mcu: &Mcu, wiring: &JointWiring) -> f64 {
+    let byte = |address| mcu.read(address).unwrap_or(0);
+    let word = |address| f64::from(u16::from_le_bytes([byte(address), byte(address + 1)]));
+    if byte(TCCR1A) & wiring.connected == 0 {
+        return 0.0;
+    }
+    let duty = word(wiring.compare) / word(ICR1).max(1.0);
+    if is_high(mcu, PORTC, wiring.direction) { duty } else { -duty }
+}

@@ -1,0 +1,206 @@
+//! The body of a module: joints, latches and battery, whatever drives them.
+
+use plants::battery::{Battery, IDLE_AMPERES};
+use plants::dock::Latch;
+use plants::joint::{Joint, counts};
+use plants::motor::Motor;
+use tasks::dock::{Dock, DockSet};
+use tasks::docking::latch::End;
+use tasks::motor::Axis;
+use tasks::motor::joint::Reading;
+use tasks::superbot::{MASTER, SLAVE};
+
+use crate::pose::Angles;
+
+/// Steps of a joint's equations in one of the body, where no world moves it.
+const PARTS: u32 = 2;
+
+/// The docks of the master's half, then those of the slave's.
+const HALVES: [[Dock; 3]; 2] = [MASTER.docks(), SLAVE.docks()];
+
+/// A module's body, to be looked at and interfered with between runs.
+#[derive(Clone, Debug)]
+pub struct Body {
+    joints: [Joint; 3],
+    /// Where a world moves the joints.
+    driven: Option<Driven>,
+    latches: [Latch; 6],
+    /// Docks whose motors have moved their latches to an end, and to which.
+    arrivals: Vec<(Dock, End)>,
+    /// What flows out of each dock while its power switch is closed, in A. What flows in reaches the battery
+    /// by its charger.
+    pub dock_amperes: [f64; 6],
+    /// What each dock sees reflected by something that is no dock of the robot, in counts of the converter.
+    pub proximity: [u16; 6],
+    /// Likewise by other docks of the robot.
+    reflected: [u16; 6],
+    pub battery: Battery,
+    /// Of both boards, in degrees Celsius.
+    pub celsius: [f64; 2],
+    /// What the accelerometer reads along x, y and z of the half with the Front dock, in multiples of the
+    /// acceleration of gravity.
+    pub acceleration: [f64; 3],
+}
+
+/// What the MCUs have their motors and switches do.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drives {
+    /// The duties of the joints' motors, -1 to 1, by the joints' indices.
+    pub duties: [f64; 3],
+    /// Where docking motors drive their latches, by docks: 1 to latched, -1 to released, 0 is off.
+    pub latches: [i8; 6],
+    /// The docks whose power switches are closed.
+    pub closed: DockSet,
+    pub is_charging: bool,
+}
+
+/// What the motors of a body had since the world last asked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Driven {
+    /// The sum over the steps, in V.
+    volts: [f64; 3],
+    steps: u32,
+}
+
+impl Default for Body {
+    /// A module that lies still, straight and released from all others, with a full battery.
+    fn default() -> Self {
+        Body {
+            joints: [0.0; 3].map(Joint::at),
+            driven: None,
+            latches: [0.0; 6].map(Latch::at),
+            arrivals: Vec::new(),
+            dock_amperes: [0.0; 6],
+            proximity: [0; 6],
+            reflected: [0; 6],
+            battery: Battery::at_power_up(),
+            celsius: [25.0; 2],
+            acceleration: [0.0, 0.0, 1.0],
+        }
+    }
+}
+
+impl Body {
+    pub fn joint(&self, axis: Axis) -> &Joint {
+        &self.joints[usize::from(axis.index())]
+    }
+
+    pub fn joint_mut(&mut self, axis: Axis) -> &mut Joint {
+        &mut self.joints[usize::from(axis.index())]
+    }
+
+    pub fn latch(&self, dock: Dock) -> &Latch {
+        &self.latches[usize::from(dock.index())]
+    }
+
+    pub fn latch_mut(&mut self, dock: Dock) -> &mut Latch {
+        &mut self.latches[usize::from(dock.index())]
+    }
+
+    /// The angles of the joints.
+    pub fn angles(&self) -> Angles {
+        self.joints.each_ref().map(Joint::degrees)
+    }
+
+    /// Gives all joints such a motor, and potentiometers that sit turned on their shafts by so many degrees.
+    pub fn equip(&mut self, motor: Motor, zeros: [f64; 3]) {
+        for (joint, zero) in self.joints.iter_mut().zip(zeros) {
+            joint.motor = motor;
+            joint.zero = zero;
+        }
+    }
+
+    /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in
+    /// V.
+    pub fn take_volts(&mut self) -> [f64; 3] {
+        let Driven { volts, steps } = self.driven.replace(Driven::default()).unwrap_or_default();
+        volts.map(|sum| sum / f64::from(steps.max(1)))
+    }
+
+    /// Brings the joints to where a world has them, in rad and rad/s, and shows the accelerometer what it has
+    /// to feel, in multiples of the acceleration of gravity.
+    pub fn put(&mut self, angles: [f64; 3], speeds: [f64; 3], acceleration: [f64; 3]) {
+        for ((joint, angle), speed) in self.joints.iter_mut().zip(angles).zip(speeds) {
+            joint.put(angle, speed);
+        }
+        self.acceleration = acceleration;
+    }
+
+    /// What the converter reads of a joint.
+    pub fn reading(&self, axis: Axis) -> Reading {
+        let joint = self.joint(axis);
+        Reading { potentiometer: counts(joint.potentiometer_volts()), current: counts(joint.current_volts()) }
+    }
+
+    /// Sets what a dock sees of the others of the robot, in counts of the converter.
+    pub fn reflect(&mut self, dock: Dock, counts: u16) {
+        self.reflected[usize::from(dock.index())] = counts;
+    }
+
+    /// What a dock sees reflected of its own light, in counts of the converter.
+    pub fn reflected(&self, dock: Dock) -> u16 {
+        let index = usize::from(dock.index());
+        self.proximity[index].max(self.reflected[index])
+    }
+
+    /// Whether a latch has come to an end by its own motor since they were last taken.
+    pub fn has_arrived(&self) -> bool {
+        !self.arrivals.is_empty()
+    }
+
+    /// Takes the latches that have come to an end by their own motors since the last call.
+    pub fn take_arrivals(&mut self) -> Vec<(Dock, End)> {
+        std::mem::take(&mut self.arrivals)
+    }
+
+    /// Another motor than its own, or whoever built the robot, has moved a latch.
+    pub fn set_latch(&mut self, dock: Dock, end: End) {
+        *self.latch_mut(dock) = Latch::at(if end == End::Latched { 1.0 } else { 0.0 });
+    }
+
+    /// Lets so much time pass, a millisecond at most.
+    pub fn step(&mut self, drives: &Drives, seconds: f64) {
+        let volts = self.battery.volts();
+        let mut amperes = IDLE_AMPERES;
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            let duty = drives.duties[index];
+            joint.surroundings.supply_volts = volts;
+            match &mut self.driven {
+                None => (0..PARTS).for_each(|_| joint.step(duty, seconds / f64::from(PARTS))),
+                Some(driven) => {
+                    joint.drive(duty);
+                    driven.volts[index] += joint.volts(duty);
+                }
+            }
+            amperes += joint.amperes() * duty.abs();
+        }
+        if let Some(driven) = &mut self.driven {
+            driven.steps += 1;
+        }
+        for dock in HALVES.into_iter().flatten() {
+            let index = usize::from(dock.index());
+            let direction = drives.latches[index];
+            let latch = &mut self.latches[index];
+            let before = (direction != 0).then(|| end_of(latch));
+            latch.step(direction, seconds);
+            amperes += latch.amperes();
+            if before.is_some_and(|before| end_of(latch) != before) {
+                self.arrivals.extend(end_of(latch).map(|end| (dock, end)));
+            }
+            if drives.closed.contains(dock) {
+                let outward = self.dock_amperes[index];
+                amperes += if drives.is_charging { outward } else { outward.max(0.0) };
+            }
+        }
+        self.battery.step(amperes, seconds);
+    }
+}
+
+/// The end at which a latch presses its switch.
+fn end_of(latch: &Latch) -> Option<End> {
+    match (latch.is_released(), latch.is_latched()) {
+        (true, _) => Some(End::Released),
+        (_, true) => Some(End::Latched),
+        _ => None,
+    }
+}

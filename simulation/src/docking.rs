@@ -1,0 +1,89 @@
+//! What docks do to each other: light from one is reflected by another, and latches take hold and let go.
+
+use plants::dock::{catches, reflected};
+use tasks::dock::DockSet;
+use tasks::docking::latch::End;
+
+use crate::body::Body;
+use crate::change::Change;
+use crate::pose::Facing;
+use crate::wiring::{Face, Wiring, WiringError};
+
+/// A robot whose modules have bodies.
+pub trait Bodies {
+    /// How its modules are attached to each other now.
+    fn wiring(&self) -> &Wiring;
+
+    /// The body of a module; `None` where it is not simulated.
+    fn body_mut(&mut self, module: usize) -> Option<&mut Body>;
+
+    /// The docks of a module that send out light, to look for others.
+    fn looking(&self, module: usize) -> DockSet;
+
+    /// The free docks that a free dock looks at.
+    fn facing(&self, from: Face) -> Vec<Facing>;
+
+    /// Lets something happen to the robot now.
+    ///
+    /// # Errors
+    /// It can't happen to a robot that is wired so.
+    fn change(&mut self, change: &Change) -> Result<(), WiringError>;
+
+    /// Brings attachments to where latches are by now, and shows docks that look what is before them. Returns
+    /// what the robot has changed of its wiring, in order.
+    fn settle_docks(&mut self) -> Vec<Change> {
+        let modules = self.wiring().modules();
+        let mut changes = Vec::new();
+        for module in 0..modules {
+            for (dock, end) in self.body_mut(module).map(Body::take_arrivals).unwrap_or_default() {
+                let change = self.arrive(Face { module, dock }, end);
+                changes.extend(change.filter(|change| self.change(change).is_ok()));
+            }
+        }
+        for module in 0..modules {
+            for dock in self.looking(module).iter() {
+                let nearest = self.before(Face { module, dock });
+                let counts = nearest.map_or(0, |facing| reflected(facing.millimetres, facing.degrees));
+                if let Some(body) = self.body_mut(module) {
+                    body.reflect(dock, counts);
+                }
+            }
+        }
+        changes
+    }
+
+    /// Docks that are attached are latched, and those that have come off are released, since it was wired so.
+    fn set_latches(&mut self, before: &Wiring) {
+        let faces: Vec<Face> = before.attached().chain(self.wiring().attached()).collect();
+        for face in faces {
+            let peer = self.wiring().peer(face);
+            if peer != before.peer(face)
+                && let Some(body) = self.body_mut(face.module)
+            {
+                body.set_latch(face.dock, if peer.is_some() { End::Latched } else { End::Released });
+            }
+        }
+    }
+
+    /// What comes of it that the latch of a dock has come to an end.
+    fn arrive(&self, at: Face, end: End) -> Option<Change> {
+        let is_attached = self.wiring().peer(at).is_some();
+        match end {
+            End::Released if is_attached => Some(Change::Detach(at)),
+            End::Latched if !is_attached => {
+                let Facing { face, millimetres, degrees } = self.before(at)?;
+                catches(millimetres, degrees).then_some(Change::Attach(at, face))
+            }
+            _ => None,
+        }
+    }
+
+    /// The dock that reflects most of the light of a free one.
+    fn before(&self, face: Face) -> Option<Facing> {
+        if self.wiring().peer(face).is_some() {
+            return None;
+        }
+        let facing = self.facing(face).into_iter();
+        facing.max_by_key(|facing| reflected(facing.millimetres, facing.degrees))
+    }
+}

@@ -1,0 +1,44 @@
+//! What a robot that is simulated may be in: a world with ground under it.
+
+use crate::body::Body;
+use crate::change::Change;
+use crate::placing::Placing;
+use crate::pose::Facing;
+use crate::wiring::{Face, Wiring};
+use plants::motion::Motion;
+use plants::trouble::Trouble;
+
+/// A world that a robot is in, and what passes between the two: volts at motors one way, where joints are and
+/// what accelerometers feel the other.
+pub trait Environment: Send {
+    /// From now on the world moves a module's body, by motors that the world knows.
+    fn enter(&mut self, module: usize, body: &mut Body);
+
+    /// Takes what a module's motors had in the millisecond that is over, and shows the module where its
+    /// joints are and what its accelerometer reads.
+    fn exchange(&mut self, module: usize, body: &mut Body);
+
+    /// Lets a millisecond pass, unless the world has broken.
+    fn step(&mut self);
+
+    /// Brings what holds what to where `wiring` has it after a change; `before` that it was this.
+    fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring);
+
+    /// The free docks that a dock looks at.
+    fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing>;
+
+    /// Why the world can't go on.
+    fn trouble(&self) -> Option<&Trouble>;
+
+    /// How the robot has moved.
+    fn motion(&self) -> Motion;
+
+    /// The most that a module with two legs leaned, in degrees.
+    fn tilt(&self) -> f64;
+
+    /// Where a module is, and how it bends.
+    fn placing(&self, module: usize) -> Placing;
+
+    /// A hash of where all is and how it moves.
+    fn state_hash(&self) -> u64;
+}
