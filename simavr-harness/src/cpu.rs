@@ -16,6 +16,7 @@ use simavr_ffi as ffi;
 mod registers;
 mod snapshot;
 
+pub use registers::Registers;
 pub(crate) use registers::{Access, CoreState, IO_START};
 
 // Missing from simavr-ffi's bindings.

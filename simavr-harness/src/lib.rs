@@ -29,6 +29,7 @@ mod docking;
 mod engine;
 mod execution;
 mod image;
+mod inspect;
 mod interpreter;
 mod joint_pins;
 mod link;
@@ -52,13 +53,14 @@ pub use bus::{Bus, BusCounts};
 pub use character::Character;
 pub use controller::Controller;
 pub use coverage::{Coverage, Ways};
-pub use cpu::Reset;
+pub use cpu::{Registers, Reset};
 pub use engine::Engine;
 pub use image::{Code, Form, Image, ImageError, Kind, Place, Symbol};
+pub use inspect::{Context, Tasks};
 pub use link::{Faults, LinkCounts};
 pub use marker::Marker;
 pub use mcu::masked::{MaskedWindow, OpenedBy};
-pub use mcu::{Accepted, Debugger, Mcu, McuError, NoSuchData, Registers, State};
+pub use mcu::{Accepted, Debugger, Mcu, McuError, NoSuchData, State};
 pub use module::{CONTROL_PROBE, Images, Module, NoLink};
 pub use part::{Part, Pin, UnknownPart};
 pub use physics::Physics;
@@ -70,9 +72,6 @@ pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Body, CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;
 pub use trace::{BusSignal, Line, bus_lines, motor_lines, serial_line};
-pub use trace::{
-    Context, Glance, Glimpse, Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Tasks, Trace,
-    Wait,
-};
+pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait};
 pub use variation::{Assumption, Variation, VariationError};
 pub use world::{Ground, Steps};

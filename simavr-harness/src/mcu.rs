@@ -30,7 +30,7 @@ mod explore;
 mod job;
 pub mod masked;
 
-pub use debug::{Debugger, Registers};
+pub use debug::Debugger;
 use job::Jobs;
 use masked::{OpenedBy, Windows};
 

@@ -1,6 +1,6 @@
 //! The verdict: what a robot does wrong is found, and nothing else, by the native engine's runs.
 
-use hormone::action::Action::{Holding, HoldingOver, Straight, Swing, SwingOver};
+use hormone::action::Action::{Holding, HoldingOver, Swing, SwingOver};
 use hormone::data::Data::{A, B};
 use hormone::gait::{Gait, GaitName};
 use hormone::module_type::ModuleType::{self, Branch, Head, LeftLeg, RightLeg, Spine};

@@ -6,6 +6,9 @@ use crate::costs::Costs;
 use crate::problem::Problem;
 use crate::releases::{Event, Releases, Run};
 
+/// Longer than this, in cycles, nobody looks: the CPU is taken to be busy for ever. 10 s.
+pub const PATIENCE: u64 = 160_000_000;
+
 /// Runs of an interrupt.
 pub struct Runs {
     pub vector: Option<u8>,
@@ -119,4 +122,9 @@ impl<'a> Costed<'a> {
     pub fn of_cpu(&self, cycles: u64) -> f64 {
         f64::from(self.event.sources) * cycles as f64 / self.event.every as f64
     }
+}
+
+/// So many times so many cycles, or for ever.
+pub fn all_of(times: u64, cycles: u64) -> u64 {
+    times.saturating_mul(cycles).min(PATIENCE)
 }

@@ -8,8 +8,7 @@
 use serde::Serialize;
 
 use crate::bounds::{Bounds, Interrupt};
-use crate::costed::{Costed, Runs};
-use crate::response::{PATIENCE, all_of};
+use crate::costed::{Costed, PATIENCE, Runs, all_of};
 
 /// After a return the interrupted program executes one instruction, of 4 cycles at most, before the next interrupt.
 const BETWEEN: u64 = 4;

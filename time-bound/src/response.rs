@@ -12,7 +12,7 @@ use serde::Serialize;
 use stack_bound::vectors;
 
 use crate::bounds::Bounds;
-use crate::costed::Costed;
+use crate::costed::{Costed, PATIENCE, all_of};
 use crate::costs::Costs;
 use crate::latency::Latency;
 use crate::problem::Problem;
@@ -88,9 +88,6 @@ impl fmt::Display for Responses {
         Ok(())
     }
 }
-
-/// Longer than this, in cycles, nobody looks: the CPU is taken to be busy for ever. 10 s.
-pub const PATIENCE: u64 = 160_000_000;
 
 /// The loads and the responses of an image.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -226,9 +223,4 @@ fn busy(own: &Costed, all: &[Costed], priority: u8, once: u64, number: u64) -> O
         end = next;
     }
     None
-}
-
-/// So many times so many cycles, or for ever.
-pub fn all_of(times: u64, cycles: u64) -> u64 {
-    times.saturating_mul(cycles).min(PATIENCE)
 }

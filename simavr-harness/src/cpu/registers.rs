@@ -3,6 +3,7 @@
 
 use std::cell::Cell;
 
+use serde::{Deserialize, Serialize};
 use simavr_ffi as ffi;
 
 use super::Cpu;
@@ -12,6 +13,17 @@ const READ_FLASH: u32 = u32::from_be_bytes(*b"flpm");
 
 /// First data address of the I/O registers.
 pub(crate) const IO_START: u16 = 0x20;
+
+/// The registers of the core.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Registers {
+    pub general: [u8; 32],
+    /// SREG.
+    pub status: u8,
+    pub stack_pointer: u16,
+    /// Address of the next instruction, in bytes.
+    pub pc: u32,
+}
 
 /// Where a program is.
 #[derive(Clone, Copy)]

@@ -1,26 +1,13 @@
 //! An MCU that is held up between two instructions.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Mcu, SREG};
-use crate::cpu::CoreState;
+use crate::cpu::{CoreState, Registers};
 
 /// Looks at an MCU before each of its instructions.
 pub trait Debugger: Send {
     /// The MCU is about to execute an instruction, and waits for this to return. What is only looked at does
     /// not change what happens.
     fn before_instruction(&mut self, mcu: &mut Mcu);
-}
-
-/// The registers of the core.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Registers {
-    pub general: [u8; 32],
-    /// SREG.
-    pub status: u8,
-    pub stack_pointer: u16,
-    /// Address of the next instruction, in bytes.
-    pub pc: u32,
 }
 
 impl Mcu {

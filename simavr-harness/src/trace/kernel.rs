@@ -6,8 +6,7 @@
 //! [`link.rs`](../../../kernel/src/link.rs). A program that runs wild may have anything there: nothing here
 //! counts on its being right.
 
-use crate::cpu::Cpu;
-use crate::mcu::Registers;
+use crate::cpu::{Cpu, Registers};
 use crate::trace::names::Names;
 use crate::trace::{NotTraceable, TaskState, Wait};
 
@@ -49,7 +48,7 @@ const PARKED: u16 = 0xfe00;
 const LONGEST_LIST: usize = 256;
 
 /// Where the kernel keeps what it keeps.
-pub(super) struct Kernel {
+pub(crate) struct Kernel {
     start: u16,
     idle: u16,
     /// Bytes of a control block.
@@ -59,7 +58,7 @@ pub(super) struct Kernel {
 
 /// What keeps a task that does not run.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Kept {
+pub(crate) enum Kept {
     /// There is no task on the stack.
     Absent,
     /// The semaphores by their addresses, and the ticks until the wait ends by itself.

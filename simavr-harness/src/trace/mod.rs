@@ -6,18 +6,14 @@
 //!
 //! - `watch`: which instructions and which bytes of SRAM are looked at.
 //! - `kernel`: what the kernel's data say, at addresses that the image's symbols tell.
-//! - `glance`: what tasks do at a moment, for whoever does not follow them.
 //! - `names`: what lies where, in the words of the program.
 //! - `tracer`: takes note.
-//! - `tasks`: what all tasks do at one moment, and where they go on.
 //! - `line`: the levels of wires, by what was sent there; `motors`: those of the pins that drive motors.
 
-mod glance;
 mod kernel;
 mod line;
 mod motors;
 mod names;
-mod tasks;
 mod tracer;
 mod track;
 mod watch;
@@ -28,10 +24,10 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::character::Character;
-pub use glance::{Glance, Glimpse};
+pub(crate) use kernel::Kernel;
 pub use line::{BusSignal, Line, bus_lines, serial_line};
 pub use motors::motor_lines;
-pub use tasks::{Context, Tasks};
+pub(crate) use names::Names;
 pub(crate) use tracer::Tracer;
 pub use track::Slice;
 

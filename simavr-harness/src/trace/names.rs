@@ -8,7 +8,7 @@ use rustc_demangle::demangle;
 use crate::image::{Image, Place};
 
 /// The variables of a program.
-pub(super) struct Names {
+pub(crate) struct Names {
     /// By where they begin: how far they reach, and the last part of their path.
     variables: BTreeMap<u16, (u16, Arc<str>)>,
     /// By their whole paths.
@@ -38,17 +38,12 @@ impl Names {
         self.places.get(path).copied()
     }
 
-    /// Where the variables lie whose paths are such, and how many bytes they take.
-    pub fn places(&self, is_such: impl Fn(&str) -> bool) -> impl Iterator<Item = (u16, u16)> {
-        self.places.iter().filter(move |(path, _)| is_such(path)).map(|(_, &place)| place)
-    }
-
-    /// Where the control blocks of tasks lie, and their names: each begins its stack, which is in a module
-    /// `stack`.
-    pub fn tasks(&self) -> impl Iterator<Item = (u16, &str)> {
-        self.places.iter().filter_map(|(path, &(start, _))| {
+    /// Where the control blocks of tasks lie, their names, and how many bytes each takes with its stack: that is in a
+    /// module `stack`.
+    pub fn tasks(&self) -> impl Iterator<Item = (u16, &str, u16)> {
+        self.places.iter().filter_map(|(path, &(start, size))| {
             let (module, name) = path.rsplit_once("::")?;
-            module.ends_with("::stack").then_some((start, name))
+            module.ends_with("::stack").then_some((start, name, size))
         })
     }
 

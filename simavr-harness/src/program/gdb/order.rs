@@ -95,7 +95,7 @@ impl Picture {
     /// What an MCU is like now; `tasks` are its program's.
     pub fn of(mcu: &Mcu, tasks: Option<&mut Tasks>) -> Self {
         let contexts = tasks.map(|tasks| tasks.look(mcu)).unwrap_or_default();
-        let tasks = contexts.into_iter().map(|Context { task, name, state, registers }| Task {
+        let tasks = contexts.into_iter().map(|Context { task, name, state, registers, .. }| Task {
             id: task,
             name: name.to_string(),
             is_running: state == TaskState::Running,

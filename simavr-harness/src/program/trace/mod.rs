@@ -17,7 +17,6 @@ use simavr_harness::{BusSignal, CONTROL_PROBE, Edge, Face, Robot, Slice, Trace};
 use simulation::Recording;
 
 pub use mcu_name::McuName;
-pub use schedule::state as task_state;
 
 use super::arguments::{EngineName, Sim};
 use super::json::Destination;

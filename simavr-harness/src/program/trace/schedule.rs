@@ -71,7 +71,7 @@ fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
 }
 
 /// What it is called that a task does, and what there is to say of it besides.
-pub fn state(state: &TaskState) -> (String, Value) {
+fn state(state: &TaskState) -> (String, Value) {
     let args = match state {
         TaskState::Waiting(Wait { ticks: Some(ticks), .. }) => json!({ "ticks at most": ticks }),
         _ => Value::Null,

@@ -1,12 +1,10 @@
 //! What there is to see inside of a module.
 
 use serde::Serialize;
-use simavr_harness::{Controller, Engine, Glance, Glimpse, Module};
+use simavr_harness::{Context, Controller, Engine, Mcu, Module, Tasks};
 use simulation::{CLOCK_HZ, Native, Robot, Transcript};
 use tasks::dock::Dock;
 use tasks::motor::Axis;
-
-use super::super::trace::task_state;
 
 /// A robot of which modules can be looked into.
 pub trait Inspected: Robot {
@@ -47,7 +45,7 @@ impl Inspected for Engine {
 pub struct Inspector {
     module: usize,
     /// By MCU, once its program has begun.
-    glances: [Option<Glance>; 2],
+    tasks: [Option<Tasks>; 2],
     /// By MCU, when it was looked at last, and for how long it had been awake by then, in cycles.
     before: [(u64, u64); 2],
 }
@@ -117,7 +115,7 @@ struct Console {
 
 impl Inspector {
     pub fn of(module: usize) -> Self {
-        Inspector { module, glances: [None, None], before: [(0, 0); 2] }
+        Inspector { module, tasks: [None, None], before: [(0, 0); 2] }
     }
 
     /// Looks now.
@@ -149,10 +147,9 @@ impl Inspector {
 
     fn mcu(&mut self, module: &Module, controller: Controller) -> McuNow {
         let mcu = module.mcu(controller);
-        let glance = &mut self.glances[controller as usize];
-        // Before its program has laid out its variables there is nothing to see.
-        if glance.is_none() {
-            *glance = Glance::of(mcu, mcu.image()).ok();
+        let tasks = &mut self.tasks[controller as usize];
+        if tasks.is_none() {
+            *tasks = Tasks::of(mcu).ok();
         }
         let now = (mcu.cycle(), mcu.awake_cycles());
         let before = std::mem::replace(&mut self.before[controller as usize], now);
@@ -164,17 +161,21 @@ impl Inspector {
         McuNow {
             name,
             awake_percent: passed.map(|passed| 100.0 * (now.1 - before.1) as f64 / passed as f64),
-            tasks: glance
-                .as_mut()
-                .map_or_else(Vec::new, |glance| glance.tasks(mcu).into_iter().map(TaskNow::of).collect()),
+            tasks: tasks.as_mut().map_or_else(Vec::new, |tasks| TaskNow::all(tasks, mcu)),
         }
     }
 }
 
 impl TaskNow {
-    fn of(Glimpse { name, state, stack, used }: Glimpse) -> Self {
-        let state = state.map_or_else(|| "not started".into(), |state| task_state(&state).0);
-        TaskNow { name: name.to_string(), state, stack, used }
+    fn all(tasks: &mut Tasks, mcu: &Mcu) -> Vec<Self> {
+        let contexts = tasks.look(mcu);
+        let now = |context: &Context| TaskNow {
+            name: context.name.to_string(),
+            state: context.state.to_string(),
+            stack: context.stack,
+            used: tasks.used(mcu, context),
+        };
+        contexts.iter().map(now).collect()
     }
 }
 
