@@ -1,6 +1,7 @@
 //! A step of a module's joints over time.
 
 use std::error::Error;
+use std::ops::Range;
 use std::path::Path;
 
 use simavr_harness::bench::module::{Sample, step_response};
@@ -8,8 +9,8 @@ use tasks::motor::Axis;
 
 use crate::program::chart::{Chart, Curve, Point};
 
-/// What is shown, in ms since power-up: after that the joints rest.
-const SHOWN: f64 = 1000.0;
+/// What is shown, in ms since power-up: the joints rest before and after that.
+const SHOWN: Range<f64> = 400.0..1400.0;
 
 pub fn plot(images: &Path) -> Result<String, Box<dyn Error>> {
     let samples = step_response(images)?;
@@ -18,7 +19,7 @@ pub fn plot(images: &Path) -> Result<String, Box<dyn Error>> {
 }
 
 fn curve(samples: &[Sample], axis: Axis) -> Curve {
-    let shown = samples.iter().filter(|sample| sample.ms <= SHOWN);
+    let shown = samples.iter().filter(|sample| SHOWN.contains(&sample.ms));
     let points = shown.map(|sample| Point::at(sample.ms, sample.degrees[usize::from(axis.index())]));
     Curve { label: format!("joint {axis:?}"), points: points.collect() }
 }
