@@ -414,6 +414,10 @@ impl Mcu {
             return None;
         }
         if self.cpu.core() == Core::Running {
+            // An interrupt woke the core, and was withdrawn before it was accepted.
+            if let Some(tracer) = self.tracer.as_mut().filter(|_| self.asleep) {
+                tracer.wakes(start);
+            }
             self.show_debugger();
             let (program, pc) = (self.image.program(), self.pc());
             let watchers = Watchers { coverage: self.image.coverage(), tracer: self.tracer.as_deref_mut() };

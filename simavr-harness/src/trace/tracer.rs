@@ -136,10 +136,15 @@ impl Tracer {
         }
     }
 
-    /// An interrupt is accepted at `cycle`.
-    pub fn accepted(&mut self, vector: u8, cycle: u64) {
+    /// The core goes on at `cycle`, if it slept.
+    pub fn wakes(&mut self, cycle: u64) {
         self.is_asleep = false;
         self.show(cycle);
+    }
+
+    /// An interrupt is accepted at `cycle`.
+    pub fn accepted(&mut self, vector: u8, cycle: u64) {
+        self.wakes(cycle);
         self.under_way.push((vector, cycle));
     }
 
