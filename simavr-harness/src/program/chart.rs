@@ -83,7 +83,7 @@ impl Chart<'_> {
         let mut chart = ChartBuilder::on(&area)
             .margin(16)
             .x_label_area_size(40)
-            .y_label_area_size(64)
+            .y_label_area_size(80)
             .build_cartesian_2d(xs, ys)?;
         chart
             .configure_mesh()
