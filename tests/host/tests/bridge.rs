@@ -1,0 +1,279 @@
+//! The bridge's tasks of both MCUs on one bus that refuses, hangs and spoils: each message crosses once, in order,
+//! and what happened is counted.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use kernel::{Priority, Stack, Task, Ticks, host, now};
+use tasks::bridge::protocol::BridgeCounters;
+use tasks::bridge::sender::{PAUSE, RETRY_LIMIT, TRANSFER_AT_MOST};
+use tasks::bridge::task::{self as bridge, Bridge, Crossing};
+use tasks::device::{Bus, Transfer};
+use tasks::mailbox::Mailbox;
+use tasks::message::{Address, Message, TaskCode};
+use tasks::post_office::PostOffice;
+use tasks::router::{Mcu, Residence, Residents, Router, Source, TaskSet};
+use tasks::dock::DockSet;
+
+/// A task of the master, and one of the slave.
+const TASKS: [TaskCode; 2] = [TaskCode::HORMONE, TaskCode::AC_RECEIVE];
+
+/// What becomes of a transfer.
+#[derive(Clone, Copy, PartialEq)]
+enum Fate {
+    Arrives,
+    Refused,
+    Fault,
+    /// It has no end until the bus is freed.
+    Hangs,
+    Spoilt,
+}
+
+/// The bus between both MCUs.
+struct Wires {
+    /// What has come to each MCU and was not taken yet.
+    come: [Option<Vec<u8>>; 2],
+    outcomes: [Option<Transfer>; 2],
+    sent: [Vec<u8>; 2],
+    mailboxes: [&'static Mailbox; 2],
+    /// What becomes of the transfer of this number, of each MCU's own.
+    fates: [fn(usize) -> Fate; 2],
+    /// When each began.
+    began: [Vec<Ticks>; 2],
+}
+
+/// One MCU's end of it.
+#[derive(Clone)]
+struct End(Arc<Mutex<Wires>>, usize);
+
+impl End {
+    fn wires(&self) -> MutexGuard<'_, Wires> {
+        self.0.lock().expect("no test panicked with it")
+    }
+
+    fn transfer(&mut self, task: &mut Task) {
+        let (here, there, time) = (self.1, 1 - self.1, now(task));
+        let mut wires = self.wires();
+        let number = wires.began[here].len();
+        wires.began[here].push(time);
+        let mut fate = (wires.fates[here])(number);
+        if wires.come[there].is_some() && fate == Fate::Arrives {
+            fate = Fate::Refused;
+        }
+        let mut bytes = wires.sent[here].clone();
+        wires.outcomes[here] = match fate {
+            Fate::Hangs => None,
+            Fate::Refused => Some(Transfer::Refused),
+            Fate::Fault => Some(Transfer::Fault),
+            Fate::Arrives | Fate::Spoilt => {
+                if fate == Fate::Spoilt {
+                    bytes[1] ^= 1;
+                }
+                wires.come[there] = Some(bytes);
+                Some(Transfer::Done)
+            }
+        };
+        let mailboxes = wires.mailboxes;
+        drop(wires);
+        for mailbox in mailboxes {
+            mailbox.wake(task);
+        }
+    }
+}
+
+impl Bus for End {
+    fn send(&mut self, task: &mut Task, bytes: &[u8]) {
+        let here = self.1;
+        assert!(self.wires().outcomes[here].is_none(), "one transfer at a time");
+        self.wires().sent[here] = bytes.to_vec();
+        self.transfer(task);
+    }
+
+    fn send_again(&mut self, task: &mut Task) {
+        self.transfer(task);
+    }
+
+    fn free(&mut self, _task: &mut Task) {}
+
+    fn outcome(&mut self, _task: &mut Task) -> Option<Transfer> {
+        let here = self.1;
+        self.wires().outcomes[here].take()
+    }
+
+    fn receive(&mut self, _task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
+        let here = self.1;
+        let bytes = self.wires().come[here].take()?;
+        for (place, byte) in buffer.iter_mut().zip(&bytes) {
+            *place = *byte;
+        }
+        Some(bytes.len())
+    }
+}
+
+/// What came of a run, by MCU: what each heard, what its bridge counts, and when its transfers began.
+struct Outcome {
+    heard: [Vec<u8>; 2],
+    counters: [BridgeCounters; 2],
+    began: [Vec<Ticks>; 2],
+}
+
+fn forever<T>(value: T) -> &'static T {
+    Box::leak(Box::new(value))
+}
+
+const fn residents(task: TaskCode) -> Residents {
+    Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[task]) }
+}
+
+/// Has each MCU send so many messages to the other's task, one in 15 ticks. The master's bridge is its own task,
+/// the slave's is driven.
+fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outcome {
+    let bridges = [0; 2].map(|_| forever(Bridge::new()));
+    let mailboxes = [0; 2].map(|_| forever(Mailbox::new(if is_listening { 8 } else { 1 })));
+    let nobody = forever(Mailbox::new(0));
+    let residence = Residence { master: residents(TASKS[0]), slave: residents(TASKS[1]) };
+    let office = |here: usize| {
+        forever(PostOffice {
+            router: Router::new([Mcu::Master, Mcu::Slave][here], residence),
+            tasks: forever([(TASKS[here], mailboxes[here])]),
+            devices: nobody,
+            links: &[],
+            bridge: bridges[here].mailbox(),
+        })
+    };
+    let offices = [office(0), office(1)];
+    let wires = Arc::new(Mutex::new(Wires {
+        come: [None, None],
+        outcomes: [None; 2],
+        sent: Default::default(),
+        mailboxes: bridges.map(Bridge::mailbox),
+        fates,
+        began: Default::default(),
+    }));
+    let ends = [0, 1].map(|here| End(Arc::clone(&wires), here));
+    let outcome = Arc::new(Mutex::new([None, None]));
+    let written = Arc::clone(&outcome);
+    host::run_for(
+        6_000,
+        move |boot| {
+            for (here, end) in ends.into_iter().enumerate() {
+                let stacks: [&'static Stack<8000>; 2] = [0; 2].map(|_| forever(Stack::new()));
+                let (bridge, office) = (bridges[here], offices[here]);
+                let cross = move |task: &mut Task| {
+                    if here == 0 {
+                        bridge::run(task, bridge, end, office);
+                    }
+                    let (mut crossing, mut end) = (Crossing::new(), end);
+                    loop {
+                        match crossing.turn(task, bridge, &mut end, office) {
+                            Some(left) => bridge.mailbox().wake_in(task, left),
+                            None => bridge.mailbox().cancel_alarm(task),
+                        }
+                        bridge.mailbox().wait(task);
+                    }
+                };
+                stacks[0].start(boot, Priority::P1, cross).expect("the stack is free");
+                let (heard_at, written) = (mailboxes[here], Arc::clone(&written));
+                let speak = move |task: &mut Task| {
+                    let mut heard = Vec::new();
+                    let mut hear = |task: &mut Task, ticks| {
+                        task.delay(ticks);
+                        while is_listening && let Some(letter) = heard_at.take(task) {
+                            heard.extend(letter.payload());
+                        }
+                    };
+                    for number in 0..messages {
+                        let (to, from) = (Address::here(TASKS[1 - here]), Address::here(TASKS[here]));
+                        let payload = [number];
+                        let message = Message::new(to, from, &payload).expect("it is short");
+                        assert_eq!(office.deliver(task, message, Source::Task), Ok(()));
+                        hear(task, 15);
+                    }
+                    hear(task, 500);
+                    written.lock().expect("no test panicked with it")[here] =
+                        Some((heard, bridge.counters(task)));
+                    loop {
+                        task.delay(1_000);
+                    }
+                };
+                stacks[1].start(boot, Priority::P4, speak).expect("the stack is free");
+            }
+        },
+        |_, _| {},
+    );
+    let outcome = std::mem::take(&mut *outcome.lock().expect("no test panicked with it"));
+    let [(here, counted_here), (there, counted_there)] = outcome.map(|end| end.expect("it came to its end"));
+    let began = std::mem::take(&mut wires.lock().expect("no test panicked with it").began);
+    Outcome { heard: [here, there], counters: [counted_here, counted_there], began }
+}
+
+const MESSAGES: u8 = 20;
+
+fn all() -> Vec<u8> {
+    (0..MESSAGES).collect()
+}
+
+#[test]
+fn messages_cross_both_ways_and_in_order() {
+    let outcome = run(MESSAGES, [|_| Fate::Arrives; 2], true);
+    assert_eq!(outcome.heard, [all(), all()]);
+    for counters in outcome.counters {
+        let (messages_sent, messages_received) = (MESSAGES.into(), MESSAGES.into());
+        let retries = counters.retries;
+        assert_eq!(
+            counters,
+            BridgeCounters { messages_sent, messages_received, retries, ..Default::default() }
+        );
+    }
+}
+
+#[test]
+fn what_fails_is_sent_again_after_a_pause_and_a_bus_that_hangs_is_freed() {
+    let fates = |number| match number % 4 {
+        0 => Fate::Refused,
+        1 => Fate::Fault,
+        2 => Fate::Hangs,
+        _ => Fate::Arrives,
+    };
+    let messages = u16::from(MESSAGES);
+    // Of each way alone: then nothing else wakes a bridge.
+    for way in 0..2 {
+        let mut both: [fn(usize) -> Fate; 2] = [|_| Fate::Arrives; 2];
+        both[way] = fates;
+        let outcome = run(MESSAGES, both, true);
+        assert_eq!(outcome.heard, [all(), all()]);
+        let counters = outcome.counters[way];
+        assert_eq!((counters.messages_sent, counters.freed, counters.gave_up), (messages, messages, 0));
+        assert_eq!(counters.retries, 3 * messages);
+        for (number, pair) in outcome.began[way].windows(2).enumerate() {
+            let pause = pair[1] - pair[0];
+            match fates(number) {
+                Fate::Refused | Fate::Fault => assert!((PAUSE..=PAUSE + 1).contains(&pause), "{pause}"),
+                Fate::Hangs => {
+                    let longest = TRANSFER_AT_MOST + PAUSE;
+                    assert!((longest..=longest + 1).contains(&pause), "{pause}");
+                }
+                Fate::Arrives | Fate::Spoilt => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn a_packet_that_the_other_mcu_never_takes_is_given_up() {
+    let outcome = run(3, [|_| Fate::Refused, |_| Fate::Arrives], true);
+    assert_eq!(outcome.heard, [vec![0, 1, 2], vec![]]);
+    let counters = outcome.counters[0];
+    assert_eq!((counters.gave_up, counters.messages_sent), (3, 0));
+    assert_eq!(counters.retries, 3 * u16::from(RETRY_LIMIT));
+}
+
+#[test]
+fn what_came_in_spoilt_or_finds_no_room_is_counted_and_dropped() {
+    let outcome = run(5, [|_| Fate::Spoilt, |_| Fate::Arrives], true);
+    assert_eq!(outcome.heard, [(0..5).collect(), vec![]]);
+    assert_eq!((outcome.counters[1].errors, outcome.counters[1].messages_received), (5, 0));
+    let outcome = run(5, [|_| Fate::Arrives; 2], false);
+    for counters in outcome.counters {
+        assert_eq!((counters.no_buffer, counters.messages_received), (4, 1));
+    }
+}
