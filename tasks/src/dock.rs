@@ -134,6 +134,9 @@ mod tests {
             assert_eq!(set.iter().collect::<Vec<_>>(), listed);
             assert_eq!(set.is_empty(), listed.is_empty());
             assert_eq!(set.union(DockSet::EMPTY), set);
+            for other in 0..64u8 {
+                assert_eq!(set.without(DockSet(other)), DockSet(bits - (bits & other)));
+            }
             assert_eq!(set.intersection(DockSet::of(&Dock::ALL)), set);
             assert_eq!(set.intersection(DockSet::EMPTY), DockSet::EMPTY);
             assert_eq!(set.union(DockSet::of(&Dock::ALL)), DockSet::of(&Dock::ALL));

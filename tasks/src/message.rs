@@ -399,6 +399,8 @@ mod tests {
         let full = letter.clone();
         letter.push(0xffff); // 15 bytes are written
         assert_eq!(letter, full);
+        letter.turn();
+        assert_ne!(letter, full);
         assert_eq!(letter.kind(), Kind::Lasting);
     }
 

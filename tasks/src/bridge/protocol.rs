@@ -200,6 +200,12 @@ mod tests {
     }
 
     #[test]
+    fn the_longest_message_fills_a_packet() {
+        let message = Message::new(TO, FROM, &[7; MAX_PAYLOAD]).unwrap();
+        assert_eq!(packet(message).len(), MAX_PACKET);
+    }
+
+    #[test]
     fn the_layout_is_as_drawn() {
         let message = Message::new(TO, FROM, &[7, 8]).unwrap();
         let expected = [2, 0xE1, 0x21, 7, 8];

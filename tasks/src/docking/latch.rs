@@ -186,6 +186,8 @@ mod tests {
                 // On its own a motor goes on where it was going, or stops.
                 assert!(drive.is_none() || next.state() == motor.state());
                 assert!(next.running <= TIME_OUT + 1 && next.strained <= JAM);
+                // What has failed stays so until somebody orders something.
+                assert!(!matches!(motor.state, State::Failed(_)) || matches!(next.state, State::Failed(_)));
                 open.push(next);
             }
             for end in [End::Released, End::Latched] {

@@ -46,6 +46,16 @@ mod tests {
     }
 
     #[test]
+    fn no_seed_stays_where_it_is() {
+        for seed in 0..=u16::MAX {
+            let mut backoff = Backoff::new(seed);
+            let before = backoff.0;
+            backoff.next_ms();
+            assert_ne!(backoff.0, before, "{seed}");
+        }
+    }
+
+    #[test]
     fn two_ends_part_soon() {
         for seed in 1..=2000 {
             let (mut one, mut other) = (Backoff::new(seed), Backoff::new(seed + 1));

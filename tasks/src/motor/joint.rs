@@ -349,3 +349,6 @@ impl Joint {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,11 +8,11 @@ use tasks::bridge::protocol::BridgeCounters;
 use tasks::bridge::sender::{PAUSE, RETRY_LIMIT, TRANSFER_AT_MOST};
 use tasks::bridge::task::{self as bridge, Bridge, Crossing};
 use tasks::device::{Bus, Transfer};
+use tasks::dock::DockSet;
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Residence, Residents, Router, Source, TaskSet};
-use tasks::dock::DockSet;
 
 /// A task of the master, and one of the slave.
 const TASKS: [TaskCode; 2] = [TaskCode::HORMONE, TaskCode::AC_RECEIVE];

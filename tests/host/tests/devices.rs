@@ -573,6 +573,31 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
 }
 
 #[test]
+fn what_a_lower_level_still_allows_goes_on() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        let low = Report::Battery(Level::Low);
+        client.world().battery_mv = 6_900;
+        client.within(900);
+        client.ask(Request::Latch(Dock::Up, End::Latched));
+        let told = client.reports(2_500);
+        assert_eq!(told, [low, Report::Latch(Dock::Up, LatchState::At(End::Latched))]);
+
+        let told: Vec<_> = (0..5).flat_map(|_| client.drain(7_400)).collect();
+        assert!(told.contains(&(HORMONE, Told::Report(Report::Battery(Level::Good)))), "{told:?}");
+        client.world().before = Some((Dock::Back, 3.0, 8.0));
+        client.world().battery_mv = 6_900;
+        client.within(800);
+        client.ask(Request::Approach(Dock::Back));
+        let told: Vec<Report> = (0..10).flat_map(|_| client.reports(1_000)).collect();
+        let found = Report::Latch(Dock::Back, LatchState::At(End::Latched));
+        assert_eq!(told.iter().find(|report| [low, found].contains(report)), Some(&low), "{told:?}");
+        assert!(told.contains(&found), "{told:?}");
+    });
+}
+
+#[test]
 fn a_search_ends_when_the_battery_gets_low() {
     run::<true>(|client| {
         client.within(10);

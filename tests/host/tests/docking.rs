@@ -95,6 +95,30 @@ fn a_dock_within_reach_is_found() {
     }
 }
 
+/// What is reflected falls off evenly to both sides, so that each turn is told from the next.
+#[test]
+fn a_search_ends_where_most_was_seen() {
+    for facing in -100..=100_i16 {
+        let seen = |angle: i16| 900_u16.saturating_sub(4 * angle.abs_diff(facing));
+        let (mut angle, mut looked) = (0, vec![0]);
+        let mut guidance = Guidance::new(0, NEAR);
+        while let Next::Turn(to) = guidance.step(seen(angle)) {
+            angle = to;
+            looked.push(to);
+            assert!(looked.len() < 50, "a search that does not end");
+        }
+        let best = looked.iter().map(|angle| seen(*angle)).max();
+        assert_eq!(Some(seen(angle)), best, "{facing}");
+    }
+}
+
+#[test]
+fn a_search_that_does_better_with_each_turn_ends() {
+    let mut guidance = Guidance::new(0, u16::MAX);
+    let turns = (1..100).take_while(|turn| matches!(guidance.step(9 * turn), Next::Turn(_))).count();
+    assert_eq!(turns, 39);
+}
+
 #[test]
 fn a_dock_out_of_reach_is_not() {
     for askew in [-900, -300, 0, 100, 900] {

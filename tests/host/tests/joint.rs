@@ -4,7 +4,7 @@ use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
 use tasks::motor::joint::{Fault, Joint, Reading, State};
 use tasks::motor::{FULL_DRIVE, to_angle};
-use tasks::superbot::JOINT;
+use tasks::superbot::{JOINT, ROLL};
 
 /// Steps of the plant in a millisecond.
 const STEPS: u32 = 20;
@@ -167,6 +167,16 @@ fn the_end_stops_hold() {
     rig.joint.turn_to(i16::MIN, 255);
     rig.trace(3_000);
     assert!((rig.plant.degrees() + 90.0).abs() <= 0.3, "{}", rig.plant.degrees());
+}
+
+#[test]
+fn the_roll_joint_turns_135_degrees_to_either_side() {
+    for (order, end) in [(1_800, 135.0), (-1_800, -135.0)] {
+        let mut rig = Rig { joint: Joint::new(ROLL), ..Rig::new(Plant::at(0.0)) };
+        rig.joint.turn_to(order, 255);
+        rig.trace(4_000);
+        assert!((rig.plant.degrees() - end).abs() <= 0.5, "{}", rig.plant.degrees());
+    }
 }
 
 #[test]

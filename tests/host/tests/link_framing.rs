@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use tasks::dock::Dock;
 use tasks::link::cobs::{MAX_WIRE, WireBuffer};
-use tasks::link::frame::{Frame, Label, Turn};
+use tasks::link::frame::{Frame, Label, MAX_FRAME, Turn};
 use tasks::link::signature::Signature;
 use tasks::message::{MAX_PAYLOAD, TaskCode};
 
@@ -44,6 +44,15 @@ fn every_length_and_content(mut check: impl FnMut(Frame)) {
             check(Frame::Datagram { signature, to, payload: &payload });
         }
     }
+}
+
+#[test]
+fn the_longest_message_fills_a_frame() {
+    let signature = Signature { dock: Dock::Front, epoch: 1 };
+    let wire =
+        encode(Frame::Data { label: label(signature, 0), to: TaskCode::HORMONE, payload: &[1; MAX_PAYLOAD] });
+    // COBS adds two bytes where all zeros are near each other.
+    assert_eq!(wire.len(), MAX_FRAME + 2);
 }
 
 /// What a receiver finds in these bytes: a wrong bit can make a delimiter or unmake one.

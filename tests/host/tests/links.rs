@@ -115,13 +115,8 @@ fn forever<T>(value: T) -> &'static T {
 
 /// Has each end send its messages to the other over a line whose frames have such fates.
 fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
-    let line = Line {
-        toward: Default::default(),
-        signals: [None; 2],
-        fate,
-        frames: 0,
-        signatures: Vec::new(),
-    };
+    let line =
+        Line { toward: Default::default(), signals: [None; 2], fate, frames: 0, signatures: Vec::new() };
     let line = Arc::new(Mutex::new(line));
     let docks = [Dock::Front, Dock::Left];
     let ports = docks.map(|dock| forever(Port::new(dock)));
@@ -133,7 +128,11 @@ fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
             tasks: forever([(TaskCode::AC_RECEIVE, other), (HORMONE, mailboxes[end])]),
             devices: nobody,
             // The right one of several is to be found.
-            links: forever([(Dock::Right, other), (docks[end], ports[end].mailbox()), (docks[1 - end], other)]),
+            links: forever([
+                (Dock::Right, other),
+                (docks[end], ports[end].mailbox()),
+                (docks[1 - end], other),
+            ]),
             bridge: nobody,
         })
     };
@@ -172,7 +171,8 @@ fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
                         hear(task, 60);
                     }
                     hear(task, 1_000);
-                    written.lock().expect("no test panicked with it")[end] = Some((heard, port.counters(task)));
+                    written.lock().expect("no test panicked with it")[end] =
+                        Some((heard, port.counters(task)));
                     loop {
                         task.delay(1_000);
                     }

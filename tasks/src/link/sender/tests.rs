@@ -149,6 +149,18 @@ fn a_message_is_repeated_when_its_ack_is_overdue_and_then_given_up_for_the_next(
 }
 
 #[test]
+fn an_overdue_ack_is_noticed_however_late_somebody_looks() {
+    for late in [0, 1, 1_000, kernel::LONGEST] {
+        let mut line = Line::new();
+        line.put(1, Kind::Lasting);
+        assert_eq!(line.run(), [Data(1)]);
+        line.wait();
+        line.now = line.now.wrapping_add(late);
+        assert_eq!(line.run(), [Data(1)], "{late}");
+    }
+}
+
+#[test]
 fn what_is_acknowledged_makes_way_at_once() {
     let mut line = Line::new();
     line.put(1, Kind::Lasting);
