@@ -16,14 +16,43 @@ const FONT: (&str, u32) = ("sans-serif", 14);
 
 /// What `superbot-time-bound --json` tells of both images.
 #[derive(Deserialize)]
-struct Bounds {
-    master: Mcu,
-    slave: Mcu,
+pub struct Bounds {
+    pub master: Mcu,
+    pub slave: Mcu,
+}
+
+/// What it tells of one.
+#[derive(Deserialize)]
+pub struct Mcu {
+    loads: Vec<Load>,
+    #[serde(default)]
+    interrupts: Vec<Interrupt>,
+    #[serde(default)]
+    tasks: Vec<Task>,
 }
 
 #[derive(Deserialize)]
-struct Mcu {
-    loads: Vec<Load>,
+struct Interrupt {
+    vector: u8,
+    latency: Option<u64>,
+}
+
+#[derive(Deserialize)]
+struct Task {
+    task: String,
+    response: Option<u64>,
+}
+
+impl Mcu {
+    /// How long a task's response takes at most, in cycles; `None` where nobody knows.
+    pub fn response(&self, name: &str) -> Option<u64> {
+        self.tasks.iter().find(|task| task.task == name)?.response
+    }
+
+    /// For how many cycles the interrupt of a vector waits at most; `None` where nobody knows.
+    pub fn latency(&self, vector: u8) -> Option<u64> {
+        self.interrupts.iter().find(|interrupt| interrupt.vector == vector)?.latency
+    }
 }
 
 /// What one event takes: cycles of interrupts and of tasks, and percent of the CPU.
@@ -37,12 +66,20 @@ struct Load {
 
 /// Plots what comes by the standard input.
 pub fn run(options: &Response) -> Result<(), Box<dyn Error>> {
-    let mut json = String::new();
-    std::io::stdin().read_to_string(&mut json).map_err(|error| format!("can't read the bounds: {error}"))?;
-    let bounds = serde_json::from_str(&json).map_err(|error| format!("these are no bounds: {error}"))?;
+    let bounds = bounds(&mut std::io::stdin())?;
     let path = &options.svg;
     std::fs::write(path, plot(&bounds)?)
         .map_err(|error| format!("can't write {}: {error}", path.display()).into())
+}
+
+/// Reads what was computed.
+///
+/// # Errors
+/// It can't be read, or is none.
+pub fn bounds(json: &mut impl Read) -> Result<Bounds, Box<dyn Error>> {
+    let mut text = String::new();
+    json.read_to_string(&mut text).map_err(|error| format!("can't read the bounds: {error}"))?;
+    serde_json::from_str(&text).map_err(|error| format!("these are no bounds: {error}").into())
 }
 
 /// Both MCUs side by side.

@@ -14,7 +14,7 @@ use crate::probe::Edge;
 const PERIOD: u64 = MILLISECOND;
 
 /// What pulls at the joints, in Nm, to and fro: more than friction.
-const PULL: f64 = 3.0;
+pub const PULL: f64 = 3.0;
 
 /// How often that is turned, in cycles.
 pub const TURN: u64 = 80 * MILLISECOND;
@@ -107,7 +107,7 @@ impl Control {
 }
 
 /// Pulls at all joints of the module, in Nm.
-fn pull(engine: &mut Engine, torque: f64) {
+pub fn pull(engine: &mut Engine, torque: f64) {
     if let Some(module) = engine.robot_mut().module_mut(MEASURED) {
         for axis in Axis::ALL {
             module.body_mut().joint_mut(axis).surroundings.load_torque = torque;

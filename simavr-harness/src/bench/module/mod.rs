@@ -3,6 +3,7 @@
 
 pub(super) mod babble;
 mod bridge;
+pub mod busy;
 pub(super) mod control;
 mod link;
 mod recovery;

@@ -2,6 +2,7 @@
 
 mod cpu;
 mod hops;
+mod response;
 mod step;
 
 use std::error::Error;
@@ -39,6 +40,9 @@ enum What {
     Hops,
     /// What takes the time of the CPUs of a module that walks.
     Cpu,
+    /// How long the joints' control takes and interrupts wait in a busy module, and at most by what is computed, which
+    /// comes by the standard input.
+    Response,
 }
 
 pub fn run(options: &Plot) -> Result<(), Box<dyn Error>> {
@@ -47,6 +51,7 @@ pub fn run(options: &Plot) -> Result<(), Box<dyn Error>> {
         What::Step => step::plot(&options.images)?,
         What::Hops => hops::plot(&options.images, options.threads)?,
         What::Cpu => cpu::plot(&options.images, options.threads)?,
+        What::Response => response::plot(&options.images, &mut std::io::stdin())?,
     };
     destination.write_text(&svg)
 }

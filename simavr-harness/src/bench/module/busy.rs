@@ -1,0 +1,210 @@
+//! A module that is busy: bytes come in at all of its docks without a pause, and something pulls at its joints.
+//! How long the joints' control takes then, and how long interrupts wait.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+
+use simulation::{Change, Face, Links, Random, Robot};
+use tasks::dock::Dock;
+use tasks::link::cobs::WireBuffer;
+use tasks::link::frame::{Frame, Label, Turn};
+use tasks::link::signature::Signature;
+use tasks::message::{MAX_PAYLOAD, TaskCode};
+
+use super::control::{PULL, pull};
+use super::{BYTE, MEASURED, MILLISECOND, ModuleImages, SECOND};
+use crate::bench::{BenchError, unmeasurable};
+use crate::character::Character;
+use crate::controller::Controller;
+use crate::engine::Engine;
+use crate::mcu::Mcu;
+use crate::module::CONTROL_PROBE;
+use crate::probe::Edge;
+use crate::robot::RobotBuilder;
+use crate::trace::Trace;
+
+/// What comes in at all docks, without a pause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Load {
+    /// Messages whose bits alternate, as many as a line carries.
+    Frames,
+    /// Bytes by chance, one in four a zero.
+    Babble,
+    /// Nothing but ends of frames.
+    Zeros,
+}
+
+impl fmt::Display for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Load::Frames => "messages",
+            Load::Babble => "babble",
+            Load::Zeros => "zeros",
+        })
+    }
+}
+
+/// The longest that was seen on one MCU, in cycles.
+pub struct Seen {
+    pub controller: Controller,
+    /// A period of the joints' control, from when it is due, to within some 60 cycles, to when its drives are
+    /// computed.
+    pub control: Vec<(Load, u64)>,
+    /// How long an interrupt waits, by its vector: those of the timers that have a period, and of what both
+    /// USARTs receive.
+    pub waited: BTreeMap<u8, u64>,
+}
+
+/// For how long something pulls at the joints one way, and how often for each load.
+const TURN: u64 = 50 * MILLISECOND;
+const TURNS: u64 = 5;
+
+/// Fewer periods of the joints' control than this, of each load, are too few.
+const PERIODS: usize = 100;
+
+/// The serial ports of an MCU: the third is the one in software.
+const PORTS: usize = 3;
+
+/// The interrupts whose waiting is measured: of the rounds of measurement, of the tick, and of what each USART
+/// has received.
+const ROUND: u8 = 9;
+const TICK: u8 = 15;
+const RECEIVED: [u8; 2] = [18, 30];
+
+/// What came in where.
+type Came = Vec<(Controller, usize, Character)>;
+
+/// Has a module of these images be busy in each way.
+///
+/// # Errors
+/// An image is not there, or does not control its joints.
+pub fn measure(directory: &Path) -> Result<[Seen; 2], BenchError> {
+    let mut engine = walking(directory)?;
+    let (mut random, mut came) = (Random::new(1), Came::new());
+    pull(&mut engine, PULL);
+    engine.run_until(engine.cycle() + TURN);
+    for controller in Controller::ALL {
+        mcu(&mut engine, controller)?.add_probe(CONTROL_PROBE);
+    }
+    let start = engine.cycle();
+    let mut seen =
+        Controller::ALL.map(|controller| Seen { controller, control: Vec::new(), waited: BTreeMap::new() });
+    for load in [Load::Frames, Load::Babble, Load::Zeros] {
+        for turn in 0..TURNS {
+            pull(&mut engine, if turn % 2 == 0 { -PULL } else { PULL });
+            come_in(&mut engine, load, &mut random, &mut came)?;
+            engine.run_until(engine.cycle() + TURN);
+        }
+        for seen in &mut seen {
+            let edges = mcu(&mut engine, seen.controller)?.take_edges(0);
+            seen.control.push((load, longest(&edges)?));
+        }
+    }
+    for seen in &mut seen {
+        let trace = mcu(&mut engine, seen.controller)?.take_trace();
+        let trace = trace.ok_or_else(|| unmeasurable("firmware", "it was not traced"))?;
+        seen.waited = waited(&trace, &came, seen.controller, start);
+    }
+    Ok(seen)
+}
+
+/// A module that walks, and hears no more of the neighbour behind it.
+fn walking(directory: &Path) -> Result<Engine, BenchError> {
+    let images = ModuleImages { directory: directory.to_owned(), master: None };
+    let [here, there] =
+        [(MEASURED, Dock::Back), (1, Dock::Front)].map(|(module, dock)| Face { module, dock });
+    let robot = RobotBuilder::new(images.firmware()?, 2).attach(here, there).seed(1);
+    let mut engine = Engine::new(robot.build()?, 2);
+    for controller in Controller::ALL {
+        let traced = mcu(&mut engine, controller)?.trace();
+        traced.map_err(|error| unmeasurable("firmware", error.to_string()))?;
+    }
+    engine.run_until(2 * SECOND);
+    let change = Change::Loss { links: Links::From(there), probability: 1.0 };
+    engine.change(&change).map_err(|error| unmeasurable("robot", error.to_string()))?;
+    Ok(engine)
+}
+
+fn mcu(engine: &mut Engine, controller: Controller) -> Result<&mut Mcu, BenchError> {
+    let module = engine.robot_mut().module_mut(MEASURED);
+    Ok(module.ok_or_else(|| unmeasurable("robot", "it has no module"))?.mcu_mut(controller))
+}
+
+/// The bytes of a message that nobody has sent yet, and whose bits alternate.
+fn message(number: u64) -> Vec<u8> {
+    let turn = if number.is_multiple_of(2) { Turn::Even } else { Turn::Odd };
+    let label = Label { signature: Signature { dock: Dock::Front, epoch: 0x55 }, turn };
+    let mut wire = WireBuffer::new();
+    let frame = Frame::Data { label, to: TaskCode::HORMONE, payload: &[0x55; MAX_PAYLOAD] };
+    // It is as long as a message may be.
+    let _ = frame.encode(&mut wire);
+    wire.bytes().to_vec()
+}
+
+/// Has a turn's bytes come in at all docks of the module.
+fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came) -> Result<(), BenchError> {
+    let now = engine.cycle();
+    for (port, controller) in (0..PORTS).flat_map(|port| Controller::ALL.map(|mcu| (port, mcu))) {
+        let mcu = mcu(engine, controller)?;
+        let mut start = now + (port as u64 + 1) * BYTE / 4;
+        let mut bytes = Vec::new();
+        for number in 0.. {
+            if start + BYTE > now + TURN {
+                break;
+            }
+            let value = match load {
+                Load::Frames => {
+                    if bytes.is_empty() {
+                        bytes = message(number);
+                    }
+                    bytes.remove(0)
+                }
+                Load::Babble => random.below(256) as u8 * u8::from(!random.chance(0.25)),
+                Load::Zeros => 0,
+            };
+            let character = Character { value, start, end: start + BYTE };
+            mcu.receive(port, character);
+            came.push((controller, port, character));
+            start += BYTE;
+        }
+    }
+    Ok(())
+}
+
+/// The longest from when a period was due to when its drives were computed. A period is due at the same time of
+/// each, as early as any of them began.
+fn longest(edges: &[Edge]) -> Result<u64, BenchError> {
+    let begins = edges.iter().filter(|edge| edge.level);
+    let due = begins.clone().map(|edge| edge.cycle % MILLISECOND).min().unwrap_or(0);
+    let periods = begins.count();
+    if periods < PERIODS {
+        return Err(unmeasurable("firmware", format!("it controlled its joints in {periods} periods only")));
+    }
+    let pairs = edges.windows(2).filter(|pair| pair[0].level && !pair[1].level);
+    let spans = pairs.map(|pair| pair[1].cycle - (pair[0].cycle - (pair[0].cycle - due) % MILLISECOND));
+    Ok(spans.max().unwrap_or(0))
+}
+
+/// How long interrupts have waited at most, by vector: since `start`.
+fn waited(trace: &Trace, came: &Came, controller: Controller, start: u64) -> BTreeMap<u8, u64> {
+    let accepted = |vector| {
+        let of_vector = trace.interrupts.iter().filter(move |slice| slice.what == vector);
+        of_vector.map(|slice| slice.begin).filter(move |&begin| begin >= start)
+    };
+    let of_period = [ROUND, TICK].map(|vector| {
+        // It is due at the same time of each period, as early as it was ever accepted.
+        let due = accepted(vector).map(|begin| begin % MILLISECOND).min().unwrap_or(0);
+        let waits = accepted(vector).map(|begin| (begin + MILLISECOND - due) % MILLISECOND);
+        (vector, waits.max().unwrap_or(0))
+    });
+    let of_port = (0..).zip(RECEIVED).map(|(port, vector)| {
+        let begins: Vec<_> = accepted(vector).collect();
+        let here = came.iter().filter(|one| (one.0, one.1) == (controller, port));
+        let waits = here.filter_map(|(_, _, Character { end, .. })| {
+            begins.get(begins.partition_point(|begin| begin < end)).map(|begin| begin - end)
+        });
+        (vector, waits.max().unwrap_or(0))
+    });
+    of_period.into_iter().chain(of_port).collect()
+}
