@@ -30,14 +30,14 @@ fn cycles(output: &str) -> Vec<u64> {
     output.lines().filter_map(cycle).collect()
 }
 
-/// Watches the low byte of what the kernel of the master's image calls the running task.
-fn watch_running_task() -> String {
+/// Watches, by this command, the low byte of what the kernel of the master's image calls the running task.
+fn watch_running_task(command: &str) -> String {
     let image = Image::load(images().join("firmware-master.elf")).expect("./x build has left the image");
     let kernel = image.symbols().find(|(name, _)| name.ends_with("6kernel6KERNEL"));
     let Some(Place::Data(address)) = kernel.map(|(_, symbol)| symbol.place) else {
         panic!("there is no kernel")
     };
-    format!("watch *(unsigned char *) {:#x}", 0x80_0000 + u32::from(address + RUNNING))
+    format!("{command} *(unsigned char *) {:#x}", 0x80_0000 + u32::from(address + RUNNING))
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_task_is_stopped_at_a_function_and_all_tasks_show_where_they_are() {
 
 #[test]
 fn a_watchpoint_is_hit_forward_and_back_and_the_run_ends_as_without_gdb() {
-    let watch = watch_running_task();
+    let watch = watch_running_task("watch");
     let mut lines = vec!["set language c", &watch];
     for go in [
         "continue",
@@ -95,6 +95,26 @@ fn a_watchpoint_is_hit_forward_and_back_and_the_run_ends_as_without_gdb() {
     let report: Value = serde_json::from_slice(&alone.stdout).expect("the report is JSON");
     let hash = report["state_hash"].as_str().expect("it has the hash");
     assert!(error.contains(&format!("the run is over at 1 s, state hash {hash}")), "{hash}: {error}");
+}
+
+#[test]
+fn what_reads_is_stopped_behind_its_instruction_and_on_the_way_back_before_it() {
+    for command in ["rwatch", "awatch"] {
+        let watch = watch_running_task(command);
+        let mut lines = vec!["set language c", &watch];
+        for go in ["continue", "continue", "reverse-continue"] {
+            lines.extend([go, "monitor time"]);
+        }
+        lines.push("x/i $pc");
+        let output = debug(&["0.master", "--at=0.25"], &lines);
+        let (told, error) = (text(&output.stdout), text(&output.stderr));
+        let [first, second, back] = cycles(&error)[..] else { panic!("{told}\n{error}") };
+        assert!(4_000_000 <= first && first < second, "{told}\n{error}");
+        assert!((second - 4..second).contains(&back), "{told}\n{error}");
+        let next = told.lines().rfind(|line| line.starts_with("=> "));
+        let load = next.is_some_and(|line| line.contains("\tld") && line.contains("KERNEL"));
+        assert!(load || command == "awatch", "{told}\n{error}");
+    }
 }
 
 #[test]

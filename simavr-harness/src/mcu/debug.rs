@@ -1,5 +1,9 @@
 //! An MCU that is held up between two instructions.
 
+use std::ops::Range;
+
+use instruction_set::{Flow, Instruction, Load, Memory, Special, Stack, Step, Transfer};
+
 use super::{Mcu, SREG};
 use crate::cpu::{CoreState, Registers};
 
@@ -41,6 +45,46 @@ impl Mcu {
         self.write(SREG, *status);
         let state = self.cpu.core_state();
         self.cpu.set_core_state(CoreState { pc: *pc, status: *status, ..state });
+    }
+
+    /// The addresses in the data space that the instruction it comes to will read; without those of general
+    /// registers that it names.
+    pub fn reads_next(&self) -> Range<u16> {
+        let word = |at: usize| {
+            let bytes = self.image.flash().get(2 * at..2 * at + 2);
+            bytes.and_then(|bytes| bytes.first_chunk().copied()).map_or(u16::MAX, u16::from_le_bytes)
+        };
+        let at = self.pc() / 2;
+        let instruction = instruction_set::decode(at, word(at as usize), word(at as usize + 1));
+        let pointer = |register: u8| {
+            let [low, high] = [register, register + 1].map(|number| self.cpu.data(number.into()));
+            u16::from_le_bytes([low, high])
+        };
+        let from_stack = |bytes: u16| {
+            let first = self.stack_pointer().wrapping_add(1);
+            first..first.saturating_add(bytes)
+        };
+        let byte = |address: u16| address..address.saturating_add(1);
+        match instruction {
+            Instruction::Transfer(Transfer::Memory(Memory::Load(load))) => byte(match load {
+                Load::Ldd { pointer: by, displacement, .. } => pointer(by).wrapping_add(displacement.into()),
+                Load::Lds { address, .. } => address,
+                Load::LdStep { pointer: by, step: Step::On, .. } => pointer(by),
+                Load::LdStep { pointer: by, step: Step::Back, .. } => pointer(by).wrapping_sub(1),
+            }),
+            Instruction::Transfer(Transfer::Stack(Stack::Pop { .. })) => from_stack(1),
+            Instruction::Flow(Flow::Special(special)) => match special {
+                // On the ATmega2560 a return address takes 3 bytes, of which the highest is read first.
+                Special::Ret | Special::Reti => from_stack(2 + u16::from(self.image.flash().len() > 1 << 17)),
+                Special::In { address, .. }
+                | Special::Sbis { address, .. }
+                | Special::Sbic { address, .. }
+                | Special::Sbi { address, .. }
+                | Special::Cbi { address, .. } => byte(address.into()),
+                _ => 0..0,
+            },
+            _ => 0..0,
+        }
     }
 
     /// The data space: registers, I/O registers and SRAM.

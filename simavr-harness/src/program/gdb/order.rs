@@ -1,6 +1,7 @@
 //! What gdb's server and the process that runs the robot tell each other: a line of JSON each.
 
 use std::io::{self, BufRead, BufReader, Write};
+use std::ops::Range;
 use std::os::unix::net::UnixStream;
 
 use serde::de::DeserializeOwned;
@@ -41,11 +42,33 @@ pub struct Points {
     pub watchpoints: Vec<Watchpoint>,
 }
 
-/// Bytes of the data space that stop the MCU when they change.
+/// Bytes of the data space that stop the MCU when something happens to them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Watchpoint {
     pub address: u16,
     pub length: u16,
+    pub watched: Watched,
+}
+
+/// What that is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Watched {
+    Change,
+    Read,
+    Either,
+}
+
+impl Watchpoint {
+    /// Whether an instruction that reads these addresses stops the MCU.
+    pub fn is_read_by(&self, reads: &Range<u16>) -> bool {
+        let end = self.address.saturating_add(self.length);
+        self.watched != Watched::Change && reads.start < end && self.address < reads.end
+    }
+
+    /// That it has stopped the MCU.
+    pub fn reason(&self) -> Reason {
+        Reason::Watchpoint(self.address, self.watched)
+    }
 }
 
 /// Why the MCU has stopped.
@@ -55,8 +78,8 @@ pub enum Reason {
     Halt,
     Step,
     Breakpoint,
-    /// What is watched from this address on has changed.
-    Watchpoint(u16),
+    /// What is watched from this address on was changed, or read.
+    Watchpoint(u16, Watched),
     /// It can't go back further.
     Begin,
     /// The run is over.

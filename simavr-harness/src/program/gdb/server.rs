@@ -31,7 +31,7 @@ use simavr_harness::{Image, Registers};
 use simulation::CLOCK_HZ;
 
 use super::avr::{Avr, Core, DATA};
-use super::order::{Line, Order, Picture, Points, Reason, Report, Task, Watchpoint, Way};
+use super::order::{Line, Order, Picture, Points, Reason, Report, Task, Watched, Watchpoint, Way};
 
 /// How gdb knows the MCU while no task runs; no control block lies there.
 const NO_TASK: Tid = NonZeroUsize::MIN;
@@ -150,8 +150,13 @@ impl Stopped {
             Reason::Halt => MultiThreadStopReason::SignalWithThread { tid, signal: Signal::SIGINT },
             Reason::Step => MultiThreadStopReason::SignalWithThread { tid, signal: Signal::SIGTRAP },
             Reason::Breakpoint => MultiThreadStopReason::SwBreak(tid),
-            Reason::Watchpoint(address) => {
-                MultiThreadStopReason::Watch { tid, kind: WatchKind::Write, addr: DATA + u32::from(address) }
+            Reason::Watchpoint(address, watched) => {
+                let kind = match watched {
+                    Watched::Change => WatchKind::Write,
+                    Watched::Read => WatchKind::Read,
+                    Watched::Either => WatchKind::ReadWrite,
+                };
+                MultiThreadStopReason::Watch { tid, kind, addr: DATA + u32::from(address) }
             }
             Reason::Begin => {
                 MultiThreadStopReason::ReplayLog { tid: Some(tid), pos: ReplayLogPosition::Begin }
@@ -347,21 +352,31 @@ impl SwBreakpoint for Stopped {
 
 impl HwWatchpoint for Stopped {
     fn add_hw_watchpoint(&mut self, address: u32, length: u32, kind: WatchKind) -> TargetResult<bool, Self> {
-        let watchpoint = self.watchpoint(address, length).filter(|_| kind == WatchKind::Write);
+        let watchpoint = self.watchpoint(address, length, kind);
         self.points.watchpoints.extend(watchpoint);
         Ok(watchpoint.is_some())
     }
 
-    fn remove_hw_watchpoint(&mut self, address: u32, length: u32, _: WatchKind) -> TargetResult<bool, Self> {
-        let watchpoint = self.watchpoint(address, length);
+    fn remove_hw_watchpoint(
+        &mut self,
+        address: u32,
+        length: u32,
+        kind: WatchKind,
+    ) -> TargetResult<bool, Self> {
+        let watchpoint = self.watchpoint(address, length, kind);
         Ok(watchpoint.is_some_and(|watchpoint| remove(&mut self.points.watchpoints, &watchpoint)))
     }
 }
 
 impl Stopped {
-    fn watchpoint(&self, address: u32, length: u32) -> Option<Watchpoint> {
+    fn watchpoint(&self, address: u32, length: u32, kind: WatchKind) -> Option<Watchpoint> {
         let address = self.data_address(address)? as u16;
-        Some(Watchpoint { address, length: u16::try_from(length).ok()? })
+        let watched = match kind {
+            WatchKind::Write => Watched::Change,
+            WatchKind::Read => Watched::Read,
+            WatchKind::ReadWrite => Watched::Either,
+        };
+        Some(Watchpoint { address, length: u16::try_from(length).ok()?, watched })
     }
 }
 

@@ -11,7 +11,7 @@ use simavr_harness::{Debugger, Mcu, Tasks};
 
 use super::super::output::say;
 use super::history::{History, Wake};
-use super::order::{Line, Order, Picture, Points, Reason, Report, Way};
+use super::order::{Line, Order, Picture, Points, Reason, Report, Watched, Watchpoint, Way};
 use super::process;
 
 /// Once in so many instructions the server is asked whether it wants anything.
@@ -24,7 +24,7 @@ pub struct Worker {
     history: History,
     goal: Goal,
     points: Points,
-    /// The instruction before: when it began, and what was watched then.
+    /// The instruction before.
     last: Option<Moment>,
     /// Instructions since the server was asked.
     unasked: u32,
@@ -42,9 +42,13 @@ pub enum Goal {
     Search { until: u64, is_step: bool, behind: usize, found: Option<(u64, Reason)> },
 }
 
+/// The moment before an instruction.
 struct Moment {
     cycle: u64,
+    /// What is watched for changes.
     watched: Vec<u8>,
+    /// What the instruction reads of what is watched for that.
+    read: Option<Reason>,
 }
 
 /// A worker that both the MCU and the run know.
@@ -100,11 +104,11 @@ impl Worker {
     /// Stops here if that is the goal.
     fn judge(&mut self, mcu: &mut Mcu) {
         let now = mcu.cycle();
-        let written = self.written(mcu);
+        let touched = self.touched(mcu);
         let at_breakpoint = self.points.breakpoints.contains(&mcu.pc());
         match &mut self.goal {
             Goal::Forward { is_step } => {
-                let reason = match written {
+                let reason = match touched {
                     Some((_, reason)) => Some(reason),
                     None if at_breakpoint => Some(Reason::Breakpoint),
                     None => is_step.then_some(Reason::Step),
@@ -119,8 +123,8 @@ impl Worker {
                 }
             }
             Goal::Search { until, is_step, found, .. } => {
-                if written.is_some() {
-                    *found = written;
+                if touched.is_some() {
+                    *found = touched;
                 }
                 if now >= *until {
                     self.conclude();
@@ -151,10 +155,10 @@ impl Worker {
     /// The run is over, which `text` tells. It returns never: what comes then is to go back, or to end.
     pub fn end(&mut self, mcu: &mut Mcu, text: &str) -> ! {
         loop {
-            let written = self.written(mcu);
+            let touched = self.touched(mcu);
             if let Goal::Search { found, .. } = &mut self.goal {
-                if written.is_some() {
-                    *found = written;
+                if touched.is_some() {
+                    *found = touched;
                 }
                 self.conclude();
             }
@@ -169,34 +173,46 @@ impl Worker {
         }
     }
 
-    /// What the instruction before has changed of what is watched, and when it began.
-    fn written(&self, mcu: &Mcu) -> Option<(u64, Reason)> {
+    /// What the instruction before has changed or read of what is watched, and when it began.
+    fn touched(&self, mcu: &Mcu) -> Option<(u64, Reason)> {
         let last = self.last.as_ref()?;
         if self.points.watchpoints.is_empty() {
             return None;
         }
-        let watched = self.watched(mcu);
-        let changed = watched.iter().zip(&last.watched).position(|(now, before)| now != before)?;
+        let now = self.watched(mcu);
+        let changed = now.iter().zip(&last.watched).position(|(now, before)| now != before);
         let mut first = 0;
-        for watchpoint in &self.points.watchpoints {
-            first += usize::from(watchpoint.length);
-            if changed < first {
-                return Some((last.cycle, Reason::Watchpoint(watchpoint.address)));
-            }
-        }
-        None
+        let reason = changed.and_then(|changed| {
+            let mut of_changes = self.watched_for_changes();
+            of_changes.find(|watchpoint| {
+                first += usize::from(watchpoint.length);
+                changed < first
+            })
+        });
+        Some((last.cycle, reason.map(Watchpoint::reason).or(last.read)?))
     }
 
+    fn watched_for_changes(&self) -> impl Iterator<Item = &Watchpoint> {
+        self.points.watchpoints.iter().filter(|watchpoint| watchpoint.watched != Watched::Read)
+    }
+
+    /// The bytes that are watched for changes.
     fn watched(&self, mcu: &Mcu) -> Vec<u8> {
-        let addresses = self.points.watchpoints.iter();
-        let addresses =
-            addresses.flat_map(|watchpoint| (watchpoint.address..).take(watchpoint.length.into()));
+        let addresses = self
+            .watched_for_changes()
+            .flat_map(|watchpoint| (watchpoint.address..).take(watchpoint.length.into()));
         addresses.map(|address| mcu.read(address).unwrap_or(0)).collect()
     }
 
     fn remember(&mut self, mcu: &Mcu) {
-        let watched = if self.points.watchpoints.is_empty() { Vec::new() } else { self.watched(mcu) };
-        self.last = Some(Moment { cycle: mcu.cycle(), watched });
+        let mut moment = Moment { cycle: mcu.cycle(), watched: Vec::new(), read: None };
+        if !self.points.watchpoints.is_empty() {
+            moment.watched = self.watched(mcu);
+            let reads = mcu.reads_next();
+            let read = self.points.watchpoints.iter().find(|watchpoint| watchpoint.is_read_by(&reads));
+            moment.read = read.map(Watchpoint::reason);
+        }
+        self.last = Some(moment);
     }
 
     /// The robot waits here until gdb has it go on.
