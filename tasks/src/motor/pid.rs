@@ -134,6 +134,15 @@ mod tests {
         }
     }
 
+    #[test]
+    fn motion_is_braked_whichever_way_it_goes() {
+        let driven = |position: Position| {
+            let mut pid = Pid::at(0);
+            pid.step(Gains::new(0, 0, 15), 0, position, TOLERANCE, 0, FULL_DRIVE).signum()
+        };
+        assert_eq!([driven(100), driven(0), driven(-100)], [-1, 0, 1]);
+    }
+
     proptest! {
         /// Whatever comes: no overflow (which would panic here), and never more than the ceiling.
         #[test]

@@ -136,6 +136,17 @@ mod tests {
     }
 
     #[test]
+    fn a_level_begins_below_its_threshold() {
+        for (voltage, level) in [(7_000, Level::Good), (6_999, Level::Low)] {
+            let mut battery = Battery::new();
+            for _ in 0..PATIENCE {
+                battery.look(voltage);
+            }
+            assert_eq!(battery.level(), level);
+        }
+    }
+
+    #[test]
     fn a_short_sag_sheds_nothing() {
         let mut battery = Battery::new();
         for _ in 0..100 {

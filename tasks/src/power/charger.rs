@@ -189,7 +189,7 @@ mod tests {
     fn it_does_not_charge_for_ever() {
         let mut charger = charging();
         let looks = (1..).find(|_| charger.look(GOOD).is_some());
-        assert_eq!((looks, charger.state()), (Some(TIME_OUT), State::Failed));
+        assert_eq!((looks, charger.state()), (Some(4 * 3_600 * 4), State::Failed), "after four hours");
     }
 
     #[test]

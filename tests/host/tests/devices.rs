@@ -43,6 +43,8 @@ struct World {
     period: Option<&'static Semaphore>,
     /// What is before which dock: so many millimetres away, where the joint is at so many degrees.
     before: Option<(Dock, f64, f64)>,
+    /// In place of what the latch's own plant draws.
+    latch_ma: Option<i16>,
     battery_mv: i16,
     battery_temperature: i16,
     /// Out of each dock here, in mA.
@@ -67,6 +69,7 @@ impl World {
             drive: 0,
             period: None,
             before: None,
+            latch_ma: None,
             battery_mv: 7_400,
             battery_temperature: 250,
             dock_ma: 0,
@@ -97,7 +100,8 @@ impl World {
             },
             Quantity::LatchCurrent => {
                 let running = self.latches.iter().zip(self.driven).filter(|(_, driven)| driven.is_some());
-                running.map(|(latch, _)| (1000.0 * latch.amperes()) as i16).max().unwrap_or(0)
+                let drawn = running.map(|(latch, _)| (1000.0 * latch.amperes()) as i16).max().unwrap_or(0);
+                self.latch_ma.unwrap_or(drawn)
             }
             Quantity::Sensor(Sensor::BatteryVoltage) => self.battery_mv,
             Quantity::Sensor(Sensor::BatteryTemperature) => self.battery_temperature,
@@ -420,6 +424,22 @@ fn one_latch_moves_at_a_time_and_tells_when_it_is_there() {
         let jammed = LatchState::Failed(Failure::Jammed);
         assert_eq!(client.reports(2_500), [Report::Latch(Dock::Back, jammed)]);
         assert_eq!(client.world().driven, [None; 3]);
+    });
+}
+
+#[test]
+fn a_docking_motor_may_take_its_limit_and_no_more() {
+    run::<true>(|client| {
+        client.within(10);
+        for (drawn, end) in [
+            (LATCH_CURRENT_LIMIT, LatchState::At(End::Latched)),
+            (LATCH_CURRENT_LIMIT + 1, LatchState::Failed(Failure::Jammed)),
+        ] {
+            client.world().latches[1] = Latch::at(0.0);
+            client.world().latch_ma = Some(drawn);
+            client.ask(Request::Latch(Dock::Up, End::Latched));
+            assert_eq!(client.reports(2_500), [Report::Latch(Dock::Up, end)]);
+        }
     });
 }
 

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use kernel::{Priority, Semaphore, Stack, Task, host};
+use kernel::{Priority, Semaphore, Stack, Task, Ticks, host, now};
 use tasks::device::{Receive, Transmit};
 use tasks::dock::Dock;
 use tasks::link::counters::LinkCounters;
@@ -33,6 +33,8 @@ struct Line {
     fate: fn(usize) -> Fate,
     frames: usize,
     signatures: Vec<Signature>,
+    /// When each message had gone out.
+    messages: Vec<Ticks>,
 }
 
 #[derive(Clone, Copy)]
@@ -59,6 +61,7 @@ impl Transmit for End {
 
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]) {
         task.delay(2);
+        let time = now(task);
         let mut line = self.line();
         let fate = (line.fate)(line.frames);
         line.frames += 1;
@@ -66,7 +69,10 @@ impl Transmit for End {
             Frame::Data { label, .. } => Some(label.signature),
             _ => None,
         });
-        line.signatures.extend(frame.expect("a frame is sent"));
+        if let Some(signature) = frame.expect("a frame is sent") {
+            line.signatures.push(signature);
+            line.messages.push(time);
+        }
         let mut bytes = bytes.to_vec();
         match fate {
             Fate::Passes => {}
@@ -107,16 +113,28 @@ struct Outcome {
     heard: [Vec<u8>; 2],
     counters: [LinkCounters; 2],
     signatures: Vec<Signature>,
+    messages: Vec<Ticks>,
 }
 
 fn forever<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }
 
-/// Has each end send its messages to the other over a line whose frames have such fates.
+/// Has each end send its messages to the other, one in 60 ticks, over a line whose frames have such fates.
 fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
-    let line =
-        Line { toward: Default::default(), signals: [None; 2], fate, frames: 0, signatures: Vec::new() };
+    run_with(fate, seeds, [0; 2].map(|_| vec![60; MESSAGES.into()]))
+}
+
+/// As [`run`], each end's messages with these pauses behind them.
+fn run_with(fate: fn(usize) -> Fate, seeds: [u16; 2], pauses: [Vec<Ticks>; 2]) -> Outcome {
+    let line = Line {
+        toward: Default::default(),
+        signals: [None; 2],
+        fate,
+        frames: 0,
+        signatures: Vec::new(),
+        messages: Vec::new(),
+    };
     let line = Arc::new(Mutex::new(line));
     let docks = [Dock::Front, Dock::Left];
     let ports = docks.map(|dock| forever(Port::new(dock)));
@@ -153,22 +171,24 @@ fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
                 stacks[0].start(boot, Priority::P1, receive).expect("the stack is free");
                 let send = move |task: &mut Task| send::run(task, port, line, seeds[end]);
                 stacks[1].start(boot, Priority::P2, send).expect("the stack is free");
-                let (heard_at, written) = (mailboxes[end], Arc::clone(&written));
+                let (heard_at, written, pauses) = (mailboxes[end], Arc::clone(&written), pauses[end].clone());
                 let speak = move |task: &mut Task| {
                     let mut heard = Vec::new();
                     let mut hear = |task: &mut Task, ticks| {
-                        task.delay(ticks);
-                        while let Some(letter) = heard_at.take(task) {
-                            heard.extend(letter.payload());
+                        for _ in 0..ticks {
+                            task.delay(1);
+                            while let Some(letter) = heard_at.take(task) {
+                                heard.extend(letter.payload());
+                            }
                         }
                     };
-                    for number in 0..MESSAGES {
+                    for (number, pause) in (0..).zip(pauses) {
                         let to = Address::beyond(docks[end], HORMONE);
                         let payload = [number];
                         let message =
                             Message::new(to, Address::here(HORMONE), &payload).expect("it is short");
                         assert_eq!(office.deliver(task, message, Source::Task), Ok(()));
-                        hear(task, 60);
+                        hear(task, pause);
                     }
                     hear(task, 1_000);
                     written.lock().expect("no test panicked with it")[end] =
@@ -184,8 +204,9 @@ fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
     );
     let outcome = std::mem::take(&mut *outcome.lock().expect("no test panicked with it"));
     let [(here, counted_here), (there, counted_there)] = outcome.map(|end| end.expect("it came to its end"));
-    let signatures = std::mem::take(&mut line.lock().expect("no test panicked with it").signatures);
-    Outcome { heard: [here, there], counters: [counted_here, counted_there], signatures }
+    let mut line = line.lock().expect("no test panicked with it");
+    let (signatures, messages) = (std::mem::take(&mut line.signatures), std::mem::take(&mut line.messages));
+    Outcome { heard: [here, there], counters: [counted_here, counted_there], signatures, messages }
 }
 
 fn all() -> Vec<u8> {
@@ -203,6 +224,15 @@ fn over_a_line_that_loses_nothing_each_message_takes_two_frames() {
         let overruns = end as u16 + 7;
         assert_eq!(counters, LinkCounters { frames_sent, frames_received, overruns, ..Default::default() });
     }
+}
+
+#[test]
+fn an_ack_lets_the_next_message_go_at_once() {
+    // Two messages at a time from one end, and none from the other.
+    let pauses = [[1, 60].repeat(10), vec![]];
+    let messages = run_with(|_| Fate::Passes, [1, 2], pauses).messages;
+    // A frame takes two ticks, and an ACK is a frame.
+    assert_eq!(messages.windows(2).map(|pair| pair[1].wrapping_sub(pair[0])).min(), Some(4));
 }
 
 #[test]

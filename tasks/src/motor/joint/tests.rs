@@ -44,16 +44,62 @@ fn the_setpoint_goes_five_degrees_ahead_and_waits() {
 }
 
 #[test]
+fn too_much_current_lowers_the_ceiling_quickly_and_less_raises_it_slowly() {
+    let mut joint = moving();
+    let limit = JOINT.current_limit;
+    joint.limit_current(limit + 1);
+    assert_eq!(joint.ceiling, FULL_DRIVE - FULL_DRIVE / 16);
+    joint.limit_current(limit);
+    assert_eq!(joint.ceiling, FULL_DRIVE - FULL_DRIVE / 16 + 1);
+    for _ in 0..FULL_DRIVE {
+        joint.limit_current(0);
+    }
+    assert_eq!(joint.ceiling, FULL_DRIVE);
+}
+
+#[test]
+fn at_an_end_stop_there_is_drive_back_and_none_on() {
+    let joint = moving();
+    let end = 900 * TENTH;
+    for (position, both) in [(end - 1, [-7, 7]), (end, [-7, 0]), (end + 1, [-7, 0]), (0, [-7, 7])] {
+        assert_eq!([-7, 7].map(|drive| joint.stop_at_ends(position, drive)), both, "{position}");
+        let [down, up] = both.map(|drive: i16| -drive);
+        assert_eq!([-7, 7].map(|drive| joint.stop_at_ends(-position, drive)), [up, down], "{position}");
+    }
+}
+
+#[test]
+fn a_joint_has_arrived_once_its_setpoint_has_and_it_is_there() {
+    let target = 600 * TENTH;
+    let arrives = |setpoint: Position, position: Position| {
+        let mut joint = moving();
+        (joint.setpoint, joint.mark) = (setpoint, position);
+        joint.review(position, 0, 0);
+        joint.state() == State::Arrived
+    };
+    assert!(arrives(target, target) && arrives(target, target - ARRIVED as i16));
+    assert!(!arrives(target, target - ARRIVED as i16 - 1) && !arrives(target - 1, target));
+}
+
+#[test]
 fn strong_drive_far_from_the_target_and_no_way_is_a_stall_and_less_is_none() {
-    let reviewed = |off: Position, drive: i16, reviews: u8| {
+    let limit = JOINT.current_limit;
+    let looked_at = |off: Position, way: Position, drive: i16, current: u16, reviews: u8| {
         let mut joint = moving();
         let position = 600 * TENTH - off;
-        joint.mark = position;
-        (0..reviews).all(|_| joint.review(position, drive, 0))
+        (0..reviews).all(|_| {
+            // Where it was when it had made its way.
+            joint.mark = position - way;
+            joint.review(position, drive, current)
+        })
     };
+    let reviewed = |off, drive, reviews| looked_at(off, 0, drive, limit, reviews);
     assert!(!reviewed(2 * DEGREE + 1, STRONG_DRIVE as i16, STALL));
     assert!(reviewed(2 * DEGREE + 1, STRONG_DRIVE as i16, STALL - 1));
     assert!(reviewed(2 * DEGREE, STRONG_DRIVE as i16, STALL));
     assert!(reviewed(2 * DEGREE + 1, STRONG_DRIVE as i16 - 1, STALL));
+    // So is too much current, wherever that is; and a degree is no way yet.
+    assert!(!looked_at(0, WAY as i16, 0, limit + 1, STALL) && !looked_at(0, 0, 0, limit + 9, STALL));
+    assert!(looked_at(0, WAY as i16 + 1, 0, limit + 1, STALL));
     assert_eq!([STRONG_DRIVE as i16, WAY as i16], [100, 160], "a quarter of the drive, a degree");
 }

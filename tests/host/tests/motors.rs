@@ -1,0 +1,239 @@
+//! The task of the joints, on their plants: when it controls them, when it only looks, and what it counts and tells.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use kernel::{Masked, Priority, Semaphore, Stack, Task, Ticks, host};
+use plants::joint::{Joint as Plant, counts};
+use tasks::device::JointMotors;
+use tasks::motor::FULL_DRIVE;
+use tasks::motor::joint::{Joint, Reading, State};
+use tasks::motor::task::{self as motor, Motors, Order, WATCH};
+use tasks::superbot::JOINT;
+
+/// Two joints, and what the task does with their motors.
+struct World {
+    joints: [Plant; 2],
+    drives: [i16; 2],
+    /// Posted each millisecond while the joints are controlled.
+    period: Option<&'static Semaphore>,
+    /// How often that began, and how often the joints were looked at without it.
+    begun: u32,
+    looked: u32,
+    /// How long a look takes, and how many periods pass at once.
+    look_ticks: Ticks,
+    at_once: u32,
+}
+
+#[derive(Clone)]
+struct Board(Arc<Mutex<World>>);
+
+impl Board {
+    fn world(&self) -> MutexGuard<'_, World> {
+        self.0.lock().expect("no test panicked with it")
+    }
+}
+
+impl JointMotors for Board {
+    fn begin(&mut self, _: &mut Task, period: &'static Semaphore) {
+        let mut world = self.world();
+        world.begun += 1;
+        world.period = Some(period);
+    }
+
+    fn end(&mut self, _: &mut Task) {
+        self.world().period = None;
+    }
+
+    fn look(&mut self, task: &mut Task) {
+        let ticks = self.world().look_ticks;
+        self.world().looked += 1;
+        task.delay(ticks);
+    }
+
+    fn reading(&self, _: &mut Task, joint: usize) -> Reading {
+        let plant = &self.world().joints[joint];
+        let [potentiometer, current] = [plant.potentiometer_volts(), plant.current_volts()].map(counts);
+        Reading { potentiometer, current }
+    }
+
+    fn drive(&self, _: &Masked, joint: usize, drive: i16) {
+        self.world().drives[joint] = drive;
+    }
+
+    fn done(&mut self) {}
+}
+
+/// Whoever orders joints about.
+struct Client<'a> {
+    task: &'a mut Task,
+    motors: &'static Motors<2>,
+    news: &'static Semaphore,
+    board: Board,
+}
+
+impl Client<'_> {
+    fn turn(&mut self, joint: usize, angle: i16) {
+        self.motors.order(self.task, joint, Order::Turn { angle, speed: 90 });
+    }
+
+    /// How often there was news within so many ticks, in all of which the task was in time.
+    fn news(&mut self, ticks: Ticks) -> u32 {
+        let mut news = 0;
+        for _ in 0..ticks {
+            self.task.delay(1);
+            while self.news.try_wait(self.task) {
+                news += 1;
+            }
+            assert!(self.motors.is_in_time(self.task));
+        }
+        news
+    }
+
+    fn states(&mut self) -> [State; 2] {
+        [0, 1].map(|joint| self.motors.state(self.task, joint).expect("it is here"))
+    }
+
+    /// Periods so far.
+    fn periods(&mut self) -> u16 {
+        self.motors.counters(self.task).periods
+    }
+}
+
+/// Runs `script` beside the joints' task.
+fn run(script: fn(&mut Client)) {
+    fn forever<T>(value: T) -> &'static T {
+        Box::leak(Box::new(value))
+    }
+    let board = Board(Arc::new(Mutex::new(World {
+        joints: [0.0, 10.0].map(Plant::at),
+        drives: [0; 2],
+        period: None,
+        begun: 0,
+        looked: 0,
+        look_ticks: 2,
+        at_once: 1,
+    })));
+    let (motors, news) = (forever(Motors::new()), forever(Semaphore::new(0)));
+    let [joints, client] = [0; 2].map(|_| forever(Stack::<4000>::new()));
+    let done = Arc::new(Mutex::new(false));
+    let (is_done, in_tick, of_task) = (Arc::clone(&done), board.clone(), board.clone());
+    host::run_for(
+        20_000,
+        move |boot| {
+            let control = move |task: &mut Task| {
+                motor::run(task, motors, [0; 2].map(|_| Joint::new(JOINT)), of_task, news)
+            };
+            joints.start(boot, Priority::P0, control).expect("the stack is free");
+            let play = move |task: &mut Task| {
+                script(&mut Client { task, motors, news, board });
+                *is_done.lock().expect("no test panicked with it") = true;
+                loop {
+                    task.delay(1_000);
+                }
+            };
+            client.start(boot, Priority::P4, play).expect("the stack is free");
+        },
+        move |interrupt, _| {
+            let mut world = in_tick.world();
+            for _ in 0..20 {
+                for joint in 0..2 {
+                    let duty = f64::from(world.drives[joint]) / f64::from(FULL_DRIVE);
+                    world.joints[joint].step(duty, 0.000_05);
+                }
+            }
+            if let Some(period) = world.period {
+                for _ in 0..world.at_once {
+                    period.post(interrupt);
+                }
+            }
+        },
+    );
+    assert!(*done.lock().expect("no test panicked with it"), "the script takes too long");
+}
+
+#[test]
+fn joints_that_are_off_are_left_alone() {
+    run(|client| {
+        assert_eq!(client.news(500), 0);
+        let world = client.board.world();
+        assert_eq!((world.begun, world.looked), (0, 0));
+    });
+}
+
+#[test]
+fn a_joint_is_controlled_in_each_period_until_all_are_at_rest_and_its_arrival_is_news_once() {
+    run(|client| {
+        client.turn(0, 300);
+        assert_eq!(client.news(100), 0);
+        assert_eq!(client.states(), [State::Moving, State::Off]);
+        let before = client.periods();
+        client.news(100);
+        assert_eq!(client.periods() - before, 100);
+        assert_eq!(client.news(3_000), 1);
+        assert_eq!(client.states(), [State::Arrived, State::Off]);
+        assert!((client.motors.angle(client.task, 0).expect("it is known") - 300).abs() <= 3);
+        // It was begun once, and has ended.
+        assert_eq!(client.board.world().begun, 1);
+        let before = client.periods();
+        client.news(100);
+        assert_eq!((client.periods(), client.motors.counters(client.task).missed), (before, 0));
+
+        // The one rests while the other moves.
+        client.turn(1, 500);
+        client.news(300);
+        assert_eq!(client.states(), [State::Arrived, State::Moving]);
+        assert_eq!(client.board.world().begun, 2);
+        client.news(3_000);
+        assert_eq!(client.states(), [State::Arrived; 2]);
+    });
+}
+
+#[test]
+fn a_joint_at_rest_is_looked_at_and_held_where_somebody_moves_it() {
+    run(|client| {
+        client.turn(0, 0);
+        client.news(1_000);
+        let before = client.board.world().looked;
+        // A look takes two ticks, and as long as this it is in time.
+        client.news(10 * (WATCH + 2));
+        assert_eq!(client.board.world().looked - before, 10);
+        client.board.world().look_ticks = WATCH - 4;
+        client.news(10 * WATCH);
+        client.board.world().look_ticks = 2;
+
+        client.board.world().joints[0] = Plant::at(5.0);
+        let periods = client.periods();
+        client.news(1_500);
+        assert!(client.periods() - periods > 50);
+        assert!(client.board.world().joints[0].degrees().abs() < 0.5);
+    });
+}
+
+#[test]
+fn periods_that_passed_meanwhile_are_counted_as_missed() {
+    run(|client| {
+        client.turn(0, 600);
+        client.news(50);
+        let before = client.motors.counters(client.task);
+        client.board.world().at_once = 3;
+        client.news(10);
+        client.board.world().at_once = 1;
+        client.news(1);
+        let after = client.motors.counters(client.task);
+        assert_eq!((after.missed - before.missed, after.periods - before.periods), (20, 11));
+    });
+}
+
+#[test]
+fn a_task_whose_periods_do_not_come_is_not_in_time() {
+    run(|client| {
+        client.turn(0, 600);
+        client.news(50);
+        client.board.world().at_once = 0;
+        client.task.delay(50);
+        assert!(!client.motors.is_in_time(client.task));
+        client.board.world().at_once = 1;
+        client.task.delay(2);
+        client.news(50);
+    });
+}
