@@ -7,6 +7,7 @@ mod campaign;
 mod chart;
 mod concurrency;
 mod concurrency_plot;
+mod cost;
 mod dark;
 mod display;
 mod gdb;

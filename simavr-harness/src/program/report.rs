@@ -11,6 +11,7 @@ use simulation::{
 };
 
 use super::arguments::{CoreName, EngineName, Sim, WorldName};
+use super::cost::{Cost, Used};
 
 /// A robot that has come less far, in m, stands: what is said in parts of its way would be chance.
 const STANDS_M: f64 = 0.001;
@@ -28,6 +29,7 @@ pub struct Report {
     pub wall_seconds: f64,
     /// Wall time over simulated time.
     pub wall_ratio: f64,
+    pub cost: Cost,
     pub seed: u64,
     /// What varies from module to module, by up to so many percent.
     pub varied_percent: BTreeMap<&'static str, f64>,
@@ -174,7 +176,7 @@ impl Report {
     pub fn new(
         options: &Sim,
         run: &Run<impl Robot>,
-        wall: Duration,
+        (wall, used): (Duration, &Used),
         cpu_load: Option<CpuLoad>,
         is_level: bool,
     ) -> Self {
@@ -219,6 +221,7 @@ impl Report {
             simulated_seconds,
             wall_seconds,
             wall_ratio: wall_seconds / simulated_seconds,
+            cost: used.since(modules, simulated_seconds),
             seed: options.seed,
             varied_percent: options.vary.iter().map(|it| (it.of.name(), it.percent)).collect(),
             loss: options.loss,

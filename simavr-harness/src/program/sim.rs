@@ -9,6 +9,7 @@ use simavr_harness::{Engine, Physics, RobotBuilder};
 use simulation::{CLOCK_HZ, Change, Event, Links, MILLISECOND, Native, Run, Scenario};
 
 use super::arguments::{EngineName, Sim, Source, WorldName};
+use super::cost::Used;
 use super::display::Display;
 use super::images::Flashed;
 use super::json::{Destination, tell};
@@ -46,6 +47,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     check(options, &scenario)?;
     let view = View::of(options, &scenario)?;
     let results = Results { report, record, timeline, view };
+    let used = Used::now();
     match options.engine {
         EngineName::Simavr => {
             let mut robot = build_robot(&scenario, options)?;
@@ -53,11 +55,11 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
                 timeline.begin(&mut robot)?;
             }
             let engine = Engine::new(robot, options.threads);
-            run_robot(engine, scenario, options, results)
+            run_robot(engine, scenario, options, results, &used)
         }
         EngineName::Host => {
             let robot = native(&scenario, options)?;
-            run_robot(robot, scenario, options, results)
+            run_robot(robot, scenario, options, results, &used)
         }
     }
 }
@@ -152,6 +154,7 @@ fn run_robot(
     scenario: Scenario,
     options: &Sim,
     results: Results,
+    used: &Used,
 ) -> Result<bool, Box<dyn Error>> {
     let Results { report: destination, record, timeline: trace, mut view } = results;
     let Scenario { terrain, timeline, .. } = scenario;
@@ -180,7 +183,7 @@ fn run_robot(
     let wall = started.elapsed().saturating_sub(view.as_ref().map_or(Duration::ZERO, View::waited));
     display.show(&run, end, wall);
     display.finish();
-    let report = Report::new(options, &run, wall, run.robot.cpu_load(), is_level);
+    let report = Report::new(options, &run, (wall, used), run.robot.cpu_load(), is_level);
     for Console { at, dock, complete, text } in &report.consoles {
         let rest = if *complete { "" } else { "...\n" };
         say(format_args!("\nconsole at {dock}, asked at {at:.2} s:\n{text}{rest}\n"));

@@ -4,6 +4,7 @@ use std::fmt;
 
 use simulation::{BridgeTotals, LinkTotals};
 
+use super::cost::Cost;
 use super::report::{Broken, CpuLoad, Last, Latency, Reconfiguration, Report};
 
 impl fmt::Display for Report {
@@ -114,6 +115,10 @@ impl fmt::Display for Report {
             }
             writeln!(f)?;
         }
+        let Cost { cpu_ms_per_module, memory_bytes, .. } = self.cost;
+        let memory = memory_bytes.map(|bytes| bytes as f64 / 1e3 / self.modules.max(1) as f64);
+        let memory = memory.map_or(String::new(), |kilobytes| format!(", and {kilobytes:.0} KB of memory"));
+        writeln!(f, "simulator  each module takes {cpu_ms_per_module:.1} ms of CPU time a second{memory}")?;
         writeln!(f, "state hash {}", self.state_hash)
     }
 }
