@@ -1,9 +1,12 @@
-//! How fast the simulator executes instructions: by the interpreter of the harness, and by simavr's own.
+//! How fast the simulator executes instructions: by the interpreter of the harness, by simavr's own, and by QEMU.
 //!
-//! Both run the same programs to the same state, one after the other in each round, so what else the machine
-//! has to do meets both. The quickest round counts.
+//! The first two run the same programs to the same state, one after the other in each round, so what else the machine
+//! has to do meets both. The quickest round counts. QEMU has no ATmega128, and no cycles: it runs a program of the
+//! ATmega2560 that marks its begin and its end.
 
+use std::io::{ErrorKind, Read};
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -32,6 +35,9 @@ const PROGRAMS: [(&str, &str, u64); 3] = [
     ("sends and receives", "tests/bench_queue.elf", 40_000_000),
 ];
 
+/// The program that QEMU runs, too, and for how many cycles at most.
+const MARKED: (&str, &str, u64) = ("computes and switches", "tests/qemu/atmega2560/pace.elf", 400_000_000);
+
 /// How long a program takes by either interpreter.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pace {
@@ -44,6 +50,8 @@ pub struct Pace {
     pub decoded_seconds: f64,
     /// and by simavr's own.
     pub simavr_seconds: f64,
+    /// And by QEMU, from its first mark to its second; `None` where that has no such MCU, or is not there.
+    pub qemu_seconds: Option<f64>,
 }
 
 impl Pace {
@@ -60,8 +68,13 @@ impl Pace {
 pub fn measure(directory: &Path) -> Result<Vec<Pace>, BenchError> {
     let mut paces = Vec::new();
     for (program, path, cycles) in PROGRAMS {
-        paces.push(of_program(program, &directory.join(path), cycles)?);
+        paces.push(of_program(program, Part::ATMEGA128, &directory.join(path), cycles)?);
     }
+    let (program, path, cycles) = MARKED;
+    let path = directory.join(path);
+    let mut marked = of_program(program, Part::ATMEGA2560, &path, cycles)?;
+    marked.qemu_seconds = in_qemu(&path)?;
+    paces.push(marked);
     paces.push(of_robot(directory)?);
     Ok(paces)
 }
@@ -71,9 +84,14 @@ fn both(path: &Path) -> Result<[Arc<Image>; 2], BenchError> {
     Ok([Arc::new(Image::load(path)?), Arc::new(Image::load(path)?.undecoded())])
 }
 
-fn of_program(program: &'static str, path: &Path, cycles: u64) -> Result<Pace, BenchError> {
+fn of_program(
+    program: &'static str,
+    part: &'static Part,
+    path: &Path,
+    cycles: u64,
+) -> Result<Pace, BenchError> {
     let images = both(path)?;
-    let start = |image: &Arc<Image>| Mcu::new(Part::ATMEGA128, Arc::clone(image), 1);
+    let start = |image: &Arc<Image>| Mcu::new(part, Arc::clone(image), 1);
     let [decoded, simavr] = quickest(program, &images, |image| {
         let mut mcu = start(image)?;
         let begin = Instant::now();
@@ -87,14 +105,47 @@ fn of_program(program: &'static str, path: &Path, cycles: u64) -> Result<Pace, B
         mcu.step();
         instructions += u64::from(mcu.awake_cycles() != awake);
     }
-    let simulated_seconds = cycles as f64 / f64::from(CLOCK_HZ);
+    let simulated_seconds = mcu.cycle() as f64 / f64::from(CLOCK_HZ);
     Ok(Pace {
         program,
         instructions: Some(instructions),
         simulated_seconds,
         decoded_seconds: decoded,
         simavr_seconds: simavr,
+        qemu_seconds: None,
     })
+}
+
+/// The shortest time, in s, from the program's first byte at its serial port to its second.
+fn in_qemu(path: &Path) -> Result<Option<f64>, BenchError> {
+    let failed = |error: std::io::Error| unmeasurable("qemu-system-avr", error.to_string());
+    let mut shortest: Option<f64> = None;
+    for _ in 0..ROUNDS {
+        let qemu = Command::new("qemu-system-avr")
+            .args([
+                "-display", "none", "-monitor", "none", "-serial", "stdio", "-machine", "mega2560", "-bios",
+            ])
+            .arg(path)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let mut qemu = match qemu {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            qemu => qemu.map_err(failed)?,
+        };
+        let took = qemu.stdout.take().map(|mut marks| {
+            let mut mark = [0];
+            marks.read_exact(&mut mark)?;
+            let begin = Instant::now();
+            marks.read_exact(&mut mark).map(|()| begin.elapsed().as_secs_f64())
+        });
+        // It does not end by itself.
+        qemu.kill().and_then(|()| qemu.wait()).map_err(failed)?;
+        let took = took.transpose().map_err(failed)?;
+        shortest = [shortest, took].into_iter().flatten().reduce(f64::min);
+    }
+    Ok(shortest)
 }
 
 /// A centipede that walks, without a world.
@@ -120,6 +171,7 @@ fn of_robot(directory: &Path) -> Result<Pace, BenchError> {
         simulated_seconds,
         decoded_seconds: decoded,
         simavr_seconds: simavr,
+        qemu_seconds: None,
     })
 }
 

@@ -22,8 +22,8 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(
             f,
-            "{:25}{:>9}  {:>18}  {:>21}  {:>21}  {:>5}",
-            "program", "simulated", "instructions", "by the harness", "by simavr", "ratio"
+            "{:25}{:>9}  {:>18}  {:>21}  {:>21}  {:>5}  {:>21}",
+            "program", "simulated", "instructions", "by the harness", "by simavr", "ratio", "by QEMU"
         )?;
         for pace in &self.0 {
             let millions = |number: f64| format!("{:.1} million", number / 1e6);
@@ -34,12 +34,13 @@ impl fmt::Display for Report {
             let instructions = pace.instructions.map_or("-".into(), |number| millions(number as f64));
             writeln!(
                 f,
-                "{:25}{:>7.2} s  {instructions:>18}  {:>21}  {:>21}  {:>5.2}",
+                "{:25}{:>7.2} s  {instructions:>18}  {:>21}  {:>21}  {:>5.2}  {:>21}",
                 pace.program,
                 pace.simulated_seconds,
                 took(pace.decoded_seconds),
                 took(pace.simavr_seconds),
-                pace.ratio()
+                pace.ratio(),
+                pace.qemu_seconds.map_or("-".into(), took)
             )?;
         }
         Ok(())

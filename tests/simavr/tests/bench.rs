@@ -68,9 +68,10 @@ fn limit(line: &str) -> (&str, u64) {
 #[test]
 fn the_simulators_speed_is_that_of_whole_programs() {
     let paces = simulator::measure(&images()).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(paces.len(), 4);
+    assert_eq!(paces.len(), 5);
     for pace in &paces {
         assert!(pace.ratio() > 0.0 && pace.ratio().is_finite(), "{pace:?}");
+        assert!(pace.qemu_seconds.is_none_or(|seconds| seconds > 0.01), "{pace:?}");
         // These programs hardly sleep, and an instruction takes one cycle to five.
         let Some(instructions) = pace.instructions else { continue };
         let cycles = pace.simulated_seconds * f64::from(simulation::CLOCK_HZ);

@@ -1,0 +1,46 @@
+//! Computes and switches between two tasks for long, which simulators are timed by. Marked: its begin and its end.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use board::debug::mark;
+use kernel::{Priority, Semaphore, Stack};
+use tests_images::{finish, start};
+
+const BEGIN: u8 = 1;
+const END: u8 = 2;
+
+/// Some 400 cycles each.
+const ROUNDS: u32 = 300_000;
+
+static HIGH: Stack<96> = Stack::new();
+static LOW: Stack<96> = Stack::new();
+static WAKE: Semaphore = Semaphore::new(0);
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        start(HIGH.start(boot, Priority::P1, |task| {
+            loop {
+                WAKE.wait(task);
+            }
+        }));
+        start(LOW.start(boot, Priority::P3, |task| {
+            mark(BEGIN);
+            let mut state = 1_u16;
+            for _ in 0..ROUNDS {
+                for _ in 0..8 {
+                    // Xorshift.
+                    state ^= state << 7;
+                    state ^= state >> 9;
+                    state ^= state << 8;
+                }
+                black_box(state);
+                WAKE.post(task);
+            }
+            mark(END);
+            finish()
+        }));
+    })
+}
