@@ -1,8 +1,9 @@
-//! How fast the simulator executes instructions: by the interpreter of the harness, by simavr's own, and by QEMU.
+//! How fast the simulator executes instructions: by the interpreter of the harness, by simavr's own, and by
+//! QEMU.
 //!
-//! The first two run the same programs to the same state, one after the other in each round, so what else the machine
-//! has to do meets both. The quickest round counts. QEMU has no ATmega128, and no cycles: it runs a program of the
-//! ATmega2560 that marks its begin and its end.
+//! The first two run the same programs to the same state, one after the other in each round, so what else the
+//! machine has to do meets both. The quickest round counts. QEMU has no ATmega128, and no cycles: it runs a
+//! program of the ATmega2560 that marks its begin and its end.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;

@@ -9,8 +9,8 @@ pub struct Cost {
     pub cpu_seconds: f64,
     /// Of a module, for each second simulated, in milliseconds.
     pub cpu_ms_per_module: f64,
-    /// Memory at most, in bytes, without what the program takes before it has a robot; `None` where the system does not
-    /// tell.
+    /// Memory at most, in bytes, without what the program takes before it has a robot; `None` where the
+    /// system does not tell.
     pub memory_bytes: Option<u64>,
 }
 

@@ -1,5 +1,5 @@
-//! The bridge's tasks of both MCUs on one bus that refuses, hangs and spoils: each message crosses once, in order,
-//! and what happened is counted.
+//! The bridge's tasks of both MCUs on one bus that refuses, hangs and spoils: each message crosses once, in
+//! order, and what happened is counted.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -124,8 +124,8 @@ const fn residents(task: TaskCode) -> Residents {
     Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[task]) }
 }
 
-/// Has each MCU send so many messages to the other's task, one in 15 ticks. The master's bridge is its own task,
-/// the slave's is driven.
+/// Has each MCU send so many messages to the other's task, one in 15 ticks. The master's bridge is its own
+/// task, the slave's is driven.
 fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outcome {
     let bridges = [0; 2].map(|_| forever(Bridge::new()));
     let mailboxes = [0; 2].map(|_| forever(Mailbox::new(if is_listening { 8 } else { 1 })));

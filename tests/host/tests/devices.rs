@@ -1,5 +1,5 @@
-//! The devices' task on its plants: latches, a joint, infrared and a battery. What is asked for is done and told,
-//! or refused.
+//! The devices' task on its plants: latches, a joint, infrared and a battery. What is asked for is done and
+//! told, or refused.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 

@@ -1,5 +1,5 @@
-//! Both tasks of a dock, at both ends of a line that loses frames: each message arrives once, in order, and what
-//! happened is counted.
+//! Both tasks of a dock, at both ends of a line that loses frames: each message arrives once, in order, and
+//! what happened is counted.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};

@@ -1,4 +1,5 @@
-//! The task of the joints, on their plants: when it controls them, when it only looks, and what it counts and tells.
+//! The task of the joints, on their plants: when it controls them, when it only looks, and what it counts and
+//! tells.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 

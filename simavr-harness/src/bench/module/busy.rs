@@ -1,5 +1,5 @@
-//! A module that is busy: bytes come in at all of its docks without a pause, and something pulls at its joints.
-//! How long the joints' control takes then, and how long interrupts wait.
+//! A module that is busy: bytes come in at all of its docks without a pause, and something pulls at its
+//! joints. How long the joints' control takes then, and how long interrupts wait.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -66,8 +66,8 @@ const PERIODS: usize = 100;
 /// The serial ports of an MCU: the third is the one in software.
 const PORTS: usize = 3;
 
-/// The interrupts whose waiting is measured: of the rounds of measurement, of the tick, and of what each USART
-/// has received.
+/// The interrupts whose waiting is measured: of the rounds of measurement, of the tick, and of what each
+/// USART has received.
 const ROUND: u8 = 9;
 const TICK: u8 = 15;
 const RECEIVED: [u8; 2] = [18, 30];
@@ -172,8 +172,8 @@ fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came
     Ok(())
 }
 
-/// The longest from when a period was due to when its drives were computed. A period is due at the same time of
-/// each, as early as any of them began.
+/// The longest from when a period was due to when its drives were computed. A period is due at the same time
+/// of each, as early as any of them began.
 fn longest(edges: &[Edge]) -> Result<u64, BenchError> {
     let begins = edges.iter().filter(|edge| edge.level);
     let due = begins.clone().map(|edge| edge.cycle % MILLISECOND).min().unwrap_or(0);

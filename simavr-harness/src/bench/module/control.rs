@@ -136,8 +136,8 @@ impl Rhythm {
             })
         };
         let jitter = offsets().max()?.abs_diff(offsets().min()?);
-        // From one begin to the next, and to both ends. Their number alone would not tell: with a begin that is
-        // due as the watch ends one more or less is in time.
+        // From one begin to the next, and to both ends. Their number alone would not tell: with a begin that
+        // is due as the watch ends one more or less is in time.
         let from = [start].into_iter().chain(begins.iter().copied());
         let to = begins.iter().copied().chain([end]);
         let missed = |(from, to): (u64, u64)| ((to - from + PERIOD / 2) / PERIOD).saturating_sub(1);

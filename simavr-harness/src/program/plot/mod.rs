@@ -40,8 +40,8 @@ enum What {
     Hops,
     /// What takes the time of the CPUs of a module that walks.
     Cpu,
-    /// How long the joints' control takes and interrupts wait in a busy module, and at most by what is computed, which
-    /// comes by the standard input.
+    /// How long the joints' control takes and interrupts wait in a busy module, and at most by what is
+    /// computed, which comes by the standard input.
     Response,
 }
 

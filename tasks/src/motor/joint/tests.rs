@@ -1,5 +1,5 @@
-//! The limits between what a joint does by itself and what is a fault of it; how it moves is tried on a plant in
-//! `tests/host/tests/joint.rs`.
+//! The limits between what a joint does by itself and what is a fault of it. How it moves is tried on a plant,
+//! in `tests/host/tests/joint.rs`.
 
 extern crate std;
 

@@ -1,4 +1,5 @@
-//! Computes and switches between two tasks for long, which simulators are timed by. Marked: its begin and its end.
+//! Computes and switches between two tasks for long, which simulators are timed by. Marked: its begin and its
+//! end.
 #![no_std]
 #![no_main]
 
