@@ -74,8 +74,7 @@ impl Mcu {
             }),
             Instruction::Transfer(Transfer::Stack(Stack::Pop { .. })) => from_stack(1),
             Instruction::Flow(Flow::Special(special)) => match special {
-                // On the ATmega2560 a return address takes 3 bytes, of which the highest is read first.
-                Special::Ret | Special::Reti => from_stack(2 + u16::from(self.image.flash().len() > 1 << 17)),
+                Special::Ret | Special::Reti => from_stack(self.part().return_address),
                 Special::In { address, .. }
                 | Special::Sbis { address, .. }
                 | Special::Sbic { address, .. }
