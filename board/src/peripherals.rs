@@ -17,9 +17,9 @@ use crate::gpio::{Output, Port, PortB, PortD};
 use crate::pwm::{self, Pwm, Timer1C};
 use crate::superbot::{
     self, ACCELERATION, ANGLE, BATTERY_TEMPERATURE, BATTERY_VOLTAGE, CELSIUS, Charger, DOCK_CURRENT,
-    Emitters, GRAVITY, Half, JOINT_CURRENT, JOINT_POTENTIOMETER, LATCH_CURRENT, LATCH_CURRENT_LIMIT,
-    LATCH_DUTY, LatchPort, LatchPwm, MASTER, MOTOR_CURRENT, PROXIMITY, PowerPort, ROLL_CURRENT,
-    ROLL_POTENTIOMETER, SLAVE, SwitchPort, TEMPERATURE, VOLTAGE,
+    Emitters, GRAVITY, Half, JOINT_CURRENT, JOINT_POTENTIOMETER, LATCH_CURRENT, LATCH_DUTY, LatchPort,
+    LatchPwm, MASTER, MOTOR_CURRENT, PROXIMITY, PowerPort, ROLL_CURRENT, ROLL_POTENTIOMETER, SLAVE,
+    SwitchPort, TEMPERATURE, VOLTAGE,
 };
 
 /// The docking motors' duty, of [`pwm::TOP`].
@@ -29,8 +29,6 @@ const DUTY: u16 = (pwm::TOP as u32 * LATCH_DUTY as u32 / 100) as u16;
 pub trait Side {
     #[doc(hidden)]
     const HALF: Half;
-    #[doc(hidden)]
-    const HAS_BATTERY: bool;
 
     /// Where a sensor of this half alone is read, and what its readings mean.
     #[doc(hidden)]
@@ -45,7 +43,6 @@ pub enum SlaveSide {}
 
 impl Side for MasterSide {
     const HALF: Half = MASTER;
-    const HAS_BATTERY: bool = false;
 
     fn sensor(sensor: Sensor) -> Option<(Input, Scale)> {
         let [x, y, z] = ACCELERATION;
@@ -65,7 +62,6 @@ impl Side for MasterSide {
 
 impl Side for SlaveSide {
     const HALF: Half = SLAVE;
-    const HAS_BATTERY: bool = true;
 
     fn sensor(sensor: Sensor) -> Option<(Input, Scale)> {
         Some(match sensor {
@@ -130,12 +126,7 @@ impl<S: Side> Peripherals<S> {
 }
 
 impl<S: Side> device::Peripherals for Peripherals<S> {
-    const HAS_BATTERY: bool = S::HAS_BATTERY;
-    const LATCH_CURRENT_LIMIT: i16 = LATCH_CURRENT_LIMIT;
-
-    fn docks() -> [Dock; 3] {
-        S::HALF.docks()
-    }
+    const HALF: Half = S::HALF;
 
     fn look(&mut self, task: &mut Task, quantity: Quantity) {
         if let Some((input, _)) = Self::input(quantity) {

@@ -17,8 +17,7 @@ use crate::gpio::{Pin, Port, PortA, PortB, PortC, PortD, PortG};
 use crate::pwm::{Output, Timer1A, Timer1B, Timer1C};
 
 pub use tasks::superbot::{
-    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, LATCH_CURRENT_LIMIT, MASTER, MASTER_AXES, MOTOR_CURRENT, ROLL,
-    SLAVE, SLAVE_AXES, TICK_HZ,
+    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, MASTER, MASTER_AXES, MOTOR_CURRENT, ROLL, SLAVE, SLAVE_AXES, TICK_HZ,
 };
 
 /// The rounds of measurement and the periods of the joints' control, per second.

@@ -8,7 +8,7 @@ use tasks::link::port::Port;
 use tasks::mailbox::Mailbox;
 use tasks::message::Letter;
 
-use super::question::{BRIDGE, COUNTING, COUNTS, MCU, MOTORS, TASK};
+use super::question::{BRIDGE, COUNTING, COUNTS, DEVICES, MCU, MOTORS, TASK};
 
 /// How long the inspector looks at how much of the CPU is left to it, in ticks of 1 ms.
 pub const LOOK: Ticks = 50;
@@ -35,6 +35,7 @@ pub const fn counts(
     [first, second, third]: [&'static Port; 3],
     bridge: &'static [Counter],
     motors: &'static [Counter],
+    devices: &'static [Counter],
 ) -> Counts {
     let mut counts: Counts = [&[]; COUNTING];
     counts[first.dock() as usize] = first.counts();
@@ -42,6 +43,7 @@ pub const fn counts(
     counts[third.dock() as usize] = third.counts();
     counts[BRIDGE as usize] = bridge;
     counts[MOTORS as usize] = motors;
+    counts[DEVICES as usize] = devices;
     counts
 }
 

@@ -28,8 +28,8 @@ pub enum Question {
     /// Of the task at this place in its list: priority, bytes of stack, and how many of them it has never
     /// used.
     Task(u8),
-    /// What one of its counters, a link, the bridge or the joints' control, has counted: [`WORDS`] counts
-    /// from the one with the index `from` on.
+    /// What one of its counters, a link, the bridge, the joints' control or the devices' task, has counted:
+    /// [`WORDS`] counts from the one with the index `from` on.
     Counts { of: Who, from: u8 },
 }
 
@@ -37,9 +37,10 @@ pub enum Question {
 pub type Who = u8;
 pub const BRIDGE: Who = 6;
 pub const MOTORS: Who = 7;
+pub const DEVICES: Who = 8;
 
 /// How many there can be on an MCU.
-pub const COUNTING: usize = 8;
+pub const COUNTING: usize = 9;
 
 /// The kinds of questions. That of counts is this one and who counts.
 pub(crate) const MCU: u8 = 0;

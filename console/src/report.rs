@@ -37,6 +37,7 @@ enum Table {
     Links,
     Bridges,
     Motors,
+    Devices,
 }
 
 /// A word of a table, padded with spaces.
@@ -55,7 +56,7 @@ const fn word(text: &str) -> Word {
 }
 
 kernel::flash! {
-    static ALL: [Section; 8] = [
+    static ALL: [Section; 9] = [
         Section::Title,
         Section::Cpu(Mcu::Master),
         Section::Cpu(Mcu::Slave),
@@ -64,14 +65,16 @@ kernel::flash! {
         Section::Counts(Table::Links),
         Section::Counts(Table::Bridges),
         Section::Counts(Table::Motors),
+        Section::Counts(Table::Devices),
     ];
     static TASKS: [Section; 3] = [Section::Title, Section::Tasks(Mcu::Master), Section::Tasks(Mcu::Slave)];
     static CPU: [Section; 3] = [Section::Title, Section::Cpu(Mcu::Master), Section::Cpu(Mcu::Slave)];
-    static COUNTS: [Section; 4] = [
+    static COUNTS: [Section; 5] = [
         Section::Title,
         Section::Counts(Table::Links),
         Section::Counts(Table::Bridges),
         Section::Counts(Table::Motors),
+        Section::Counts(Table::Devices),
     ];
 
     /// The master's tasks, in the order of its inspector's list.
@@ -133,6 +136,9 @@ kernel::flash! {
     /// The fields of [`Counters`](tasks::motor::task::Counters).
     static MOTOR_COUNTS: [Word; 2] = [word("periods"), word("missed")];
 
+    /// What [`Desk`](tasks::devices::task::Desk) counts.
+    static DEVICE_COUNTS: [Word; 2] = [word("unsent"), word("malformed")];
+
     static RESET_CAUSES: [Word; 5] =
         [word("power-on"), word("RESET pin"), word("brown-out"), word("watchdog"), word("JTAG")];
 }
@@ -153,6 +159,7 @@ impl Table {
             Table::Links => "links",
             Table::Bridges => "bridge",
             Table::Motors => "joints' control",
+            Table::Devices => "devices",
         }
     }
 
@@ -161,6 +168,7 @@ impl Table {
             Table::Links => &LINK_COUNTS,
             Table::Bridges => &BRIDGE_COUNTS,
             Table::Motors => &MOTOR_COUNTS,
+            Table::Devices => &DEVICE_COUNTS,
         }
     }
 
@@ -168,7 +176,7 @@ impl Table {
     fn heads(self) -> &'static [&'static str] {
         match self {
             Table::Links => &["Front", "Back", "Left", "Right", "Up", "Down"],
-            Table::Bridges | Table::Motors => &["master", "slave"],
+            Table::Bridges | Table::Motors | Table::Devices => &["master", "slave"],
         }
     }
 
@@ -305,6 +313,7 @@ impl Report {
                 let side = if column == 0 { Mcu::Master } else { Mcu::Slave };
                 let (mcu, of) = match table {
                     Table::Motors => (side, question::MOTORS),
+                    Table::Devices => (side, question::DEVICES),
                     Table::Bridges => (side, question::BRIDGE),
                     Table::Links => {
                         let dock = Dock::from_index(column)?;

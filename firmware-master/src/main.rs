@@ -23,7 +23,7 @@ use hormone::task::{Shared, ac_receive, ac_send, hormone as rules};
 use kernel::{Boot, Context, MaskedCell, Mutex, Priority, Semaphore, Stack, Task, TaskHandle, Ticks};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
-use tasks::devices::task as devices;
+use tasks::devices::task::{self as devices, Desk};
 use tasks::duty::Duty;
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
@@ -31,6 +31,7 @@ use tasks::link::send;
 use tasks::mailbox::Mailbox;
 use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
+use tasks::motor::joints;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
@@ -55,6 +56,8 @@ static LINK_SOFT_UART: Port = Port::new(MASTER.timer3);
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
 static MOTORS: Motors<2> = Motors::new();
+#[unsafe(no_mangle)]
+static DESK: Desk<2> = Desk::new(&MOTORS, &OFFICE);
 #[unsafe(no_mangle)]
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P6, Status::POWER_UP);
 
@@ -98,7 +101,7 @@ mod stack {
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<213> = Stack::new();
+    pub static MOTORS: Stack<215> = Stack::new();
     pub static DEVICES: Stack<248> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
@@ -123,8 +126,12 @@ static TASKS: [TaskHandle; 11] = [
 ];
 
 /// All counts, for the inspector.
-static COUNTS: Counts =
-    inspector::counts([&LINK_USART0, &LINK_USART1, &LINK_SOFT_UART], BRIDGE.counts(), MOTORS.counts());
+static COUNTS: Counts = inspector::counts(
+    [&LINK_USART0, &LINK_USART1, &LINK_SOFT_UART],
+    BRIDGE.counts(),
+    MOTORS.counts(),
+    DESK.counts(),
+);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
@@ -174,7 +181,7 @@ fn start(boot: &mut Boot) -> Option<()> {
         .with_roll(board.roll_pwm, board.roll_direction);
     stack::MOTORS
         .start(boot, Priority::P0, move |task| {
-            let joints = [Joint::new(JOINT), Joint::new(ROLL)];
+            let joints = joints::Joints::new([Joint::new(JOINT), Joint::new(ROLL)]);
             motor::run(task, &MOTORS, joints, motors, DEVICES.semaphore())
         })
         .ok()?;
@@ -182,7 +189,7 @@ fn start(boot: &mut Boot) -> Option<()> {
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
-            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE, |task| {
+            devices::run(task, &DEVICES, peripherals, MASTER_AXES, &DESK, |task| {
                 DEVICES_DUTY.promise(task, LATE);
             })
         })

@@ -16,13 +16,14 @@ use console::inspector::{self, Counts, Inspected};
 use console::task::{self as console_task, Console};
 use kernel::{Boot, Context, MaskedCell, Priority, Semaphore, Stack, Task, TaskHandle};
 use tasks::bridge::task::{self as bridge, Bridge};
-use tasks::devices::task as devices;
+use tasks::devices::task::{self as devices, Desk};
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
 use tasks::link::send;
 use tasks::mailbox::Mailbox;
 use tasks::message::TaskCode;
 use tasks::motor::joint::Joint;
+use tasks::motor::joints;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Router};
@@ -41,6 +42,8 @@ static LINK_SOFT_UART: Port = Port::new(SLAVE.timer3);
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
 static MOTORS: Motors<1> = Motors::new();
+#[unsafe(no_mangle)]
+static DESK: Desk<1> = Desk::new(&MOTORS, &OFFICE);
 #[unsafe(no_mangle)]
 static CONSOLE: Console = Console::new();
 
@@ -73,7 +76,7 @@ mod stack {
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<169> = Stack::new();
+    pub static MOTORS: Stack<173> = Stack::new();
     pub static DEVICES: Stack<291> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
     pub static CONSOLE: Stack<624> = Stack::new();
@@ -94,8 +97,12 @@ static TASKS: [TaskHandle; 9] = [
 ];
 
 /// All counts, for the inspector.
-static COUNTS: Counts =
-    inspector::counts([&LINK_USART0, &LINK_USART1, &LINK_SOFT_UART], BRIDGE.counts(), MOTORS.counts());
+static COUNTS: Counts = inspector::counts(
+    [&LINK_USART0, &LINK_USART1, &LINK_SOFT_UART],
+    BRIDGE.counts(),
+    MOTORS.counts(),
+    DESK.counts(),
+);
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
@@ -144,7 +151,7 @@ fn start(boot: &mut Boot) -> Option<()> {
     let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
     stack::MOTORS
         .start(boot, Priority::P0, move |task| {
-            motor::run(task, &MOTORS, [Joint::new(JOINT)], motors, DEVICES.semaphore())
+            motor::run(task, &MOTORS, joints::Joints::new([Joint::new(JOINT)]), motors, DEVICES.semaphore())
         })
         .ok()?;
     stack::CONSOLE
@@ -164,7 +171,7 @@ fn start(boot: &mut Boot) -> Option<()> {
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
-            devices::run(task, &DEVICES, peripherals, &MOTORS, SLAVE_AXES, &OFFICE, move |task| {
+            devices::run(task, &DEVICES, peripherals, SLAVE_AXES, &DESK, move |task| {
                 if MOTORS.is_in_time(task) {
                     feeder.feed();
                 }

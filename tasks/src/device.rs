@@ -6,6 +6,7 @@ use crate::dock::Dock;
 use crate::docking::latch::{End, EndSwitches};
 use crate::motor::joint::Reading;
 use crate::sensor::Sensor;
+use crate::superbot::Half;
 
 /// The sending half of a dock's serial link.
 pub trait Transmit {
@@ -106,14 +107,8 @@ pub enum Quantity {
 
 /// The devices of an MCU besides links, bus and joints.
 pub trait Peripherals {
-    /// Whether the battery and its charger are here.
-    const HAS_BATTERY: bool;
-
-    /// The most current, in mA, that a docking motor takes when it is free.
-    const LATCH_CURRENT_LIMIT: i16;
-
-    /// The docks here, by their places.
-    fn docks() -> [Dock; 3];
+    /// The half of the module that they are in.
+    const HALF: Half;
 
     /// Has `quantity` measured.
     fn look(&mut self, task: &mut Task, quantity: Quantity);

@@ -3,8 +3,9 @@
 
 use hormone::action::{Docking, Posture};
 use tasks::docking::latch::End;
-use tasks::message::{Message, TaskCode};
+use tasks::message::{Letter, Message, TaskCode};
 use tasks::request::Request;
+use tasks::router::Mcu;
 use tasks::sensor::Sensor;
 
 use super::embodied::Embodied;
@@ -20,20 +21,15 @@ pub struct Devices {
 }
 
 impl Devices {
-    /// Does what a message asks for. Returns the sensor that it asks about, and who wants to know.
-    pub fn serve(&mut self, now: u64, message: Message) -> Option<(Sensor, TaskCode)> {
-        let request = Request::from_payload(message.payload())?;
-        match (request, &mut self.embodied) {
-            (Request::Read(sensor), _) => return Some((sensor, message.from().task())),
-            (request, Some(embodied)) => embodied.serve(request),
-            (request, None) => self.assume(now, request),
+    /// Does what a message asks the devices of an MCU for. Returns the sensor that is to be read, and who
+    /// wants to know, where there is no body to read it.
+    pub fn serve(&mut self, now: u64, mcu: Mcu, message: Message) -> Option<(Sensor, TaskCode)> {
+        if let Some(embodied) = &mut self.embodied {
+            embodied.receive(mcu, &Letter::of(message));
+            return None;
         }
-        None
-    }
-
-    /// Does at once what is asked for, or notes that it was.
-    fn assume(&mut self, now: u64, request: Request) {
-        match request {
+        match Request::from_payload(message.payload())? {
+            Request::Read(sensor) => return Some((sensor, message.from().task())),
             Request::Turn { axis, angle, .. } => {
                 self.joints[usize::from(axis.index())] = Some((angle / 10) as i8);
             }
@@ -41,6 +37,7 @@ impl Devices {
             Request::Latch(dock, End::Released) => self.dockings.push((now, Docking::Release(dock))),
             _ => {}
         }
+        None
     }
 
     /// Where the joints are; `None` if they were told nothing yet.

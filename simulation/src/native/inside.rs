@@ -109,7 +109,7 @@ impl Inside {
                 self.insert(now + WAKE, Input::Taken(Letter::of(message)));
             }
             Route::Task(_) => {
-                if let Some((sensor, client)) = self.devices.serve(now, message) {
+                if let Some((sensor, client)) = self.devices.serve(now, mcu, message) {
                     self.insert(now + READ, Input::Read(sensor, client));
                 }
             }

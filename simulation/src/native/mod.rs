@@ -9,10 +9,9 @@
 mod behaviours;
 pub(crate) mod devices;
 mod docking;
-mod docks;
 mod embodied;
+mod half;
 mod inside;
-mod joints;
 mod lying;
 mod module;
 mod port;

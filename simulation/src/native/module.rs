@@ -15,7 +15,6 @@ use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 use tasks::router::{Mcu, Source};
 use tasks::sensor::Sensor;
-use tasks::superbot::RESIDENCE;
 
 use super::behaviours::Here;
 use super::devices::{Devices, value};
@@ -128,14 +127,12 @@ impl Module {
         let runs = self.live_since.map(|live| self.is_on && live <= now);
         let Some(embodied) = self.embodied_mut() else { return };
         let acceleration = embodied.body.acceleration;
-        let reports = embodied.step(runs);
+        let told = embodied.step(runs);
         self.feel(acceleration);
-        for (from, report) in reports {
-            let mcu = if RESIDENCE.master.tasks.contains(from) { Mcu::Master } else { Mcu::Slave };
-            let (to, from) = (Address::here(TaskCode::HORMONE), Address::here(from));
-            if let Ok(message) = Message::new(to, from, &report.to_payload()) {
+        for (mcu, letters) in [Mcu::Master, Mcu::Slave].into_iter().zip(told) {
+            for letter in letters {
                 // What finds no room is lost, as on the MCUs.
-                let _ = self.deliver(now, mcu, message, Source::Task);
+                let _ = self.deliver(now, mcu, letter.message(), Source::Task);
             }
         }
     }

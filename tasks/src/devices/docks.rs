@@ -1,27 +1,26 @@
 //! The docks of one MCU: docking motors, guidance, power switches.
 
-use kernel::Task;
-
-use super::desk::Desk;
-use crate::device::{Peripherals, Quantity};
+use super::surroundings::Surroundings;
+use crate::device::Quantity;
 use crate::dock::Dock;
 use crate::docking::guidance::{Guidance, Next};
 use crate::docking::latch::{DockingMotor, End, State};
 use crate::message::TaskCode;
 use crate::motor::joint;
-use crate::motor::task::{Motors, Order};
+use crate::motor::joints::Order;
 use crate::power::allowance::Allowance;
 use crate::power::switch::Switch;
 use crate::request::Report;
+use crate::superbot::LATCH_CURRENT_LIMIT;
 
 /// The joint that turns the docks of an MCU, by its index there.
 const JOINT: usize = 0;
 
 /// How fast that turns during a search, in degrees per second.
-pub const SEARCH_SPEED: u8 = 20;
+const SEARCH_SPEED: u8 = 20;
 
 /// How much a dock near enough to latch reflects, in counts of the converter.
-pub const NEAR: u16 = 500;
+const NEAR: u16 = 500;
 
 /// The devices of one dock.
 struct Devices {
@@ -83,7 +82,7 @@ impl Docks {
     }
 
     /// Moves the latch of `dock`. Refused while another motor runs or the battery is too empty.
-    pub fn latch(&mut self, task: &mut Task, desk: &mut Desk, dock: Dock, end: End, client: TaskCode) {
+    pub fn latch(&mut self, dock: Dock, end: End, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
         self.search = self.search.take().filter(|search| search.dock != dock);
         match self.devices(dock) {
@@ -91,42 +90,27 @@ impl Docks {
                 devices.client = client;
                 devices.motor.move_to(end);
             }
-            _ => refuse(task, desk, dock, client),
+            _ => refuse(dock, client, around),
         }
     }
 
     /// Searches for the neighbour's dock before `dock`, and latches. Refused as [`latch`](Self::latch) is,
     /// and while nobody knows where the joint is.
-    pub fn approach<const N: usize>(
-        &mut self,
-        task: &mut Task,
-        desk: &mut Desk,
-        board: &mut impl Peripherals,
-        motors: &'static Motors<N>,
-        dock: Dock,
-        client: TaskCode,
-    ) {
+    pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
-        let angle = motors.angle(task, JOINT);
+        let angle = around.angle(JOINT);
         let (Some(start), true, Some(devices)) = (angle, may, self.devices(dock)) else {
-            return refuse(task, desk, dock, client);
+            return refuse(dock, client, around);
         };
         devices.client = client;
         self.search =
             Some(Search { dock, start, guidance: Guidance::new(start, NEAR), awaited: Awaited::Reading });
-        board.set_emitters(true);
-        board.look(task, Quantity::Proximity(dock));
+        around.set_emitters(true);
+        around.look(Quantity::Proximity(dock));
     }
 
     /// Closes the power switch of `dock`, or opens it.
-    pub fn set_power(
-        &mut self,
-        task: &mut Task,
-        board: &mut impl Peripherals,
-        dock: Dock,
-        is_on: bool,
-        client: TaskCode,
-    ) {
+    pub fn set_power(&mut self, dock: Dock, is_on: bool, client: TaskCode, around: &mut impl Surroundings) {
         let is_allowed = self.allowance.neighbours();
         let Some(devices) = self.devices(dock) else { return };
         devices.client = client;
@@ -135,92 +119,74 @@ impl Docks {
         } else {
             devices.switch.open();
         }
-        board.set_power(task, dock, devices.switch.is_closed());
+        around.set_power(dock, devices.switch.is_closed());
     }
 
     /// Tells of the switches that the board has opened.
-    pub fn trip(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals) {
-        let tripped = board.take_tripped(task);
+    pub fn trip(&mut self, around: &mut impl Surroundings) {
+        let tripped = around.take_tripped();
         for (place, devices) in (0..).zip(&mut self.docks) {
             if tripped >> place & 1 != 0 && devices.switch.trip() {
-                board.set_power(task, devices.dock, false);
-                devices.tell_switch(task, desk);
+                around.set_power(devices.dock, false);
+                devices.tell_switch(around);
             }
         }
     }
 
     /// Sheds or takes up what the battery allows.
-    pub fn allow(
-        &mut self,
-        task: &mut Task,
-        desk: &mut Desk,
-        board: &mut impl Peripherals,
-        allowance: Allowance,
-    ) {
+    pub fn allow(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
         self.allowance = allowance;
         for devices in &mut self.docks {
             if devices.switch.allow(allowance.neighbours()) {
-                board.set_power(task, devices.dock, devices.switch.is_closed());
-                devices.tell_switch(task, desk);
+                around.set_power(devices.dock, devices.switch.is_closed());
+                devices.tell_switch(around);
             }
             if !allowance.docking() && devices.motor.is_running() {
                 devices.motor.stop();
-                board.drive_latch(devices.dock, None);
-                devices.tell_latch(task, desk);
+                around.drive_latch(devices.dock, None);
+                devices.tell_latch(around);
             }
         }
         if !allowance.docking() && self.search.take().is_some() {
-            board.set_emitters(false);
+            around.set_emitters(false);
         }
     }
 
     /// One period of [`PERIOD_MS`](crate::docking::latch::PERIOD_MS). Returns whether any motor runs or a
     /// search goes on.
-    pub fn step<const N: usize, P: Peripherals>(
-        &mut self,
-        task: &mut Task,
-        desk: &mut Desk,
-        board: &mut P,
-        motors: &'static Motors<N>,
-    ) -> bool {
+    pub fn step(&mut self, around: &mut impl Surroundings) -> bool {
         let mut is_busy = self.search.is_some();
         for devices in &mut self.docks {
             if devices.motor.is_running() {
-                let current = board.seen(task, Quantity::LatchCurrent).unwrap_or(0);
-                let switches = board.end_switches(devices.dock);
-                let drive = devices.motor.step(switches, current > P::LATCH_CURRENT_LIMIT);
-                board.drive_latch(devices.dock, drive);
-                board.look(task, Quantity::LatchCurrent);
+                let current = around.seen(Quantity::LatchCurrent).unwrap_or(0);
+                let switches = around.end_switches(devices.dock);
+                let drive = devices.motor.step(switches, current > LATCH_CURRENT_LIMIT);
+                around.drive_latch(devices.dock, drive);
+                around.look(Quantity::LatchCurrent);
                 if drive.is_none() {
-                    devices.tell_latch(task, desk);
+                    devices.tell_latch(around);
                 }
                 is_busy = true;
             }
         }
-        self.go_on_searching(task, desk, board, motors);
+        self.go_on_searching(around);
         is_busy
     }
 
-    fn go_on_searching<const N: usize>(
-        &mut self,
-        task: &mut Task,
-        desk: &mut Desk,
-        board: &mut impl Peripherals,
-        motors: &'static Motors<N>,
-    ) {
+    fn go_on_searching(&mut self, around: &mut impl Surroundings) {
         let Some(search) = &mut self.search else { return };
         let dock = search.dock;
         let next = match search.awaited {
-            Awaited::Turn => match motors.state(task, JOINT) {
+            Awaited::Turn => match around.state(JOINT) {
                 Some(joint::State::Moving) => return,
                 Some(joint::State::Arrived) => {
                     search.awaited = Awaited::Reading;
-                    board.look(task, Quantity::Proximity(dock));
+                    around.look(Quantity::Proximity(dock));
                     return;
                 }
                 _ => Next::Lost,
             },
-            Awaited::Reading => match board.seen(task, Quantity::Proximity(dock)) {
+            Awaited::Reading => match around.seen(Quantity::Proximity(dock)) {
                 Some(reflected) => search.guidance.step(reflected.max(0) as u16),
                 None => return,
             },
@@ -234,39 +200,35 @@ impl Docks {
             Next::Latch => None,
         };
         if let Some(angle) = angle {
-            motors.order(task, JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
+            around.order(JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
         }
         if matches!(next, Next::Turn(_)) {
             return;
         }
         self.search = None;
-        board.set_emitters(false);
+        around.set_emitters(false);
         let Some(devices) = self.devices(dock) else { return };
         if next == Next::Latch {
             devices.motor.move_to(End::Latched);
         } else {
-            desk.report(task, TaskCode::dock(dock), devices.client, Report::Lost(dock));
+            around.report(TaskCode::dock(dock), devices.client, Report::Lost(dock));
         }
     }
 }
 
 impl Devices {
-    fn tell_latch(&self, task: &mut Task, desk: &mut Desk) {
+    fn tell_latch(&self, around: &mut impl Surroundings) {
         let state: State = self.motor.state();
-        desk.report(task, TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, state));
+        around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, state));
     }
 
-    fn tell_switch(&self, task: &mut Task, desk: &mut Desk) {
-        desk.report(
-            task,
-            TaskCode::dock(self.dock),
-            TaskCode::HORMONE,
-            Report::Switch(self.dock, self.switch),
-        );
+    fn tell_switch(&self, around: &mut impl Surroundings) {
+        let report = Report::Switch(self.dock, self.switch);
+        around.report(TaskCode::dock(self.dock), TaskCode::HORMONE, report);
     }
 }
 
-fn refuse(task: &mut Task, desk: &mut Desk, dock: Dock, client: TaskCode) {
+fn refuse(dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
     let device = TaskCode::dock(dock);
-    desk.report(task, device, client, Report::Refused(device));
+    around.report(device, client, Report::Refused(device));
 }

@@ -5,16 +5,221 @@
 //! stack, one mailbox and one [task](task). Stacks of their own would take about 200 bytes each, and there
 //! are ten of these tasks on the master.
 //!
+//! [`Devices`] holds them all, for whoever drives them: give it [each message](Devices::receive) as it comes;
+//! after these, when a joint has changed its state by itself, when a power switch has opened, and when
+//! it is [due](Devices::next_due), [`poll`](Devices::poll) it.
+//!
 //! | file | what |
 //! |---|---|
-//! | [`task`] | hands requests to the devices, steps them, sleeps as long as none has anything to do |
-//! | [`desk`] | who asked, and how reports get there |
+//! | [`surroundings`] | what they measure, move and tell |
 //! | [`docks`] | the docking motors, guidance and power switches of three docks |
 //! | [`sensors`] | readings on demand |
 //! | [`supply`] | the battery and its charger, on the MCU that has them |
+//! | [`task`] | hands them their messages, and sleeps as long as none has anything to do |
 
-pub mod desk;
+use kernel::Ticks;
+
+use crate::docking::latch::PERIOD_MS;
+use crate::message::{Letter, TaskCode};
+use crate::motor::Axis;
+use crate::motor::joint::State;
+use crate::motor::joints::Order;
+use crate::power::allowance::Allowance;
+use crate::request::{Report, Request};
+use docks::Docks;
+use sensors::Sensors;
+use supply::Supply;
+use surroundings::Surroundings;
+
 pub mod docks;
 pub mod sensors;
 pub mod supply;
+pub mod surroundings;
 pub mod task;
+
+/// How often the battery is looked at, in ticks of 1 ms.
+const LOOK: Ticks = 250;
+
+/// What a message to the devices says.
+pub enum Mail {
+    /// A request, and whose it is.
+    Request(Request, TaskCode),
+    /// What devices of the other MCU tell the battery's.
+    Report(Report),
+}
+
+impl Mail {
+    /// What is in `letter`, for devices in such surroundings; `None` if it can't be read.
+    pub fn of<S: Surroundings>(letter: &Letter) -> Option<Mail> {
+        let report = if S::HALF.has_battery { Report::from_payload(letter.payload()) } else { None };
+        let request = || Request::from_payload(letter.payload());
+        report.map(Mail::Report).or_else(|| Some(Mail::Request(request()?, letter.from().task())))
+    }
+}
+
+/// A joint as its clients know it.
+#[derive(Clone, Copy)]
+struct Client {
+    axis: Axis,
+    /// Who asked last, and the state that was told last.
+    client: TaskCode,
+    told: State,
+}
+
+impl Client {
+    /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was
+    /// reset, others do not know it yet.
+    const fn of(axis: Axis) -> Self {
+        Client { axis, client: TaskCode::HORMONE, told: State::Moving }
+    }
+}
+
+/// All devices that the task serves.
+pub struct Devices<const N: usize> {
+    joints: [Client; N],
+    docks: Docks,
+    sensors: Sensors,
+    supply: Supply,
+    allowance: Allowance,
+    next_look: Ticks,
+    next_step: Ticks,
+    is_busy: bool,
+}
+
+impl<const N: usize> Devices<N> {
+    /// The devices around, with joints by `axes` in the order of their indices, from `now` on.
+    #[inline(never)] // apart, this takes less flash than within the task's large frame
+    pub fn new<S: Surroundings>(axes: [Axis; N], now: Ticks, around: &mut S) -> Self {
+        let mut supply = Supply::new();
+        if S::HALF.has_battery {
+            supply.prepare(around);
+        }
+        Devices {
+            joints: axes.map(Client::of),
+            docks: Docks::new(S::HALF.docks()),
+            sensors: Sensors::new(),
+            supply,
+            allowance: Allowance::ALL,
+            next_look: now.wrapping_add(LOOK),
+            next_step: now,
+            is_busy: false,
+        }
+    }
+
+    /// Does what a message asks for, `now` as it is taken.
+    #[inline(never)] // as `new`
+    pub fn receive<S: Surroundings>(&mut self, now: Ticks, mail: Mail, around: &mut S) {
+        match mail {
+            Mail::Report(report) => self.supply.hear(report),
+            Mail::Request(request, client) => self.serve(request, client, around),
+        }
+        if !self.is_busy {
+            self.is_busy = true;
+            self.next_step = now.wrapping_add(PERIOD_MS);
+        }
+    }
+
+    /// Does what it is time for.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn poll<S: Surroundings>(&mut self, now: Ticks, around: &mut S) {
+        self.tell_joints(around);
+        self.docks.trip(around);
+        if self.is_busy && is_reached(self.next_step, now) {
+            self.next_step = now.wrapping_add(PERIOD_MS);
+            let is_docking = self.docks.step(around);
+            self.is_busy = self.sensors.step(around) || is_docking;
+        }
+        if S::HALF.has_battery && is_reached(self.next_look, now) {
+            self.next_look = now.wrapping_add(LOOK);
+            self.look(around);
+        }
+    }
+
+    /// Ticks from `now` until [`poll`](Self::poll) has something to do; `None` if it has to wait for others.
+    #[inline(always)]
+    pub fn next_due<S: Surroundings>(&self, now: Ticks) -> Option<Ticks> {
+        if self.is_busy {
+            Some(self.next_step.wrapping_sub(now))
+        } else {
+            S::HALF.has_battery.then(|| self.next_look.wrapping_sub(now))
+        }
+    }
+
+    fn serve<S: Surroundings>(&mut self, request: Request, client: TaskCode, around: &mut S) {
+        match request {
+            Request::Read(sensor) => self.sensors.read(sensor, client, around),
+            Request::Turn { axis, angle, speed } => self.turn(axis, angle, speed, client, around),
+            Request::Relax(axis) => {
+                if let Some(index) = self.joint(axis) {
+                    around.order(index, Order::Relax);
+                }
+            }
+            Request::Latch(dock, end) => self.docks.latch(dock, end, client, around),
+            Request::Approach(dock) => self.docks.approach(dock, client, around),
+            Request::Power { dock, is_on } => self.docks.set_power(dock, is_on, client, around),
+            Request::Charge { is_on } => {
+                if S::HALF.has_battery {
+                    self.supply.charge(is_on, around);
+                    self.allow(self.supply.allowance(), around);
+                }
+            }
+            Request::Allow(allowance) => self.allow(allowance, around),
+        }
+    }
+
+    /// The index of a joint among those of this MCU.
+    fn joint(&self, axis: Axis) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.axis == axis)
+    }
+
+    fn turn(&mut self, axis: Axis, angle: i16, speed: u8, client: TaskCode, around: &mut impl Surroundings) {
+        let device = TaskCode::joint(axis);
+        let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else {
+            return around.report(device, client, Report::Refused(device));
+        };
+        if let Some(joint) = self.joints.get_mut(index) {
+            joint.client = client;
+            joint.told = State::Moving;
+        }
+        around.order(index, Order::Turn { angle, speed });
+    }
+
+    /// Tells of the joints that have changed their state by themselves. One that a search turns is that
+    /// search's business.
+    fn tell_joints(&mut self, around: &mut impl Surroundings) {
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            let Some(state) = around.state(index) else { continue };
+            let is_news = state != joint.told && state != State::Moving;
+            joint.told = state;
+            if is_news && !self.docks.searches_with(index) {
+                let report = Report::Joint(joint.axis, state);
+                around.report(TaskCode::joint(joint.axis), joint.client, report);
+            }
+        }
+    }
+
+    #[inline(never)] // as `new`
+    fn look(&mut self, around: &mut impl Surroundings) {
+        let allowance = self.supply.look(around);
+        self.supply.prepare(around);
+        if let Some(allowance) = allowance {
+            self.allow(allowance, around);
+        }
+    }
+
+    /// Sheds or takes up what the battery allows.
+    fn allow(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
+        self.allowance = allowance;
+        self.docks.allow(allowance, around);
+        if !allowance.joints() {
+            for index in 0..N {
+                around.order(index, Order::Relax);
+            }
+        }
+    }
+}
+
+/// Whether `time` is `deadline` or after it.
+fn is_reached(deadline: Ticks, time: Ticks) -> bool {
+    time.wrapping_sub(deadline) <= kernel::LONGEST
+}

@@ -1,9 +1,7 @@
 //! Sensors: each is measured when a behaviour asks, and the answer goes there.
 
-use kernel::Task;
-
-use super::desk::Desk;
-use crate::device::{Peripherals, Quantity};
+use super::surroundings::Surroundings;
+use crate::device::Quantity;
 use crate::message::TaskCode;
 use crate::request::Report;
 use crate::sensor::Sensor;
@@ -30,30 +28,23 @@ impl Sensors {
     }
 
     /// Begins a reading for `client`. Refused if too many are under way.
-    pub fn read(
-        &mut self,
-        task: &mut Task,
-        desk: &mut Desk,
-        board: &mut impl Peripherals,
-        sensor: Sensor,
-        client: TaskCode,
-    ) {
+    pub fn read(&mut self, sensor: Sensor, client: TaskCode, around: &mut impl Surroundings) {
         match self.under_way.iter_mut().find(|place| place.is_none()) {
             Some(place) => {
                 *place = Some(Reading { sensor, client });
-                board.look(task, Quantity::Sensor(sensor));
+                around.look(Quantity::Sensor(sensor));
             }
-            None => desk.report(task, sensor.task(), client, Report::Refused(sensor.task())),
+            None => around.report(sensor.task(), client, Report::Refused(sensor.task())),
         }
     }
 
     /// Answers what has been measured. Returns whether any reading is still under way.
-    pub fn step(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals) -> bool {
+    pub fn step(&mut self, around: &mut impl Surroundings) -> bool {
         for place in &mut self.under_way {
             let Some(Reading { sensor, client }) = *place else { continue };
-            if let Some(value) = board.seen(task, Quantity::Sensor(sensor)) {
+            if let Some(value) = around.seen(Quantity::Sensor(sensor)) {
                 *place = None;
-                desk.report(task, sensor.task(), client, Report::Value(sensor, value));
+                around.report(sensor.task(), client, Report::Value(sensor, value));
             }
         }
         self.under_way.iter().any(Option::is_some)

@@ -1,9 +1,7 @@
 //! The battery and its charger.
 
-use kernel::Task;
-
-use super::desk::Desk;
-use crate::device::{Peripherals, Quantity};
+use super::surroundings::Surroundings;
+use crate::device::Quantity;
 use crate::dock::Dock;
 use crate::message::TaskCode;
 use crate::power::allowance::Allowance;
@@ -32,23 +30,23 @@ impl Supply {
     }
 
     /// Has measured what the next [`look`](Self::look) is to see.
-    pub fn prepare(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals) {
-        board.look(task, Quantity::Sensor(Sensor::BatteryVoltage));
-        board.look(task, Quantity::Sensor(Sensor::BatteryTemperature));
+    pub fn prepare(&mut self, around: &mut impl Surroundings) {
+        around.look(Quantity::Sensor(Sensor::BatteryVoltage));
+        around.look(Quantity::Sensor(Sensor::BatteryTemperature));
         if self.charger.is_on() {
-            self.measure_currents(task, desk, board);
+            self.measure_currents(around);
         }
     }
 
     /// Has the currents of all docks measured; what the other MCU measures will be [heard](Self::hear).
-    fn measure_currents<P: Peripherals>(&mut self, task: &mut Task, desk: &mut Desk, board: &mut P) {
+    fn measure_currents<S: Surroundings>(&mut self, around: &mut S) {
         self.beyond = 0;
         for dock in Dock::ALL {
             let sensor = Sensor::DockCurrent(dock);
-            if P::docks().contains(&dock) {
-                board.look(task, Quantity::Sensor(sensor));
+            if S::HALF.docks().contains(&dock) {
+                around.look(Quantity::Sensor(sensor));
             } else {
-                desk.request(task, TaskCode::POWER, Request::Read(sensor));
+                around.request(TaskCode::POWER, Request::Read(sensor));
             }
         }
     }
@@ -62,15 +60,10 @@ impl Supply {
 
     /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns what may be
     /// switched on if that has.
-    pub fn look(
-        &mut self,
-        task: &mut Task,
-        desk: &mut Desk,
-        board: &mut impl Peripherals,
-    ) -> Option<Allowance> {
-        let voltage = board.seen(task, Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
-        let temperature = board.seen(task, Quantity::Sensor(Sensor::BatteryTemperature))?;
-        let current = self.incoming(task, board);
+    pub fn look(&mut self, around: &mut impl Surroundings) -> Option<Allowance> {
+        let voltage = around.seen(Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
+        let temperature = around.seen(Quantity::Sensor(Sensor::BatteryTemperature))?;
+        let current = self.incoming(around);
         let before = self.allowance();
         let charger = self.charger.look(Look { voltage, temperature, current });
         let level = self.battery.look(voltage);
@@ -79,34 +72,34 @@ impl Supply {
         // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and
         // again, for the other MCU may have been reset.
         if is_news || allowance != Allowance::ALL {
-            desk.request(task, TaskCode::POWER, Request::Allow(allowance));
+            around.request(TaskCode::POWER, Request::Allow(allowance));
         }
         if let Some(state) = charger {
-            board.set_charger(self.charger.is_on());
-            desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Charger(state));
+            around.set_charger(self.charger.is_on());
+            around.report(TaskCode::POWER, TaskCode::HORMONE, Report::Charger(state));
         }
         if let Some(level) = level {
-            desk.report(task, TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
+            around.report(TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
         }
         is_news.then_some(allowance)
     }
 
     /// Begins to charge, or stops that, and tells the other MCU.
-    pub fn charge(&mut self, task: &mut Task, desk: &mut Desk, board: &mut impl Peripherals, is_on: bool) {
+    pub fn charge(&mut self, is_on: bool, around: &mut impl Surroundings) {
         if is_on {
             self.charger.start();
-            self.measure_currents(task, desk, board);
+            self.measure_currents(around);
         } else {
             self.charger.stop();
         }
-        board.set_charger(self.charger.is_on());
-        desk.request(task, TaskCode::POWER, Request::Allow(self.allowance()));
+        around.set_charger(self.charger.is_on());
+        around.request(TaskCode::POWER, Request::Allow(self.allowance()));
     }
 
     /// What comes in through all docks, in mA.
-    fn incoming<P: Peripherals>(&self, task: &mut Task, board: &mut P) -> u16 {
-        P::docks().into_iter().fold(self.beyond, |incoming, dock| {
-            let outward = board.seen(task, Quantity::Sensor(Sensor::DockCurrent(dock))).unwrap_or(0);
+    fn incoming<S: Surroundings>(&self, around: &mut S) -> u16 {
+        S::HALF.docks().into_iter().fold(self.beyond, |incoming, dock| {
+            let outward = around.seen(Quantity::Sensor(Sensor::DockCurrent(dock))).unwrap_or(0);
             incoming.saturating_add(inward(outward))
         })
     }

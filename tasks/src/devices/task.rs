@@ -1,244 +1,174 @@
-//! The devices' task, one on each MCU.
+//! The devices' task, one on each MCU: it drives [their state machine](super::Devices).
 
 use kernel::{Never, Task, Ticks, now};
 
-use super::desk::Desk;
-use super::docks::Docks;
-use super::sensors::Sensors;
-use super::supply::Supply;
-use crate::device::Peripherals;
-use crate::docking::latch::PERIOD_MS;
+use super::surroundings::Surroundings;
+use super::{Devices, Mail};
+use crate::counter::{self, Counter};
+use crate::device::{Peripherals, Quantity};
+use crate::dock::Dock;
+use crate::docking::latch::{End, EndSwitches};
 use crate::mailbox::Mailbox;
-use crate::message::TaskCode;
+use crate::message::{Address, Message, TaskCode};
 use crate::motor::Axis;
 use crate::motor::joint::State;
-use crate::motor::task::{Motors, Order};
+use crate::motor::joints::Order;
+use crate::motor::task::Motors;
 use crate::post_office::PostOffice;
-use crate::power::allowance::Allowance;
-use crate::request::{Report, Request};
+use crate::request::Payload;
+use crate::router::Source;
+use crate::superbot::Half;
 
-/// How often the battery is looked at, in ticks of 1 ms.
-const LOOK: Ticks = 250;
-
-/// How often the task shows at least that it is alive, likewise.
+/// How often the task shows at least that it is alive, in ticks of 1 ms.
 pub const ALIVE: Ticks = 50;
 
-/// A joint as its clients know it.
-#[derive(Clone, Copy)]
-pub struct Client {
-    axis: Axis,
-    /// Who asked last, and the state that was told last.
-    client: TaskCode,
-    told: State,
+/// The devices' task as others see it. A `static`: readers of RAM find the [`Counters`] at its start.
+#[repr(C)]
+pub struct Desk<const N: usize> {
+    counters: Counters,
+    motors: &'static Motors<N>,
+    office: &'static PostOffice,
 }
 
-impl Client {
-    /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was
-    /// reset, others do not know it yet.
-    pub const fn of(axis: Axis) -> Self {
-        Client { axis, client: TaskCode::HORMONE, told: State::Moving }
+/// What the task counts. Both wrap.
+#[repr(C)]
+struct Counters {
+    /// Reports, and requests to other devices, that found no room.
+    unsent: Counter,
+    /// Messages that were no request to a device of this MCU.
+    malformed: Counter,
+}
+
+impl<const N: usize> Desk<N> {
+    /// Of a task that turns the joints of `motors`, and whose mail goes through `office`.
+    pub const fn new(motors: &'static Motors<N>, office: &'static PostOffice) -> Self {
+        Desk { counters: Counters { unsent: Counter::new(), malformed: Counter::new() }, motors, office }
+    }
+
+    /// Its counts: `unsent`, `malformed`.
+    pub const fn counts(&self) -> &[Counter] {
+        // SAFETY: they are `repr(C)`, and their fields are counters.
+        unsafe { counter::all(&self.counters) }
+    }
+
+    /// Devices of `board` with joints by `axes` in the order of their indices, from now on.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn begin<P: Peripherals>(
+        &'static self,
+        task: &mut Task,
+        board: &mut P,
+        axes: [Axis; N],
+    ) -> Devices<N> {
+        let start = now(task);
+        Devices::new(axes, start, &mut Here { task, board, desk: self })
+    }
+
+    /// Does all that there is to do: at first, after each signal of `mailbox`, and after so many ticks as it
+    /// returns.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn turn<P: Peripherals>(
+        &'static self,
+        task: &mut Task,
+        mailbox: &'static Mailbox,
+        board: &mut P,
+        devices: &mut Devices<N>,
+    ) -> Ticks {
+        let mut here = Here { task, board, desk: self };
+        while let Some(message) = mailbox.take(here.task) {
+            let mail = Mail::of::<Here<P, N>>(&message);
+            // Its buffer is needed for what goes out.
+            drop(message);
+            let time = now(here.task);
+            match mail {
+                Some(mail) => devices.receive(time, mail, &mut here),
+                None => self.counters.malformed.count(here.task),
+            }
+        }
+        let time = now(here.task);
+        devices.poll(time, &mut here);
+        devices.next_due::<Here<P, N>>(time).unwrap_or(ALIVE).min(ALIVE)
     }
 }
 
-/// All devices that the task serves.
-pub struct Devices<P, const N: usize> {
-    board: P,
-    motors: &'static Motors<N>,
-    joints: [Client; N],
-    desk: Desk,
-    docks: Docks,
-    sensors: Sensors,
-    supply: Supply,
-    allowance: Allowance,
-}
-
-/// Runs the task on `mailbox`: the devices of `board`, and the joints of `motors`, by `axes` in their order.
-/// `alive` is called every [`ALIVE`] ticks or sooner.
+/// Runs the task of `desk` on `mailbox`: the devices of `board`, and joints by `axes` in the order of their
+/// indices. `alive` is called every [`ALIVE`] ticks or sooner.
 pub fn run<P: Peripherals, const N: usize>(
     task: &mut Task,
     mailbox: &'static Mailbox,
-    board: P,
-    motors: &'static Motors<N>,
+    mut board: P,
     axes: [Axis; N],
-    office: &'static PostOffice,
+    desk: &'static Desk<N>,
     mut alive: impl FnMut(&mut Task),
 ) -> Never {
-    let mut devices = Devices::new(board, motors, axes, office);
-    let mut schedule = Schedule::begin(task, &mut devices);
+    let mut devices = desk.begin(task, &mut board, axes);
     loop {
-        let rest = schedule.turn(task, mailbox, &mut devices);
+        let rest = desk.turn(task, mailbox, &mut board, &mut devices);
         alive(task);
         mailbox.wake_in(task, rest);
         mailbox.wait(task);
     }
 }
 
-/// When which device is due: for whoever drives them.
-pub struct Schedule {
-    next_look: Ticks,
-    next_step: Ticks,
-    is_busy: bool,
+/// What is around the devices, for the task that runs.
+struct Here<'a, P, const N: usize> {
+    task: &'a mut Task,
+    board: &'a mut P,
+    desk: &'static Desk<N>,
 }
 
-impl Schedule {
-    /// From now on.
-    #[inline(always)] // a frame of its own would take stack
-    pub fn begin<P: Peripherals, const N: usize>(task: &mut Task, devices: &mut Devices<P, N>) -> Self {
-        let start = now(task);
-        if P::HAS_BATTERY {
-            devices.supply.prepare(task, &mut devices.desk, &mut devices.board);
-        }
-        Schedule { next_look: start.wrapping_add(LOOK), next_step: start, is_busy: false }
+impl<P: Peripherals, const N: usize> Surroundings for Here<'_, P, N> {
+    const HALF: Half = P::HALF;
+
+    fn look(&mut self, quantity: Quantity) {
+        self.board.look(self.task, quantity);
     }
 
-    /// Does all that there is to do: at first, after each signal of the mailbox, and after so many ticks as it
-    /// returns.
-    #[inline(always)] // a frame of its own would take stack
-    pub fn turn<P: Peripherals, const N: usize>(
-        &mut self,
-        task: &mut Task,
-        mailbox: &'static Mailbox,
-        devices: &mut Devices<P, N>,
-    ) -> Ticks {
-        while let Some(message) = mailbox.take(task) {
-            let client = message.from().task();
-            let request = Request::from_payload(message.payload());
-            let report = if P::HAS_BATTERY { Report::from_payload(message.payload()) } else { None };
-            // Its buffer is needed for what goes out.
-            drop(message);
-            match report {
-                Some(report) => devices.supply.hear(report),
-                None => devices.serve(task, request, client),
-            }
-            if !self.is_busy {
-                self.is_busy = true;
-                self.next_step = now(task).wrapping_add(PERIOD_MS);
-            }
-        }
-        devices.tell_joints(task);
-        devices.docks.trip(task, &mut devices.desk, &mut devices.board);
-        let time = now(task);
-        if self.is_busy && is_reached(self.next_step, time) {
-            self.next_step = time.wrapping_add(PERIOD_MS);
-            self.is_busy = devices.step(task);
-        }
-        if P::HAS_BATTERY && is_reached(self.next_look, time) {
-            self.next_look = time.wrapping_add(LOOK);
-            devices.look(task);
-        }
-        if self.is_busy {
-            self.next_step.wrapping_sub(time)
-        } else if P::HAS_BATTERY {
-            self.next_look.wrapping_sub(time).min(ALIVE)
-        } else {
-            ALIVE
-        }
-    }
-}
-
-/// Whether `time` is `deadline` or after it.
-fn is_reached(deadline: Ticks, time: Ticks) -> bool {
-    time.wrapping_sub(deadline) <= kernel::LONGEST
-}
-
-impl<P: Peripherals, const N: usize> Devices<P, N> {
-    // Apart, these three take less flash than within the task's large frame.
-    /// The devices of `board`, and the joints of `motors`, by `axes` in their order.
-    #[inline(never)]
-    pub fn new(board: P, motors: &'static Motors<N>, axes: [Axis; N], office: &'static PostOffice) -> Self {
-        Devices {
-            board,
-            motors,
-            joints: axes.map(Client::of),
-            desk: Desk::new(office),
-            docks: Docks::new(P::docks()),
-            sensors: Sensors::new(),
-            supply: Supply::new(),
-            allowance: Allowance::ALL,
-        }
+    fn seen(&mut self, quantity: Quantity) -> Option<i16> {
+        self.board.seen(self.task, quantity)
     }
 
-    #[inline(never)]
-    fn serve(&mut self, task: &mut Task, request: Option<Request>, client: TaskCode) {
-        let Devices { board, motors, desk, docks, sensors, supply, .. } = self;
-        match request {
-            Some(Request::Read(sensor)) => sensors.read(task, desk, board, sensor, client),
-            Some(Request::Turn { axis, angle, speed }) => self.turn(task, axis, angle, speed, client),
-            Some(Request::Relax(axis)) => {
-                if let Some(index) = self.joint(axis) {
-                    self.motors.order(task, index, Order::Relax);
-                }
-            }
-            Some(Request::Latch(dock, end)) => docks.latch(task, desk, dock, end, client),
-            Some(Request::Approach(dock)) => docks.approach(task, desk, board, motors, dock, client),
-            Some(Request::Power { dock, is_on }) => docks.set_power(task, board, dock, is_on, client),
-            Some(Request::Charge { is_on }) => {
-                if P::HAS_BATTERY {
-                    supply.charge(task, desk, board, is_on);
-                    let allowance = supply.allowance();
-                    self.allow(task, allowance);
-                }
-            }
-            Some(Request::Allow(allowance)) => self.allow(task, allowance),
-            None => desk.malformed = desk.malformed.wrapping_add(1),
-        }
+    fn end_switches(&mut self, dock: Dock) -> EndSwitches {
+        self.board.end_switches(dock)
     }
 
-    /// The index of a joint among those of this MCU.
-    fn joint(&self, axis: Axis) -> Option<usize> {
-        self.joints.iter().position(|joint| joint.axis == axis)
+    fn drive_latch(&mut self, dock: Dock, to: Option<End>) {
+        self.board.drive_latch(dock, to);
     }
 
-    fn turn(&mut self, task: &mut Task, axis: Axis, angle: i16, speed: u8, client: TaskCode) {
-        let device = TaskCode::joint(axis);
-        let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else {
-            return self.desk.report(task, device, client, Report::Refused(device));
-        };
-        if let Some(joint) = self.joints.get_mut(index) {
-            joint.client = client;
-            joint.told = State::Moving;
-        }
-        self.motors.order(task, index, Order::Turn { angle, speed });
+    fn set_power(&mut self, dock: Dock, is_on: bool) {
+        self.board.set_power(self.task, dock, is_on);
     }
 
-    /// Tells of the joints that have changed their state by themselves. One that a search turns is that
-    /// search's business.
-    fn tell_joints(&mut self, task: &mut Task) {
-        for (index, joint) in self.joints.iter_mut().enumerate() {
-            let Some(state) = self.motors.state(task, index) else { continue };
-            let is_news = state != joint.told && state != State::Moving;
-            joint.told = state;
-            if is_news && !self.docks.searches_with(index) {
-                let report = Report::Joint(joint.axis, state);
-                self.desk.report(task, TaskCode::joint(joint.axis), joint.client, report);
-            }
-        }
+    fn take_tripped(&mut self) -> u8 {
+        self.board.take_tripped(self.task)
     }
 
-    /// One period. Returns whether there is anything left to do.
-    fn step(&mut self, task: &mut Task) -> bool {
-        let Devices { board, motors, desk, docks, sensors, .. } = self;
-        let is_docking = docks.step(task, desk, board, motors);
-        sensors.step(task, desk, board) || is_docking
+    fn set_emitters(&mut self, is_on: bool) {
+        self.board.set_emitters(is_on);
     }
 
-    #[inline(never)]
-    fn look(&mut self, task: &mut Task) {
-        let allowance = self.supply.look(task, &mut self.desk, &mut self.board);
-        self.supply.prepare(task, &mut self.desk, &mut self.board);
-        if let Some(allowance) = allowance {
-            self.allow(task, allowance);
-        }
+    fn set_charger(&mut self, is_on: bool) {
+        self.board.set_charger(is_on);
     }
 
-    /// Sheds or takes up what the battery allows.
-    fn allow(&mut self, task: &mut Task, allowance: Allowance) {
-        self.allowance = allowance;
-        self.docks.allow(task, &mut self.desk, &mut self.board, allowance);
-        if !allowance.joints() {
-            for index in 0..N {
-                self.motors.order(task, index, Order::Relax);
-            }
+    fn order(&mut self, joint: usize, order: Order) {
+        self.desk.motors.order(self.task, joint, order);
+    }
+
+    fn state(&mut self, joint: usize) -> Option<State> {
+        self.desk.motors.state(self.task, joint)
+    }
+
+    fn angle(&mut self, joint: usize) -> Option<i16> {
+        self.desk.motors.angle(self.task, joint)
+    }
+
+    #[inline(never)] // it stands in many places: flash
+    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) {
+        let Desk { office, counters, .. } = self.desk;
+        let message = Message::new(Address::here(to), Address::here(from), &payload);
+        if message.map(|message| office.deliver(self.task, message, Source::Task)) != Ok(Ok(())) {
+            counters.unsent.count(self.task);
         }
     }
 }

@@ -5,13 +5,14 @@
 //! | [`potentiometer`] | from the converter's reading to a position |
 //! | [`pid`] | the controller |
 //! | [`joint`] | a joint: speed limit, current limit, end stops, what may go wrong |
-//! | [`task`] | the task that steps the joints of one MCU |
+//! | [`joints`] | the joints of one MCU: when they are controlled, looked at or left alone |
+//! | [`task`] | the task that drives these |
 //!
 //! All in 16-bit integers, with shifts for divisions. Positions are in 1/160 degree, a sixteenth of the unit
-//! of
-//! [`TENTH`]: fine enough to lose nothing of a reading, and 200 degrees to either side fit 16 bits.
+//! of [`TENTH`]: fine enough to lose nothing of a reading, and 200 degrees to either side fit 16 bits.
 
 pub mod joint;
+pub mod joints;
 pub mod pid;
 pub mod potentiometer;
 pub mod task;

@@ -1,9 +1,10 @@
 //! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a
-//! joint moves.
+//! joint moves. It drives [their state machine](super::joints).
 
 use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 
-use super::joint::{Joint, State};
+use super::joint::{Reading, State};
+use super::joints::{Awaited, Joints, Order, Surroundings, WATCH};
 use super::{Position, to_angle};
 use crate::counter::{self, Counter};
 use crate::device::JointMotors;
@@ -32,16 +33,6 @@ pub struct Counters<Count = u16> {
     pub periods: Count,
     /// Periods that passed before the one before was done.
     pub missed: Count,
-}
-
-/// What a joint is told.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub enum Order {
-    /// As [`Joint::turn_to`].
-    Turn { angle: i16, speed: u8 },
-    /// As [`Joint::release`].
-    Relax,
 }
 
 /// Where a joint gets its orders, and shows what comes of them.
@@ -88,10 +79,9 @@ impl<const N: usize> Motors<N> {
     /// Gives an order to the joint with this index. It replaces one that the joint has not begun with.
     pub fn order(&self, task: &mut Task, index: usize, order: Order) {
         let Some(panel) = self.panels.get(index) else { return };
-        let state = if order == Order::Relax { State::Off } else { State::Moving };
         task.mask(|masked| {
             panel.order.set(masked, Some(order));
-            panel.state.set(masked, state);
+            panel.state.set(masked, order.state());
         });
         self.ordered.post(task);
     }
@@ -136,123 +126,132 @@ impl<const N: usize> Motors<N> {
     }
 }
 
-/// How often joints at rest are looked at, in ticks of 1 ms.
-pub const WATCH: Ticks = 32;
-
 /// How late the task may be before the watchdog is no longer fed: of a period of 1 ms, and of a look.
 const LATE: Ticks = 5;
 const LATE_LOOK: Ticks = 2 * WATCH;
 
 /// Runs the task of `motors`. `news` is posted when a joint has changed its state by itself.
-///
-/// Joints that are at rest need no computing: their drives stay as they are. They are looked at now and then,
-/// and controlled again as soon as one is moved or told to.
 pub fn run<const N: usize>(
     task: &mut Task,
     motors: &'static Motors<N>,
-    mut joints: [Joint; N],
+    mut joints: Joints<N>,
     mut devices: impl JointMotors,
     news: &'static Semaphore,
 ) -> Never {
     loop {
-        rest(task, motors, &mut joints, &mut devices);
-        motors.duty.promise(task, LATE);
-        devices.begin(task, &motors.period);
-        motors.period.wait(task); // until the joints have been measured once
-        devices.done();
-        let mut goes_on = true;
-        while goes_on {
-            motors.period.wait(task);
-            motors.duty.promise(task, LATE);
-            goes_on = motors.control(task, &mut joints, &mut devices, news);
-        }
-        devices.end(task);
-    }
-}
-
-/// Waits until a joint has been moved or told to.
-fn rest<const N: usize>(
-    task: &mut Task,
-    motors: &'static Motors<N>,
-    joints: &mut [Joint; N],
-    devices: &mut impl JointMotors,
-) {
-    while joints.iter().all(Joint::is_at_rest) {
-        if !joints.iter().any(Joint::is_driven) {
-            motors.duty.rest(task);
-            return motors.ordered.wait(task);
-        }
-        motors.duty.promise(task, LATE_LOOK);
-        devices.look(task);
-        if motors.ordered.wait_timeout(task, WATCH).is_ok() {
-            return;
-        }
-        for (index, joint) in joints.iter_mut().enumerate() {
-            joint.watch(devices.reading(task, index));
+        match joints.awaited() {
+            Awaited::Order => {
+                motors.duty.rest(task);
+                motors.ordered.wait(task);
+                joints.order_or_look(true, &mut Here { task, motors, devices: &mut devices });
+            }
+            Awaited::OrderOrLook => {
+                motors.duty.promise(task, LATE_LOOK);
+                let is_ordered = motors.ordered.wait_timeout(task, WATCH).is_ok();
+                joints.order_or_look(is_ordered, &mut Here { task, motors, devices: &mut devices });
+            }
+            Awaited::Measurement => {
+                motors.period.wait(task);
+                joints.measurement(&mut Here { task, motors, devices: &mut devices });
+            }
+            // A loop of its own, of which each turn is a period: so `time-bound` sees what one takes.
+            Awaited::Period => {
+                while joints.awaited() == Awaited::Period {
+                    motors.period.wait(task);
+                    motors.duty.promise(task, LATE);
+                    motors.control(task, &mut joints, &mut devices, news);
+                }
+            }
         }
     }
 }
 
 impl<const N: usize> Motors<N> {
-    /// One period, whose signal was taken: controls all joints. Returns whether one of them moves on. `news`
-    /// is posted when one has changed its state by itself.
+    /// A period of the joints has begun, and its signal was taken. `news` is posted when one has changed its
+    /// state by itself.
     #[inline(always)] // a frame of its own would take stack
     pub fn control(
         &'static self,
         task: &mut Task,
-        joints: &mut [Joint; N],
+        joints: &mut Joints<N>,
         devices: &mut impl JointMotors,
         news: &'static Semaphore,
-    ) -> bool {
-        count(task, self);
-        let mut goes_on = false;
-        for (index, (joint, panel)) in joints.iter_mut().zip(&self.panels).enumerate() {
-            if control(task, joint, panel, devices, index) {
-                news.post(task);
-            }
-            goes_on |= !joint.is_at_rest();
+    ) {
+        self.count(task);
+        if joints.period(&mut Here { task, motors: self, devices }) {
+            news.post(task);
         }
-        devices.done();
         // Signals of orders that have been carried out, or will be in the next period.
-        while goes_on && self.ordered.try_wait(task) {}
-        goes_on
+        while joints.awaited() == Awaited::Period && self.ordered.try_wait(task) {}
     }
-}
 
-/// Counts a period, and those that have passed meanwhile.
-fn count<const N: usize>(task: &mut Task, motors: &'static Motors<N>) {
-    let Counters { periods, missed } = &motors.counters;
-    periods.count(task);
-    while motors.period.try_wait(task) {
-        missed.count(task);
-    }
-}
-
-/// One period of a joint. Returns whether its state has changed by itself.
-#[inline(always)]
-fn control(
-    task: &mut Task,
-    joint: &mut Joint,
-    panel: &Panel,
-    devices: &mut impl JointMotors,
-    index: usize,
-) -> bool {
-    match task.mask(|masked| panel.take(masked)) {
-        Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
-        Some(Order::Relax) => joint.release(),
-        None => {}
-    }
-    let before = joint.state();
-    let drive = joint.step(devices.reading(task, index));
-    let (state, position) = (joint.state(), joint.position());
-    // Each in a section of its own, for the sake of whoever else begins in time.
-    task.mask(|masked| devices.drive(masked, index, drive));
-    task.mask(|masked| {
-        // Else an order has come that the joint has not begun with.
-        if panel.order.get(masked).is_none() {
-            panel.state.set(masked, state);
+    /// Counts a period, and those that have passed meanwhile.
+    fn count(&'static self, task: &mut Task) {
+        let Counters { periods, missed } = &self.counters;
+        periods.count(task);
+        while self.period.try_wait(task) {
+            missed.count(task);
         }
-    });
-    task.mask(|masked| panel.position.set(masked, position));
-    state != before
+    }
+}
+
+/// What is around the joints, for the task that runs.
+pub struct Here<'a, D, const N: usize> {
+    pub task: &'a mut Task,
+    pub motors: &'static Motors<N>,
+    pub devices: &'a mut D,
+}
+
+impl<D: JointMotors, const N: usize> Surroundings for Here<'_, D, N> {
+    #[inline(always)]
+    fn begin(&mut self) {
+        // The first two periods are to be over in time.
+        self.motors.duty.promise(self.task, LATE);
+        self.devices.begin(self.task, &self.motors.period);
+    }
+
+    #[inline(always)]
+    fn end(&mut self) {
+        self.devices.end(self.task);
+    }
+
+    #[inline(always)]
+    fn look(&mut self) {
+        self.devices.look(self.task);
+    }
+
+    #[inline(always)]
+    fn reading(&mut self, joint: usize) -> Reading {
+        self.devices.reading(self.task, joint)
+    }
+
+    #[inline(always)]
+    fn drive(&mut self, joint: usize, drive: i16) {
+        let devices = &self.devices;
+        self.task.mask(|masked| devices.drive(masked, joint, drive));
+    }
+
+    #[inline(always)]
+    fn done(&mut self) {
+        self.devices.done();
+    }
+
+    #[inline(always)]
+    fn take_order(&mut self, joint: usize) -> Option<Order> {
+        let panel = self.motors.panels.get(joint)?;
+        self.task.mask(|masked| panel.take(masked))
+    }
+
+    #[inline(always)]
+    fn show(&mut self, joint: usize, state: State, position: Option<Position>) {
+        let Some(panel) = self.motors.panels.get(joint) else { return };
+        // Each in a section of its own, for the sake of whoever else begins in time.
+        self.task.mask(|masked| {
+            // Else an order has come that the joint has not begun with.
+            if panel.order.get(masked).is_none() {
+                panel.state.set(masked, state);
+            }
+        });
+        self.task.mask(|masked| panel.position.set(masked, position));
+    }
 }

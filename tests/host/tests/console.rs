@@ -2,7 +2,7 @@
 
 use console::dialogue::Dialogue;
 use console::inspector::WORKS;
-use console::question::{BRIDGE, MOTORS};
+use console::question::BRIDGE;
 use console::request::{Number, Request, Topic, piece};
 use simulation::{Random, Terminal};
 use tasks::dock::{Dock, DockSet};
@@ -52,8 +52,8 @@ fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
         }
         _ => {
             let of = kind - 2;
-            assert!(of == BRIDGE || of == MOTORS || docks.contains(&of), "asked of another's link");
-            let all = [12, 12, 12, 12, 12, 12, 8, 2][usize::from(of)];
+            assert!(of >= BRIDGE || docks.contains(&of), "asked of another's link");
+            let all = [12, 12, 12, 12, 12, 12, 8, 2, 2][usize::from(of)];
             (u16::from(index)..all).take(7).map(|count| base * u16::from(of) + count).collect()
         }
     };
@@ -146,6 +146,10 @@ freed                607   1207
 joints' control   master  slave
 periods              700   1400
 missed               701   1401
+
+devices           master  slave
+unsent               800   1600
+malformed            801   1601
 ";
 
 #[test]
@@ -156,14 +160,14 @@ fn the_text_tells_what_the_inspectors_answer() {
 #[test]
 fn a_topic_is_a_part_of_all() {
     let parts: Vec<&str> = ALL.split("\n\n").collect();
-    let [head, tasks @ .., links, bridge, joints] = &parts[..] else { panic!("{parts:?}") };
+    let [head, tasks @ .., links, bridge, joints, devices] = &parts[..] else { panic!("{parts:?}") };
     let title = head.split_inclusive('\n').next().expect("a line");
     let mut random = Random::new(1);
     assert_eq!(text(Topic::Cpu, None, 0.0, &mut random), format!("{head}\n"));
     assert_eq!(text(Topic::Tasks, None, 0.0, &mut random), format!("{title}\n{}\n", tasks.join("\n\n")));
     assert_eq!(
         text(Topic::Counts, None, 0.0, &mut random),
-        format!("{title}\n{links}\n\n{bridge}\n\n{joints}")
+        format!("{title}\n{links}\n\n{bridge}\n\n{joints}\n\n{devices}")
     );
 }
 

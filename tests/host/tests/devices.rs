@@ -7,12 +7,13 @@ use kernel::{Interrupt, Masked, Priority, Semaphore, Stack, Task, Ticks, host};
 use plants::dock::{Latch, reflected};
 use plants::joint::{Joint as Plant, counts};
 use tasks::device::{JointMotors, Peripherals, Quantity};
-use tasks::devices::task as devices;
+use tasks::devices::task::{self as devices, Desk};
 use tasks::dock::Dock;
 use tasks::docking::latch::{End, EndSwitches, Failure, State as LatchState};
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
 use tasks::motor::joint::{Joint, Reading, State};
+use tasks::motor::joints::Joints;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::motor::{Axis, FULL_DRIVE};
 use tasks::post_office::{PostOffice, Undelivered};
@@ -23,7 +24,7 @@ use tasks::power::switch::Switch;
 use tasks::request::{Report, Request};
 use tasks::router::{Mcu, Router, Source};
 use tasks::sensor::Sensor;
-use tasks::superbot::{JOINT, LATCH_CURRENT_LIMIT, MASTER, RESIDENCE, SLAVE};
+use tasks::superbot::{Half, JOINT, LATCH_CURRENT_LIMIT, MASTER, RESIDENCE, SLAVE};
 
 const HORMONE: TaskCode = TaskCode::HORMONE;
 
@@ -120,17 +121,12 @@ struct Board<const BATTERY: bool>(Shared);
 
 impl<const BATTERY: bool> Board<BATTERY> {
     fn place(dock: Dock) -> usize {
-        Self::docks().into_iter().position(|here| here == dock).expect("a dock of this MCU")
+        Self::HALF.docks().into_iter().position(|here| here == dock).expect("a dock of this MCU")
     }
 }
 
 impl<const BATTERY: bool> Peripherals for Board<BATTERY> {
-    const HAS_BATTERY: bool = BATTERY;
-    const LATCH_CURRENT_LIMIT: i16 = LATCH_CURRENT_LIMIT;
-
-    fn docks() -> [Dock; 3] {
-        if BATTERY { SLAVE.docks() } else { MASTER.docks() }
-    }
+    const HALF: Half = if BATTERY { SLAVE } else { MASTER };
 
     fn look(&mut self, _: &mut Task, quantity: Quantity) {
         let mut world = at(&self.0);
@@ -290,6 +286,7 @@ fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
         links: &[],
         bridge: if BATTERY { heard } else { nobody },
     });
+    let desk: &'static Desk<1> = forever(Desk::new(motors, office));
     let axis = if BATTERY { Axis::Back } else { Axis::Front };
     let done = Arc::new(Mutex::new(false));
     let is_done = Arc::clone(&done);
@@ -300,17 +297,17 @@ fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
         move |boot| {
             let [board, motor, alive, of_script] = [0; 4].map(|_| Arc::clone(&of_task));
             let stacks: [&'static Stack<4000>; 3] = [0; 3].map(|_| forever(Stack::new()));
-            let [joints, served, client] = stacks;
+            let [joints, devices_stack, client] = stacks;
             let run_joints = move |task: &mut Task| {
-                motor::run(task, motors, [Joint::new(JOINT)], Motor(motor), devices.semaphore())
+                motor::run(task, motors, Joints::new([Joint::new(JOINT)]), Motor(motor), devices.semaphore())
             };
             joints.start(boot, Priority::P0, run_joints).expect("the stack is free");
             let serve = move |task: &mut Task| {
-                devices::run(task, devices, Board::<BATTERY>(board), motors, [axis], office, move |_| {
+                devices::run(task, devices, Board::<BATTERY>(board), [axis], desk, move |_| {
                     at(&alive).alive += 1;
                 })
             };
-            served.start(boot, Priority::P3, serve).expect("the stack is free");
+            devices_stack.start(boot, Priority::P3, serve).expect("the stack is free");
             let play = move |task: &mut Task| {
                 let mut client = Client { task, office, devices, heard, world: of_script };
                 script(&mut client);

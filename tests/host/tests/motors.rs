@@ -8,7 +8,8 @@ use plants::joint::{Joint as Plant, counts};
 use tasks::device::JointMotors;
 use tasks::motor::FULL_DRIVE;
 use tasks::motor::joint::{Joint, Reading, State};
-use tasks::motor::task::{self as motor, Motors, Order, WATCH};
+use tasks::motor::joints::{Joints, Order, WATCH};
+use tasks::motor::task::{self as motor, Motors};
 use tasks::superbot::JOINT;
 
 /// Two joints, and what the task does with their motors.
@@ -122,7 +123,7 @@ fn run(script: fn(&mut Client)) {
         20_000,
         move |boot| {
             let control = move |task: &mut Task| {
-                motor::run(task, motors, [0; 2].map(|_| Joint::new(JOINT)), of_task, news)
+                motor::run(task, motors, Joints::new([0; 2].map(|_| Joint::new(JOINT))), of_task, news)
             };
             joints.start(boot, Priority::P0, control).expect("the stack is free");
             let play = move |task: &mut Task| {

@@ -5,8 +5,10 @@ use board::twi::Interface;
 use kernel::{Task, Ticks, now};
 use tasks::bridge::task::{Bridge, Crossing};
 use tasks::device::Peripherals;
-use tasks::devices::task::{Devices, Schedule};
+use tasks::devices::Devices;
+use tasks::devices::task::Desk;
 use tasks::mailbox::Mailbox;
+use tasks::motor::Axis;
 use tasks::post_office::PostOffice;
 
 /// The bridge to the other MCU.
@@ -34,21 +36,28 @@ impl Bridging {
 /// All devices but the links, the bridge and the joints.
 pub struct Serving<P, const N: usize> {
     mailbox: &'static Mailbox,
-    devices: Devices<P, N>,
-    schedule: Schedule,
+    board: P,
+    desk: &'static Desk<N>,
+    devices: Devices<N>,
 }
 
 impl<P: Peripherals, const N: usize> Serving<P, N> {
-    /// The `devices`, asked at `mailbox`.
-    pub fn new(task: &mut Task, mailbox: &'static Mailbox, mut devices: Devices<P, N>) -> Self {
-        let schedule = Schedule::begin(task, &mut devices);
-        Serving { mailbox, devices, schedule }
+    /// The devices of `board`, asked at `mailbox`.
+    pub fn new(
+        task: &mut Task,
+        mailbox: &'static Mailbox,
+        mut board: P,
+        axes: [Axis; N],
+        desk: &'static Desk<N>,
+    ) -> Self {
+        let devices = desk.begin(task, &mut board, axes);
+        Serving { mailbox, board, desk, devices }
     }
 
     /// Has its turn. Returns when it has another though nothing is posted.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
-        let left = self.schedule.turn(task, self.mailbox, &mut self.devices);
+        let left = self.desk.turn(task, self.mailbox, &mut self.board, &mut self.devices);
         Some(now(task).wrapping_add(left))
     }
 }

@@ -35,7 +35,7 @@ use hormone::status::Status;
 use kernel::{Boot, Context, Mutex, Never, Priority, Semaphore, Stack, Task, now};
 use tasks::api::Api;
 use tasks::bridge::task::Bridge;
-use tasks::devices::task::Devices;
+use tasks::devices::task::Desk;
 use tasks::link::port::Port;
 use tasks::link::receive::Incoming;
 use tasks::mailbox::Mailbox;
@@ -68,6 +68,7 @@ static LINK_SOFT_UART: Port = Port::new(MASTER.timer3);
 static BRIDGE: Bridge = Bridge::new();
 #[unsafe(no_mangle)]
 static MOTORS: Motors<2> = Motors::new();
+static DESK: Desk<2> = Desk::new(&MOTORS, &OFFICE);
 #[unsafe(no_mangle)]
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P0, Status::POWER_UP);
 
@@ -142,8 +143,7 @@ fn run(task: &mut Task, board: Board) -> Never {
     let mut joints = Driver::new(&MOTORS, [Joint::new(JOINT), Joint::new(ROLL)], motors, DEVICES.semaphore());
     let peripherals: Peripherals<MasterSide> =
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
-    let devices = Devices::new(peripherals, &MOTORS, MASTER_AXES, &OFFICE);
-    let mut devices = Serving::new(task, &DEVICES, devices);
+    let mut devices = Serving::new(task, &DEVICES, peripherals, MASTER_AXES, &DESK);
 
     let api = Api::new(&OFFICE, mark);
     let mut neighbours = Neighbours::new(task, &AC_RECEIVE, api);

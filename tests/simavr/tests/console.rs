@@ -58,6 +58,7 @@ const LINK: [&str; 12] = [
 const BRIDGE: [&str; 8] =
     ["messages_sent", "messages_received", "retries", "errors", "gave_up", "ignored", "no_buffer", "freed"];
 const JOINTS: [&str; 2] = ["periods", "missed"];
+const DEVICES: [&str; 2] = ["unsent", "malformed"];
 
 /// The symbols of the links, by dock.
 const LINKS: [(Controller, &str); 6] = [
@@ -107,6 +108,9 @@ fn numbers(module: &Module) -> BTreeMap<(String, usize), u16> {
         }
         for (field, count) in JOINTS.iter().zip(counts(module, controller, "MOTORS", 2)) {
             numbers.insert((format!("joints' control {field}"), side), count);
+        }
+        for (field, count) in DEVICES.iter().zip(counts(module, controller, "DESK", 2)) {
+            numbers.insert((format!("devices {field}"), side), count);
         }
     }
     for (column, (controller, symbol)) in LINKS.into_iter().enumerate() {

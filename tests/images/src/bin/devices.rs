@@ -14,13 +14,14 @@ use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
 use kernel::{Boot, Never, Priority, Stack, Task};
 use tasks::api::Api;
 use tasks::bridge::task::{self as bridge, Bridge};
-use tasks::devices::task as devices;
+use tasks::devices::task::{self as devices, Desk};
 use tasks::dock::Dock;
 use tasks::docking::latch::End;
 use tasks::mailbox::Mailbox;
 use tasks::message::TaskCode;
 use tasks::motor::Axis;
 use tasks::motor::joint::Joint;
+use tasks::motor::joints;
 use tasks::motor::task::{self as motor, Motors};
 use tasks::post_office::PostOffice;
 use tasks::request::Request;
@@ -36,6 +37,7 @@ static MOTORS: Motors<2> = Motors::new();
 static DEVICES: Mailbox = Mailbox::new(6);
 static BEHAVIOUR: Mailbox = Mailbox::new(6);
 
+static DESK: Desk<2> = Desk::new(&MOTORS, &OFFICE);
 static OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
     tasks: &[(TaskCode::HORMONE, &BEHAVIOUR)],
@@ -133,7 +135,7 @@ fn begin(boot: &mut Boot) -> Option<()> {
         .with_roll(board.roll_pwm, board.roll_direction);
     stack::MOTORS
         .start(boot, Priority::P0, move |task| {
-            let joints = [Joint::new(JOINT), Joint::new(ROLL)];
+            let joints = joints::Joints::new([Joint::new(JOINT), Joint::new(ROLL)]);
             motor::run(task, &MOTORS, joints, motors, DEVICES.semaphore())
         })
         .ok()?;
@@ -141,7 +143,7 @@ fn begin(boot: &mut Boot) -> Option<()> {
         Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
-            devices::run(task, &DEVICES, peripherals, &MOTORS, MASTER_AXES, &OFFICE, |_| {})
+            devices::run(task, &DEVICES, peripherals, MASTER_AXES, &DESK, |_| {})
         })
         .ok()?;
     let api = Api::new(&OFFICE, |_| {});

@@ -20,7 +20,8 @@ use kernel::{Boot, Context, MaskedCell, Never, Priority, Semaphore, Stack, Task,
 use tasks::device::{Bus, Receive, Transfer, Transmit};
 use tasks::link::backoff::Backoff;
 use tasks::motor::joint::Joint;
-use tasks::motor::task::{self as motor, Motors, Order};
+use tasks::motor::joints::{self, Order};
+use tasks::motor::task::{self as motor, Motors};
 use tests_images::start;
 
 /// Bytes of a frame, with its zero: the longest that a link sends.
@@ -74,10 +75,9 @@ where
     start(BUS.start(boot, Priority::P3, |task| exchange(task, bus)));
     let (rhythm, _) = board.adc.start(interrupts, boot.interrupt(), &NEWS);
     let motors = Joints::new(rhythm, board.joint_pwm, board.joint_direction, board.control_probe);
-    start(
-        CONTROL
-            .start(boot, Priority::P0, |task| motor::run(task, &MOTORS, [Joint::new(JOINT)], motors, &NEWS)),
-    );
+    start(CONTROL.start(boot, Priority::P0, |task| {
+        motor::run(task, &MOTORS, joints::Joints::new([Joint::new(JOINT)]), motors, &NEWS)
+    }));
     start(DRIVER.start(boot, Priority::P4, keep_turning));
     let [receive0, receive1, receive2] = &RECEIVE;
     let [send0, send1, send2] = &SEND;

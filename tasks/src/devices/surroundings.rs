@@ -1,0 +1,66 @@
+//! What the devices' state machine measures, moves and tells.
+
+use crate::device::Quantity;
+use crate::dock::Dock;
+use crate::docking::latch::{End, EndSwitches};
+use crate::message::TaskCode;
+use crate::motor::joint::State;
+use crate::motor::joints::Order;
+use crate::request::{Payload, Report, Request};
+use crate::superbot::Half;
+
+/// The devices of an MCU, its joints and its mail, for [`Devices`](super::Devices). Joints are named by
+/// their indices.
+pub trait Surroundings {
+    /// The half of the module that they are in.
+    const HALF: Half;
+
+    /// Has `quantity` measured.
+    fn look(&mut self, quantity: Quantity);
+
+    /// What was measured, in the quantity's unit, once that is done; `None` also for a quantity that is none
+    /// of this MCU.
+    fn seen(&mut self, quantity: Quantity) -> Option<i16>;
+
+    /// The end switches of the latch at `dock`.
+    fn end_switches(&mut self, dock: Dock) -> EndSwitches;
+
+    /// Drives the latch at `dock`; `None` is off.
+    fn drive_latch(&mut self, dock: Dock, to: Option<End>);
+
+    /// Closes the power switch of `dock`, or opens it. Too much current through it opens it as well.
+    fn set_power(&mut self, dock: Dock, is_on: bool);
+
+    /// The docks whose switches have been opened for their currents since this was last asked: a bit for each
+    /// place.
+    fn take_tripped(&mut self) -> u8;
+
+    /// Switches the light of all docks here on or off.
+    fn set_emitters(&mut self, is_on: bool);
+
+    /// Switches the charger on or off.
+    fn set_charger(&mut self, is_on: bool);
+
+    /// Gives a joint an order. It replaces one that the joint has not begun with.
+    fn order(&mut self, joint: usize, order: Order);
+
+    /// What a joint is doing; `None` if there is no such joint here.
+    fn state(&mut self, joint: usize) -> Option<State>;
+
+    /// Where a joint is, in 0.1 degree, as far as that is known.
+    fn angle(&mut self, joint: usize) -> Option<i16>;
+
+    /// Sends `payload` to another task of the module, on behalf of the device's task `from`. What finds no
+    /// room is lost.
+    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload);
+
+    /// Reports to `client`, on behalf of the device's task `from`.
+    fn report(&mut self, from: TaskCode, client: TaskCode, report: Report) {
+        self.send(from, client, report.to_payload());
+    }
+
+    /// Passes a request on to another device.
+    fn request(&mut self, from: TaskCode, request: Request) {
+        self.send(from, request.task(), request.to_payload());
+    }
+}

@@ -1,0 +1,156 @@
+//! The joints of one MCU: controlled each millisecond while one of them moves, looked at now and then while
+//! all are at rest. A state machine; [a task](super::task) drives it.
+
+use kernel::Ticks;
+
+use super::Position;
+use super::joint::{Joint, Reading, State};
+
+/// How often joints at rest are looked at, in ticks of 1 ms.
+pub const WATCH: Ticks = 32;
+
+/// What a joint is told.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Order {
+    /// As [`Joint::turn_to`].
+    Turn { angle: i16, speed: u8 },
+    /// As [`Joint::release`].
+    Relax,
+}
+
+impl Order {
+    /// What a joint is doing from when it is told on.
+    pub const fn state(self) -> State {
+        match self {
+            Order::Turn { .. } => State::Moving,
+            Order::Relax => State::Off,
+        }
+    }
+}
+
+/// The motors of the joints, what is measured of them, and whoever gives them orders. Joints are named by
+/// their indices.
+pub trait Surroundings {
+    /// From now on there are periods: in each the joints are measured, and the drives put into effect.
+    fn begin(&mut self);
+
+    /// There are none any more. The last drives are put into effect, and stay.
+    fn end(&mut self);
+
+    /// Has the joints measured once, within 2 ms.
+    fn look(&mut self);
+
+    /// What was measured last.
+    fn reading(&mut self, joint: usize) -> Reading;
+
+    /// The drive from the next period on, from -[`FULL_DRIVE`](super::FULL_DRIVE) to that.
+    fn drive(&mut self, joint: usize, drive: i16);
+
+    /// All is done for this period.
+    fn done(&mut self);
+
+    /// The order that this joint was given last, once.
+    fn take_order(&mut self, joint: usize) -> Option<Order>;
+
+    /// Shows what has become of the joint, unless an order has come meanwhile.
+    fn show(&mut self, joint: usize, state: State, position: Option<Position>);
+}
+
+/// What joints wait for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Awaited {
+    /// An order: nothing is driven.
+    Order,
+    /// An order, for [`WATCH`] ticks: what is driven is at rest.
+    OrderOrLook,
+    /// The end of the first period, in which they are measured.
+    Measurement,
+    /// The next period.
+    Period,
+}
+
+/// Joints, and what they wait for.
+pub struct Joints<const N: usize> {
+    joints: [Joint; N],
+    awaited: Awaited,
+}
+
+impl<const N: usize> Joints<N> {
+    /// Joints that are off.
+    pub const fn new(joints: [Joint; N]) -> Self {
+        Joints { joints, awaited: Awaited::Order }
+    }
+
+    /// What they wait for: when that has come, it is the turn of the method that is named like it.
+    #[inline(always)]
+    pub fn awaited(&self) -> Awaited {
+        self.awaited
+    }
+
+    /// The joints were at rest, and an order has come if `is_ordered`; else it is time for a look.
+    #[inline(always)] // a frame of its own would take stack
+    pub fn order_or_look(&mut self, is_ordered: bool, around: &mut impl Surroundings) {
+        if is_ordered {
+            self.begin(around);
+        } else {
+            for (index, joint) in self.joints.iter_mut().enumerate() {
+                joint.watch(around.reading(index));
+            }
+            self.go_on(around);
+        }
+    }
+
+    /// The joints have been measured once.
+    #[inline(always)]
+    pub fn measurement(&mut self, around: &mut impl Surroundings) {
+        around.done();
+        self.awaited = Awaited::Period;
+    }
+
+    /// A period has begun. Returns whether a joint has changed its state by itself.
+    #[inline(always)]
+    pub fn period(&mut self, around: &mut impl Surroundings) -> bool {
+        let mut is_news = false;
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            match around.take_order(index) {
+                Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
+                Some(Order::Relax) => joint.release(),
+                None => {}
+            }
+            let before = joint.state();
+            let drive = joint.step(around.reading(index));
+            around.drive(index, drive);
+            around.show(index, joint.state(), joint.position());
+            is_news |= joint.state() != before;
+        }
+        around.done();
+        if self.are_at_rest() {
+            around.end();
+            self.go_on(around);
+        }
+        is_news
+    }
+
+    fn are_at_rest(&self) -> bool {
+        self.joints.iter().all(Joint::is_at_rest)
+    }
+
+    /// Rests as long as all joints do: their drives stay as they are, and need no computing.
+    fn go_on(&mut self, around: &mut impl Surroundings) {
+        if !self.are_at_rest() {
+            self.begin(around);
+        } else if self.joints.iter().any(Joint::is_driven) {
+            around.look();
+            self.awaited = Awaited::OrderOrLook;
+        } else {
+            self.awaited = Awaited::Order;
+        }
+    }
+
+    fn begin(&mut self, around: &mut impl Surroundings) {
+        around.begin();
+        self.awaited = Awaited::Measurement;
+    }
+}
