@@ -49,7 +49,7 @@ impl Behaviour {
             None => {
                 // Of what devices report, no more matters.
                 if let Some((axis, state)) = Report::of_joint(letter.payload()) {
-                    self.joints.hear(axis, state);
+                    self.joints.hear(now, axis, state);
                 }
                 read(controller, letter.payload());
                 Some(NOTHING)
@@ -76,12 +76,8 @@ impl Behaviour {
             return false;
         }
         self.beat(now, module);
-        if self.controller.is_beat() {
-            self.joints.retry();
-        }
-        if let Some(posture) = self.posture(now) {
-            self.joints.turn(posture, module);
-        }
+        let posture = self.posture(now);
+        self.turn(now, posture, module);
         self.docks.ask(self.controller.status().action.docking(), module);
         self.ask_sensors(module);
         true
@@ -115,6 +111,15 @@ impl Behaviour {
     fn ask_sensors(&mut self, module: &mut impl Module) {
         for sense in self.controller.asks() {
             let _ = module.request(Request::Read(sense.sensor()));
+        }
+    }
+
+    /// Tells the joints where to be. Sets when there will be more to do for them.
+    #[inline(never)] // likewise
+    fn turn(&mut self, now: u16, posture: Option<Posture>, module: &mut impl Module) {
+        self.joints.turn(now, posture, module);
+        if let Some(left) = self.joints.retry_in(now).filter(|&left| left < until(self.due, now)) {
+            self.due = now.wrapping_add(left);
         }
     }
 

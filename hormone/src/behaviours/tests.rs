@@ -1,18 +1,24 @@
 use tasks::dock::Dock;
 use tasks::message::{Address, Letter, Message};
+use tasks::motor::Axis;
+use tasks::motor::joint::{Fault, State};
 use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 
 use super::ac_receive::LOOK;
+use super::joints::RETRY;
 use super::*;
 use crate::action::Action;
 use crate::data::Data::{self, A, B};
 use crate::event::Event;
 use crate::gait::GaitName;
 use crate::hormone::Hormone;
+use crate::order::{Order, What};
 use crate::pace::Pace;
+use crate::period::Period;
 use crate::probe::Probe;
 use crate::sense::Sense;
+use crate::standing::STOP;
 use crate::time::until;
 use crate::topology::{Neighbours, to_bytes};
 
@@ -172,6 +178,40 @@ fn joints_are_told_again_once_there_is_room_and_then_what_is_new_alone() {
     behaviours.receive(now, beat(B, Dock::Back), &mut here);
     assert!(behaviours.poll(now, &mut here), "HORMONE looks what there is to do");
     assert_eq!(here.requests().len(), told, "a posture that stays is not told again");
+}
+
+#[test]
+fn a_joint_that_has_stalled_is_told_again_after_a_while_also_where_no_beat_comes() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_400);
+    behaviours.receive(now, leg(), &mut here);
+    behaviours.receive(now, beat(A, Dock::Back), &mut here);
+    behaviours.poll(now, &mut here);
+    let halt = Hormone::Order(Order { what: What::Walk(STOP, Period::OWN), serial: 1 }).to_payload();
+    let remote = Address::beyond(Dock::Up, TaskCode::HORMONE);
+    behaviours.receive(now, letter(TaskCode::HORMONE, remote, &halt), &mut here);
+    behaviours.poll(now, &mut here);
+    assert_eq!(behaviours.status().action, Action::Rest);
+    let turned = |here: &Here, axis| {
+        here.requests()
+            .into_iter()
+            .filter(|request| matches!(request, Request::Turn { axis: one, .. } if *one == axis))
+            .collect::<Vec<_>>()
+    };
+    let before = [Axis::Front, Axis::Roll, Axis::Back].map(|axis| turned(&here, axis).len());
+    let report = Report::Joint(Axis::Roll, State::Failed(Fault::Stall)).to_payload();
+    let joint = Address::here(TaskCode::joint(Axis::Roll));
+    behaviours.receive(now, letter(TaskCode::HORMONE, joint, &report), &mut here);
+    behaviours.poll(now, &mut here);
+    here.is_full = true;
+    run(&mut behaviours, &mut now, RETRY + 10, &mut here);
+    here.is_full = false;
+    run(&mut behaviours, &mut now, RETRY - 20, &mut here);
+    assert_eq!(turned(&here, Axis::Roll).len(), before[1], "there was no room, and it is not time again");
+    run(&mut behaviours, &mut now, 3 * RETRY, &mut here);
+    let after = [Axis::Front, Axis::Roll, Axis::Back].map(|axis| turned(&here, axis).len());
+    assert_eq!(after, [before[0], before[1] + 1, before[2]], "once, and no other");
+    let rolls = turned(&here, Axis::Roll);
+    assert_eq!(rolls[rolls.len() - 1], rolls[rolls.len() - 2], "where it was told to be");
 }
 
 #[test]

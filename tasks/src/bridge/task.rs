@@ -41,7 +41,7 @@ impl Bridge {
 
     /// Its counts, in the order of [`BridgeCounters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: it is so.
+        // SAFETY: it is `repr(C)`, and all its fields are counters.
         unsafe { counter::all(&self.counters) }
     }
 

@@ -46,7 +46,7 @@ impl Port {
 
     /// Its counts, in the order of [`LinkCounters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: it is so.
+        // SAFETY: it is `repr(C)`, and all its fields are counters.
         unsafe { counter::all(&self.counters) }
     }
 

@@ -43,6 +43,9 @@ const STALL: u8 = 31;
 /// ms.
 const SETTLED: u8 = 12;
 
+/// Looks in a row that find a joint at rest off its target, after which it is at rest no longer: 256 ms.
+const CREPT: u8 = 8;
+
 /// How one joint is built and what it may do: the board says so.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
@@ -138,6 +141,8 @@ pub struct Joint {
     /// Where the joint has come to rest, and the reviews that found it there.
     rest: Position,
     settled: u8,
+    /// The looks in a row that have found the joint off its target.
+    off: u8,
 }
 
 impl Joint {
@@ -159,6 +164,7 @@ impl Joint {
             in_vain: 0,
             rest: 0,
             settled: 0,
+            off: 0,
         }
     }
 
@@ -210,13 +216,19 @@ impl Joint {
         !self.is_driven() || self.settled >= SETTLED
     }
 
-    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer.
+    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer; nor is one
+    /// that a load has moved by no more than the converter's noise, but for good.
     pub fn watch(&mut self, reading: Reading) {
         let position = self.description.potentiometer.position(reading.potentiometer);
-        if !position.is_some_and(|position| self.rests_at(position)) {
+        let Some(at) = position.filter(|position| self.rests_at(*position)) else {
             self.settled = 0;
             // Since the last look it may have turned further than in a period.
             self.position = position.or(self.position);
+            return;
+        };
+        self.off = if self.target.abs_diff(at) <= self.tolerance().unsigned_abs() { 0 } else { self.off + 1 };
+        if self.off >= CREPT {
+            (self.off, self.settled) = (0, 0);
         }
     }
 

@@ -121,7 +121,7 @@ impl<const N: usize> Motors<N> {
 
     /// Its counts, in the order of [`Counters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: it is so.
+        // SAFETY: it is `repr(C)`, and all its fields are counters.
         unsafe { counter::all(&self.counters) }
     }
 }

@@ -103,3 +103,39 @@ fn strong_drive_far_from_the_target_and_no_way_is_a_stall_and_less_is_none() {
     assert!(looked_at(0, WAY as i16 + 1, 0, limit + 1, STALL));
     assert_eq!([STRONG_DRIVE as i16, WAY as i16], [100, 160], "a quarter of the drive, a degree");
 }
+
+/// A joint at rest at 0 degrees.
+fn resting() -> Joint {
+    let mut joint = Joint::new(JOINT);
+    joint.turn_to(0, 255);
+    for _ in 0..REVIEW {
+        joint.step(reading(4));
+    }
+    for _ in 0..(u16::from(SETTLED) + 2) * u16::from(REVIEW) {
+        joint.step(reading(0));
+    }
+    assert!(joint.is_at_rest());
+    joint
+}
+
+#[test]
+fn a_joint_that_a_load_has_moved_a_little_for_good_is_at_rest_no_longer() {
+    for off in [-1, 1] {
+        let mut joint = resting();
+        for look in 1..CREPT {
+            joint.watch(reading(off));
+            assert!(joint.is_at_rest(), "after {look} looks");
+        }
+        joint.watch(reading(off));
+        assert!(!joint.is_at_rest());
+    }
+}
+
+#[test]
+fn the_noise_of_the_converter_does_not_disturb_a_joint_at_rest() {
+    let mut joint = resting();
+    for look in 0..1000 {
+        joint.watch(reading(if look % i16::from(CREPT) == 0 { 0 } else { 1 }));
+        assert!(joint.is_at_rest());
+    }
+}
