@@ -46,6 +46,9 @@ impl fmt::Display for Report {
             ("babble_pid_missed", figures.babble_pid_missed as f64, AtMost(0.0)),
             ("babble_recovery_ms", figures.babble_recovery_ms, AtMost(300.0)),
             ("watchdog_recovery_ms", figures.watchdog_recovery_ms, AtMost(500.0)),
+            ("walking_pid_jitter_us_max", figures.walking_pid_jitter_us_max, AtMost(20.0)),
+            ("walking_pid_missed", figures.walking_pid_missed as f64, AtMost(0.0)),
+            ("standing_error_deg", figures.standing_error_deg, AtMost(0.3)),
         ] {
             let (sign, limit, is_reached) = match aim {
                 AtMost(limit) => ("<=", limit, value <= limit),

@@ -1,8 +1,9 @@
 //! Joints of whole modules on their plants: what the images make of an action.
 
 use plants::joint::{Joint, PotentiometerFault};
+use simavr_harness::bench::module::{Weight, under_weight};
 use simavr_harness::{Controller, Engine, Reset, RobotBuilder};
-use superbot_tests_simavr::{MILLISECOND, firmware};
+use superbot_tests_simavr::{MILLISECOND, firmware, images};
 use tasks::motor::Axis;
 
 /// The module in the middle of a chain, a spine, which goes straight.
@@ -88,4 +89,12 @@ fn a_joint_with_a_broken_potentiometer_stays_where_it_is() {
     engine.run_until(3_000 * MILLISECOND);
     let now = angles(&engine);
     assert!(now[0].abs() <= 0.3 && now[1] == roll && now[2].abs() <= 0.3, "{now:?}");
+}
+
+#[test]
+fn joints_that_bear_the_body_keep_time_and_place() {
+    let Weight { jitter, missed, error } = under_weight(&images()).unwrap_or_else(|error| panic!("{error}"));
+    // In cycles of 1/16 us, and degrees: the aims of a module at the bench.
+    assert!(jitter > 0 && jitter <= 20 * 16 && missed == 0, "{jitter} cycles, {missed} missed");
+    assert!(error > 0.0 && error <= 0.3, "{error} degrees");
 }

@@ -78,7 +78,6 @@ fn of_style(style: Style) -> Vec<&'static str> {
             run_of(include_str!("../../../../tasks/src/bridge/task.rs")),
             run_of(include_str!("../../../../tasks/src/devices/task.rs")),
             run_of(include_str!("../../../../tasks/src/motor/task.rs")),
-            rest_of(include_str!("../../../../tasks/src/motor/task.rs")),
         ],
         Style::Loop => vec![
             include_str!("../../../../tests/sequential/src/main.rs"),
@@ -101,11 +100,6 @@ fn trial(style: Style) -> &'static str {
 /// The body of a task, which is there for the kernel alone.
 fn run_of(source: &str) -> &str {
     function(source, "pub fn run")
-}
-
-/// What the joints' task does while they are at rest.
-fn rest_of(source: &str) -> &str {
-    function(source, "fn rest")
 }
 
 /// The function that begins so, up to the brace at a line's start.

@@ -115,6 +115,14 @@ pub fn pull(engine: &mut Engine, torque: f64) {
     }
 }
 
+/// From the earliest to the latest begin within a period, in cycles, among periods that follow each other:
+/// after a rest they count from anew.
+pub fn jitter(begins: &[u64]) -> u64 {
+    let runs = begins.chunk_by(|one, next| (next - one).abs_diff(PERIOD) < PERIOD / 2);
+    let rhythm = |run: &[u64]| Rhythm::of(run, [*run.first()?, *run.last()?]);
+    runs.filter_map(rhythm).map(|rhythm| rhythm.jitter).max().unwrap_or(0)
+}
+
 /// How well the control keeps time.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Rhythm {
@@ -162,5 +170,12 @@ mod tests {
         assert_eq!(rhythm(&[16_010, 32_000, 47_990]), Some((20, 0)));
         assert_eq!(rhythm(&[24_100, 40_100]), Some((0, 1)), "none began at first");
         assert_eq!(rhythm(&[100]), Some((0, 2)), "none began any more");
+    }
+
+    #[test]
+    fn after_a_rest_periods_count_from_anew() {
+        assert_eq!(jitter(&[]), 0);
+        assert_eq!(jitter(&[100, 16_130, 32_100]), 30);
+        assert_eq!(jitter(&[100, 16_130, 77_777, 79_142, 95_152, 111_142]), 30);
     }
 }

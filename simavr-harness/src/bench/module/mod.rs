@@ -11,6 +11,7 @@ pub(super) mod saturated;
 mod soft_uart;
 pub(super) mod step;
 mod watchdog;
+mod weight;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,6 +33,7 @@ pub use link::link_efficiency;
 pub use soft_uart::{SerialLoad, serial_load};
 pub use step::{Sample, step_response};
 pub use watchdog::watchdog_recovery;
+pub use weight::{Weight, under_weight};
 
 /// The figures of a module. Of two MCUs, and of several joints, the worse counts.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -71,6 +73,12 @@ pub struct ModuleFigures {
     /// How long it takes at most from a task's hanging, whichever it is, until the watchdog has its MCU back
     /// in the robot, in ms.
     pub watchdog_recovery_ms: f64,
+    /// As `pid_jitter_us_max`, of all MCUs of a robot with six legs that walks in a world.
+    pub walking_pid_jitter_us_max: f64,
+    /// Periods of the joints' control that passed before the one before was done, then.
+    pub walking_pid_missed: u64,
+    /// How far a joint of its trunk is from its target once it stands on its legs, in degrees.
+    pub standing_error_deg: f64,
 }
 
 pub(super) const SECOND: u64 = CLOCK_HZ as u64;
@@ -101,12 +109,15 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchErr
         let babble = scope.spawn(move || babble::measure(images));
         let watchdog = scope.spawn(move || watchdog_recovery(directory));
         let arq = scope.spawn(|| arq::million_at_loss(0.3));
+        let weight = scope.spawn(move || under_weight(directory));
         let step = step::measure(images)?;
         let bridge_efficiency = bridge_efficiency(tests)?;
         let [link_efficiency_0, link_efficiency_1e4, link_efficiency_1e3] = links.map(join);
         let (saturated, serial, babble) = (join(saturated)?, join(serial)?, join(babble)?);
+        let weight = join(weight)?;
+        let microseconds = |cycles| cycles as f64 * 1e6 / f64::from(CLOCK_HZ);
         Ok(ModuleFigures {
-            pid_jitter_us_max: saturated.jitter as f64 * 1e6 / f64::from(CLOCK_HZ),
+            pid_jitter_us_max: microseconds(saturated.jitter),
             pid_missed: saturated.missed,
             step_overshoot_percent: step.overshoot_percent,
             step_error_deg: step.error,
@@ -121,6 +132,9 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchErr
             babble_pid_missed: babble.missed,
             babble_recovery_ms: milliseconds(babble.recovery),
             watchdog_recovery_ms: join(watchdog)?,
+            walking_pid_jitter_us_max: microseconds(weight.jitter),
+            walking_pid_missed: weight.missed,
+            standing_error_deg: weight.error,
         })
     })
 }

@@ -1,0 +1,89 @@
+//! Joints that bear the body: a robot with six legs walks on the ground of a world, then stands.
+
+use std::path::Path;
+
+use simulation::{Change, Face, Shape};
+use tasks::dock::Dock;
+use world::Ground;
+
+use super::control::jitter;
+use super::{ModuleImages, SECOND};
+use crate::bench::{BenchError, unmeasurable};
+use crate::controller::Controller;
+use crate::engine::Engine;
+use crate::mcu::Mcu;
+use crate::module::CONTROL_PROBE;
+use crate::probe::Edge;
+use crate::robot::RobotBuilder;
+
+/// What becomes of joints under the body's weight.
+pub struct Weight {
+    /// Of their control while the robot walks, in cycles, of the MCU where it is most.
+    pub jitter: u64,
+    /// Periods that passed before the one before was done, then, of all MCUs.
+    pub missed: u64,
+    /// How far a joint of the trunk is from its target, standing on the legs, in degrees.
+    pub error: f64,
+}
+
+/// Head, three branches with two legs each, tail.
+const MODULES: usize = 11;
+
+/// Those that the rules hold straight: the head and the branches.
+const TRUNK: [usize; 4] = [0, 1, 4, 7];
+
+/// From then on the robot walks, for so long; then it stands, for so long.
+const START: u64 = 3 * SECOND;
+const WALK: u64 = 10 * SECOND;
+const STAND: u64 = 8 * SECOND;
+
+/// An order to stop: gait 0, the remote control's first order, the gait's own Period.
+const STOP: [u8; 3] = [0xd0, 1, 255];
+
+/// Measures on the images in `directory`.
+///
+/// # Errors
+/// An image is not there, or none for the robot.
+pub fn under_weight(directory: &Path) -> Result<Weight, BenchError> {
+    let images = ModuleImages { directory: directory.to_owned(), master: None };
+    let wiring = Shape::SixLegs.wiring(MODULES).map_err(|error| unmeasurable("robot", error.to_string()))?;
+    let robot = RobotBuilder::wired(images.firmware()?, &wiring).seed(1).on(Ground::default());
+    let mut engine = Engine::new(robot.build()?, 1);
+    engine.run_until(START);
+    each_mcu(&mut engine, |mcu| mcu.add_probe(CONTROL_PROBE));
+    let before = missed(&mut engine)?;
+    engine.run_until(START + WALK);
+    let jitters = each_mcu(&mut engine, |mcu| jitter(&begins(mcu)));
+    let missed = missed(&mut engine)? - before;
+    let stop = Change::Command { at: Face { module: 0, dock: Dock::Front }, payload: STOP.to_vec() };
+    engine.robot_mut().change(&stop).map_err(|error| unmeasurable("robot", error.to_string()))?;
+    engine.run_until(engine.cycle() + STAND);
+    let angles = |module| engine.robot().module(module).map(|module| module.body().angles());
+    let error = TRUNK.into_iter().filter_map(angles).flatten().map(f64::abs).fold(0.0, f64::max);
+    Ok(Weight { jitter: jitters.into_iter().max().unwrap_or(0), missed, error })
+}
+
+/// When the periods of an MCU's control began, as far as its probe has seen them.
+fn begins(mcu: &mut Mcu) -> Vec<u64> {
+    mcu.take_edges(0).into_iter().filter(|edge| edge.level).map(|Edge { cycle, .. }| cycle).collect()
+}
+
+/// The periods that were missed since power-up, of all MCUs.
+fn missed(engine: &mut Engine) -> Result<u64, BenchError> {
+    let counts = each_mcu(engine, |mcu| mcu.read_symbol("MOTORS"));
+    counts.into_iter().try_fold(0, |sum, counts| {
+        let counts = counts.map_err(|error| unmeasurable("firmware", error.to_string()))?;
+        // Behind the periods.
+        Ok(sum + counts.get(2..4).map_or(0, |missed| u64::from(missed[0]) | u64::from(missed[1]) << 8))
+    })
+}
+
+/// What `ask` says of each MCU of the robot.
+fn each_mcu<T>(engine: &mut Engine, mut ask: impl FnMut(&mut Mcu) -> T) -> Vec<T> {
+    let mut answers = Vec::new();
+    for number in 0..MODULES {
+        let Some(module) = engine.robot_mut().module_mut(number) else { continue };
+        answers.extend(Controller::ALL.map(|mcu| ask(module.mcu_mut(mcu))));
+    }
+    answers
+}
