@@ -67,7 +67,7 @@ pub use physics::Physics;
 pub use probe::Edge;
 pub use repair::adc::{Analog, Multiplexer};
 pub use repair::usart::UsartCounts;
-pub use robot::{Event, LONGEST_WINDOW, Robot, RobotBuilder, RobotError};
+pub use robot::{Event, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Body, CLOCK_HZ, Face, Terrain, Wiring, WiringError};
 pub use terrain::ground;

@@ -226,11 +226,6 @@ impl Module {
         Dock::ALL.map(port).into_iter().filter_map(frame).min()
     }
 
-    /// Whether a dock's serial port is made of pins, by software.
-    pub fn is_on_pins(dock: Dock) -> bool {
-        port(dock).1 == PINS
-    }
-
     /// A hash of the state of both MCUs.
     pub fn state_hash(&self) -> u64 {
         let hashes = self.mcus.each_ref().map(Mcu::state_hash);

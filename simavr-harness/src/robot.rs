@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use console::request::Topic;
 use simulation::{
-    Bodies, Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random, START_UP, Terminal,
-    Terrain, Transcript, Wiring, WiringError, fnv_1a,
+    Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random,
+    START_UP, Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, lateness,
 };
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
@@ -21,9 +21,8 @@ use crate::physics::Physics;
 use crate::terrain;
 use crate::variation::{Variation, vary};
 
-/// The longest window, in cycles: a frame of ten bits at 38400 baud, at 16 MHz. It holds while no
-/// transmitter is on.
-pub const LONGEST_WINDOW: u64 = 4160;
+/// The longest window, in cycles. It holds while no transmitter is on.
+pub(crate) const LONGEST_WINDOW: u64 = CHARACTER;
 
 /// Modules and the attachments between their docks.
 pub struct Robot {
@@ -375,10 +374,7 @@ impl Robot {
     }
 
     fn join(&mut self, one: Face, other: Face) {
-        // What is sent by pins is known only at its end, and what is received there begins with an edge:
-        // modules can run apart for the length of a window only if these come late.
-        let ends_on_pins = [one, other].into_iter().filter(|end| Module::is_on_pins(end.dock)).count();
-        let delay = ends_on_pins as u64 * LONGEST_WINDOW;
+        let delay = lateness(one.dock, other.dock);
         for (from, peer) in [(one, other), (other, one)] {
             // Apart from the numbers of the modules.
             let random = Random::of_part(self.seed, u64::MAX - self.channels);
@@ -481,8 +477,8 @@ impl Member {
             }
             for sent in sent {
                 if self.echoes.contains(dock) {
-                    let delay = if Module::is_on_pins(dock) { 2 * LONGEST_WINDOW } else { 0 };
-                    deliver(Delivery { from, to: from, character: sent.later(delay) });
+                    let character = sent.later(lateness(dock, dock));
+                    deliver(Delivery { from, to: from, character });
                 }
                 if let Some(port) = port
                     && let Some(value) = port.channel.carry(sent.value)

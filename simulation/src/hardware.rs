@@ -15,7 +15,10 @@ pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
 pub const START_UP: u64 = 65 * MILLISECOND + 16_384;
 
 /// Bits of a character: start, eight of data, stop.
-pub(crate) const CHARACTER_BITS: u64 = 10;
+const CHARACTER_BITS: u64 = 10;
+
+/// Cycles of a character on the wire. The USARTs divide the clock by a multiple of 16.
+pub const CHARACTER: u64 = CHARACTER_BITS * 16 * ((CLOCK_HZ + 8 * BAUD) / (16 * BAUD)) as u64;
 
 /// Cycles of a bit on the two-wire bus inside a module.
 pub(crate) const I2C_BIT: u64 = (CLOCK_HZ / I2C_HZ) as u64;
@@ -25,9 +28,16 @@ pub fn is_on_slave(dock: Dock) -> bool {
     RESIDENCE.slave.docks.contains(dock)
 }
 
-/// Whether a dock hears nothing while it sends: its one timer does both.
-pub(crate) fn is_deaf_while_it_sends(dock: Dock) -> bool {
+/// Whether a dock's port is made of pins and a timer. It hears nothing while it sends: the timer does both.
+pub(crate) fn is_on_pins(dock: Dock) -> bool {
     [MASTER.timer3, SLAVE.timer3].contains(&dock)
+}
+
+/// How much later than on a board a character comes from one of these docks to the other, in cycles: what is
+/// sent by pins is known only at its end, and what is received by them begins with an edge. So modules can run
+/// apart for the time of a character only if it is that late for each end on pins.
+pub fn lateness(one: Dock, other: Dock) -> u64 {
+    [one, other].into_iter().filter(|dock| is_on_pins(*dock)).count() as u64 * CHARACTER
 }
 
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that

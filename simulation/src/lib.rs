@@ -58,7 +58,7 @@ pub use docking::Bodies;
 pub use environment::Environment;
 pub use file::FileError;
 pub use gait::Gait;
-pub use hardware::{CLOCK_HZ, MILLISECOND, START_UP, is_on_slave};
+pub use hardware::{CHARACTER, CLOCK_HZ, MILLISECOND, START_UP, is_on_slave, lateness};
 pub use hash::fnv_1a;
 pub use hops::{Arrival, Hops, LOST_AFTER};
 pub use images::OtherImages;

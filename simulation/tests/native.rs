@@ -76,8 +76,9 @@ fn a_hundred_modules_walk() {
         assert!((1.0..2.0).contains(&hops.latency_over_wire().unwrap()));
         let links = run.robot.links();
         assert_eq!((links.gave_up, links.no_buffer), (0, 0));
-        // At Right the ends of a link drown each other now and then.
-        assert!((links.retries + links.errors) * 100 < links.frames, "{links:?}");
+        // At Right the ends of a link drown each other now and then: what either sends reaches the other half a
+        // millisecond later.
+        assert!((links.retries + links.errors) * 70 < links.frames, "{links:?}");
     }
 }
 

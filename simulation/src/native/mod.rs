@@ -30,6 +30,7 @@ use crate::command::SENDS;
 use crate::deed::Deed;
 use crate::environment::Environment;
 use crate::hardware::MILLISECOND;
+use crate::hardware::lateness;
 use crate::hash::Fnv;
 use crate::placing::Placing;
 use crate::pose::Angles;
@@ -183,7 +184,7 @@ impl Native {
     /// A frame leaves by a dock.
     fn fly(&mut self, from: Face, flight: Flight) {
         if self.echoes[from.module].contains(from.dock) {
-            self.arrive(from, flight.clone());
+            self.arrive(from, flight.clone().later(lateness(from.dock, from.dock)));
         }
         let Some(to) = self.wiring.peer(from) else { return };
         if self.has_faults {
@@ -196,7 +197,7 @@ impl Native {
                 return self.modules[to.module].garbled(to.dock);
             }
         }
-        self.arrive(to, flight);
+        self.arrive(to, flight.later(lateness(from.dock, to.dock)));
     }
 
     fn arrive(&mut self, at: Face, flight: Flight) {

@@ -21,9 +21,9 @@ use super::devices::{Devices, value};
 use super::embodied::Embodied;
 use super::inside::{Input, Inside};
 use super::port::{Flight, Port};
-use super::time::{CHARACTER, Clock, START, TICK, WAKE};
+use super::time::{Clock, START, TICK, WAKE};
 use crate::change::Mcus;
-use crate::hardware::{START_UP, is_deaf_while_it_sends, is_on_slave};
+use crate::hardware::{CHARACTER, START_UP, is_on_pins, is_on_slave};
 use crate::pose::Angles;
 use crate::random::Random;
 
@@ -235,7 +235,8 @@ impl Module {
         if !self.is_on || flight.span.start < self.live_since[mcu_of(dock) as usize] {
             return None;
         }
-        let begun_at = flight.span.start + CHARACTER;
+        // A port on pins sees the first edge; a USART tells of a character at its end.
+        let begun_at = flight.span.start + if is_on_pins(dock) { 0 } else { CHARACTER };
         self.inside.insert(begun_at, Input::Begun(dock, flight.span.clone()));
         self.inside.insert(flight.taken_at(), Input::Frame(dock, flight));
         Some(begun_at)
@@ -247,7 +248,7 @@ impl Module {
     }
 
     fn receive(&mut self, now: u64, dock: Dock, flight: &Flight) {
-        if is_deaf_while_it_sends(dock) && self.port(dock).has_drowned(&flight.span) {
+        if is_on_pins(dock) && self.port(dock).has_drowned(&flight.span) {
             return self.garbled(dock);
         }
         self.touched.insert(dock);

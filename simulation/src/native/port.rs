@@ -16,7 +16,9 @@ use tasks::link::signature::Signature;
 use tasks::message::{Address, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
 
-use super::time::{CHARACTER, Clock, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
+use crate::hardware::CHARACTER;
+
+use super::time::{Clock, RECEIVE, RECEIVE_ACK, SEND, SENT, TICK, ack, frame};
 
 /// What goes over the wire in one piece.
 #[derive(Clone, Debug)]
@@ -35,6 +37,12 @@ pub struct Flight {
 }
 
 impl Flight {
+    /// The same, so many cycles later.
+    pub fn later(mut self, cycles: u64) -> Flight {
+        self.span = self.span.start + cycles..self.span.end + cycles;
+        self
+    }
+
     /// When the receiving task is through with it.
     pub fn taken_at(&self) -> u64 {
         let program = if matches!(self.wire, Wire::Ack(_)) { RECEIVE_ACK } else { RECEIVE };
@@ -167,7 +175,7 @@ impl Port {
         self.end.count(Counted::Errors);
     }
 
-    /// Whether the line was drowned by what this end sent itself.
+    /// Whether what this end sent itself drowned a part of a frame.
     pub fn has_drowned(&self, span: &Range<u64>) -> bool {
         self.sent.iter().any(|sent| sent.start < span.end && span.start < sent.end)
     }

@@ -1,9 +1,7 @@
 //! What things take, in cycles.
 
+use crate::hardware::{CHARACTER, I2C_BIT, MILLISECOND};
 use hormone::time::until;
-use tasks::superbot::{BAUD, CLOCK_HZ};
-
-use crate::hardware::{CHARACTER_BITS, I2C_BIT, MILLISECOND};
 
 /// A millisecond of a module's clock: the kernel's tick.
 pub const TICK: u64 = MILLISECOND;
@@ -32,9 +30,6 @@ impl Clock {
         self.tick(now) + u64::from(until(ticks, self.ticks(now))) * TICK
     }
 }
-
-/// A character on the wire. The USARTs divide the clock by a multiple of 16.
-pub const CHARACTER: u64 = CHARACTER_BITS * 16 * ((CLOCK_HZ + 8 * BAUD) / (16 * BAUD)) as u64;
 
 /// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
 /// one that is not the CRC's. One frame in 40 takes one byte more.
@@ -76,19 +71,19 @@ pub const RECEIVE_ACK: u64 = micros(100);
 pub const SENT: u64 = micros(60);
 
 /// From a mailbox's message to the first bit on the wire.
-pub const SEND: u64 = micros(78);
+pub const SEND: u64 = micros(118);
 
 /// Of a transfer between the MCUs, beside the bus: before it, and after.
 pub const CROSS_BEFORE: u64 = micros(90);
 pub const CROSS_AFTER: u64 = micros(90);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
-pub const WAKE: u64 = micros(115);
+pub const WAKE: u64 = micros(175);
 
 /// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take
 /// the first on.
-pub const ACT: u64 = micros(185);
-pub const NEXT: u64 = micros(320);
+pub const ACT: u64 = micros(162);
+pub const NEXT: u64 = micros(216);
 
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);

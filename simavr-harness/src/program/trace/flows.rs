@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use simavr_harness::{Controller, Face, LONGEST_WINDOW, Module, Wiring};
-use simulation::Recording;
+use simavr_harness::{Controller, Face, Wiring};
+use simulation::{Recording, lateness};
 use tasks::dock::Dock;
 use tasks::superbot::{Half, MASTER, SLAVE};
 
@@ -40,9 +40,7 @@ pub fn frames(events: &mut Events, passed: &HashMap<Face, Passed>, recording: &R
                 continue;
             };
             let Some(there) = passed.get(&to) else { continue };
-            // As late as the harness delivers it.
-            let on_pins = [from, to].into_iter().filter(|face| Module::is_on_pins(face.dock)).count() as u64;
-            let begin = piece.begin + on_pins * LONGEST_WINDOW;
+            let begin = piece.begin + lateness(from.dock, to.dock);
             let arrives = there.received.binary_search_by_key(&begin, |piece| piece.begin);
             if arrives.is_ok() && begin < end {
                 events.flow(&describe(&piece.what).0, (here.out, piece.begin), (there.into, begin));
