@@ -1,4 +1,5 @@
-//! The program of docs/kernel.md, "The kernel alone", which `./x test` builds as it stands there.
+//! The programs of docs/kernel.md, "The kernel alone" and "Beside avr-hal", which `./x test` builds as they stand
+//! there.
 
 use std::sync::Arc;
 
@@ -6,10 +7,20 @@ use simavr_harness::{Image, Mcu, Part, Pin};
 use superbot_tests_simavr::{MILLISECOND, images};
 
 #[test]
-fn it_toggles_its_pin_every_500_ms() {
-    let image = Image::load(images().join("alone.elf")).expect("./x test builds it");
-    let mut mcu = Mcu::new(Part::ATMEGA128, Arc::new(image), 1).expect("it fits the ATmega128");
-    mcu.add_probe(Pin { port: 'B', bit: 0 });
+fn alone_it_toggles_its_pin_every_500_ms() {
+    assert_toggles("alone.elf", Part::ATMEGA128, 0);
+}
+
+#[test]
+fn beside_avr_hal_it_toggles_its_pin_every_500_ms() {
+    assert_toggles("beside/uno.elf", Part::ATMEGA328P, 5);
+}
+
+/// Whether the program toggles this pin of port B.
+fn assert_toggles(program: &str, part: &'static Part, bit: u8) {
+    let image = Image::load(images().join(program)).expect("./x test builds it");
+    let mut mcu = Mcu::new(part, Arc::new(image), 1).expect("it fits the MCU");
+    mcu.add_probe(Pin { port: 'B', bit });
     mcu.run_until(2600 * MILLISECOND);
     let edges: Vec<u64> = mcu.take_edges(0).iter().map(|edge| edge.cycle / MILLISECOND).collect();
     assert_eq!(edges.len(), 5, "edges after {edges:?} ms");
