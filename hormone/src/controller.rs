@@ -146,7 +146,11 @@ impl Controller {
     pub fn timer(&mut self, now: u16) -> Option<Response> {
         self.helm.expire(now);
         if let Some((docks, knows)) = self.ledger.due(self.connected, now) {
+            self.helm.tell(docks);
             return Some(self.send(Hormone::Standing(self.ledger.standing(), knows), docks));
+        }
+        if let Some((order, docks)) = self.helm.due() {
+            return Some(self.send(Hormone::Order(order), docks));
         }
         if self.is_in_ring()
             && let Some(token) = self.election.round(now)
