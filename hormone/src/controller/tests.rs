@@ -577,12 +577,12 @@ fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
     let name = GaitName::RollingTrack as u8;
     let beat = GaitName::RollingTrack.gait().beat.get();
     let roll = |data, lifetime| {
-        Hormone::Pace(Pace { name, rhythm: 0, lifetime: NonZeroU8::new(lifetime), ..pace(data) })
+        Hormone::Pace(Pace { name, rhythm: 0, lifetime: NonZeroU16::new(lifetime), ..pace(data) })
     };
     let sent = |response: Response| response.send.map(|outgoing| pace_of(outgoing).lifetime);
-    assert_eq!(sent(spine.received(Front, roll(A, 2), 0)), Some(NonZeroU8::new(1)));
+    assert_eq!(sent(spine.received(Front, roll(A, 2), 0)), Some(NonZeroU16::new(1)));
     assert_eq!(spine.status().action, Action::Roll);
-    assert_eq!(sent(spine.timer(beat + 12).unwrap()), Some(NonZeroU8::new(1)));
+    assert_eq!(sent(spine.timer(beat + 12).unwrap()), Some(NonZeroU16::new(1)));
     assert_eq!(sent(spine.received(Front, roll(Data::C, 1), 2 * beat)), None);
     assert_eq!(spine.timer(3 * beat + 12).unwrap().send, None);
 }
