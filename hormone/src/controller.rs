@@ -79,7 +79,7 @@ pub struct Controller {
     /// Where the rhythm comes from.
     source: Option<Dock>,
     /// Of the last hormone that came.
-    lifetime: Option<NonZeroU8>,
+    lifetime: Option<NonZeroU16>,
     /// What this module adds to the rhythm of what it sends.
     rhythm: u8,
     part: Part,
@@ -146,7 +146,11 @@ impl Controller {
     pub fn timer(&mut self, now: u16) -> Option<Response> {
         self.helm.expire(now);
         if let Some((docks, knows)) = self.ledger.due(self.connected, now) {
+            self.helm.tell(docks);
             return Some(self.send(Hormone::Standing(self.ledger.standing(), knows), docks));
+        }
+        if let Some((order, docks)) = self.helm.due() {
+            return Some(self.send(Hormone::Order(order), docks));
         }
         if self.is_in_ring()
             && let Some(token) = self.election.round(now)
@@ -159,7 +163,7 @@ impl Controller {
         if self.is_leader() {
             let data = self.pacemaker.lead(now)?;
             self.status.hormone = data as u8;
-            let lifetime = self.election.ring().and_then(NonZeroU8::new);
+            let lifetime = self.election.ring().and_then(NonZeroU16::new);
             let response = self.act(Source::Timer, data, self.rhythm, lifetime);
             return Some(Response { event: Some(Event::HormoneGenerated(data)), ..response });
         }
@@ -524,7 +528,7 @@ impl Controller {
     }
 
     /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
-    fn act(&mut self, source: Source, data: Data, rhythm: u8, lifetime: Option<NonZeroU8>) -> Response {
+    fn act(&mut self, source: Source, data: Data, rhythm: u8, lifetime: Option<NonZeroU16>) -> Response {
         self.is_beat = true;
         let beats = self.gait().beats;
         let (action, send) = match self.rule(source, data) {

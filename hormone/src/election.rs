@@ -3,14 +3,27 @@
 //!
 //! Who hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A
 //! candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
-//! coming back has been everywhere: its candidate leads, and the hops are the ring's size. Ranks are drawn
-//! anew each round, so that a tie ends in the next one; a leader goes on with that, above all candidates. So
+//! coming back has been everywhere: its candidate leads, and the hops are the ring's size. A leader goes on with
+//! that, above all candidates, and draws its rank anew each time, so that a tie ends in the next round. So
 //! two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
+//!
+//! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
+//! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
 
 use crate::time::{reached, until};
 
-/// From one round to the next, in milliseconds: longer than a token takes round the longest ring.
+/// From one round to the next, in milliseconds, in a ring of up to 125 modules.
 pub const ROUND: u16 = 1_000;
+
+/// In a longer ring it is so long for each of its modules: twice what a token takes to the next one.
+const HOP: u16 = 8;
+
+/// The most modules that a token passes, and that a ring can have: as far as the leader's rounds can be counted.
+pub const LARGEST: u16 = 0xFFF;
+
+/// The most rounds in which a follower waits for a sign of whoever leads or stands: longer than a token takes
+/// round the largest ring.
+const LONGEST_WAIT: u8 = 32;
 
 /// A leader whose token does not come back in so many rounds is in no ring.
 const PATIENCE: u8 = 3;
@@ -24,8 +37,8 @@ const LEADER: u16 = 0x8000;
 pub struct Token {
     /// Drawn by chance in bits 14..0; bit 15 is a leader's.
     pub rank: u16,
-    /// The modules it has passed.
-    pub hops: u8,
+    /// The modules it has passed, up to [`LARGEST`].
+    pub hops: u16,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -35,7 +48,7 @@ enum Role {
     Candidate,
     /// Of a ring of so many modules; rounds since its token came back.
     Leader {
-        ring: u8,
+        ring: u16,
         silent: u8,
     },
 }
@@ -48,26 +61,35 @@ pub struct Election {
     /// A 16-bit linear feedback shift register, x^16 + x^14 + x^13 + x^11 + 1.
     random: u16,
     round_at: u16,
+    /// So many rounds it waits as a follower before it stands.
+    wait: u8,
 }
 
 impl Election {
     /// A follower at `now`. `seed` should differ from module to module.
     pub const fn new(seed: u16, now: u16) -> Self {
-        Election { role: Role::Follower, rank: 0, random: seed, round_at: now.wrapping_add(2 * ROUND) }
+        let round_at = now.wrapping_add(2 * ROUND);
+        Election { role: Role::Follower, rank: 0, random: seed, round_at, wait: 2 }
     }
 
     /// The size of the ring that this module leads, if it does.
-    pub fn ring(&self) -> Option<u8> {
+    pub fn ring(&self) -> Option<u16> {
         match self.role {
             Role::Leader { ring, .. } => Some(ring),
             _ => None,
         }
     }
 
-    /// Somebody leads or stands: a leader's beat came, or a token. Or the module is in no ring.
+    /// Somebody leads: a beat came. Or the module is in no ring.
     pub fn follow(&mut self, now: u16) {
+        self.wait = 2;
+        self.give_way(now);
+    }
+
+    /// Somebody stands.
+    fn give_way(&mut self, now: u16) {
         self.role = Role::Follower;
-        self.round_at = now.wrapping_add(2 * ROUND);
+        self.round_at = now.wrapping_add(u16::from(self.wait) * ROUND);
     }
 
     /// Nobody else leads: this module becomes a candidate at once.
@@ -80,15 +102,21 @@ impl Election {
         if !reached(self.round_at, now) {
             return None;
         }
-        self.round_at = now.wrapping_add(ROUND);
-        self.rank = self.draw(now);
+        let mut next = ROUND;
         match self.role {
+            Role::Candidate => {}
             Role::Leader { ring, silent } if silent < PATIENCE => {
                 self.role = Role::Leader { ring, silent: silent + 1 };
-                self.rank |= LEADER;
+                self.rank = self.draw(now) | LEADER;
+                next = next.max(ring * HOP);
             }
-            _ => self.role = Role::Candidate,
+            _ => {
+                self.role = Role::Candidate;
+                self.rank = self.draw(now);
+                self.wait = LONGEST_WAIT.min(2 * self.wait);
+            }
         }
+        self.round_at = now.wrapping_add(next);
         Some(Token { rank: self.rank, hops: 1 })
     }
 
@@ -108,8 +136,8 @@ impl Election {
                 return None;
             }
         }
-        self.follow(now);
-        Some(Token { hops: token.hops.checked_add(1)?, ..token })
+        self.give_way(now);
+        (token.hops < LARGEST).then_some(Token { hops: token.hops + 1, ..token })
     }
 
     fn draw(&mut self, now: u16) -> u16 {

@@ -8,12 +8,12 @@
 //! | 12 | [`Standing`] order | name and gait, number (low byte, high byte), knows (7) and Period (6..0) |
 //! | 13 | [`Order`] to walk by another gait | name and gait, serial, Period |
 //! | 14 | [`Order`] to steer | name and course, serial, lifetime |
-//! | 15 | [`Token`] of an election | name, rank (low byte, high byte), hops |
+//! | 15 | [`Token`] of an election | name and hops (11..8), rank (low byte, high byte), hops (7..0) |
 //!
 //! A [`Period`] is 5 to 80 times 50 ms, or 127 for the gait's own; an order has 255 for that, too. Gait 0 is
 //! to stop.
 
-use core::num::NonZeroU8;
+use core::num::{NonZeroU8, NonZeroU16};
 
 use tasks::message::Kind;
 
@@ -67,9 +67,16 @@ impl Hormone {
     pub fn to_payload(self) -> Payload {
         let (bytes, length) = match self {
             Hormone::Pace(Pace { name, data, is_made_good, rhythm, lifetime }) => {
-                let length = if lifetime.is_some() { 3 } else { 2 };
+                let [low, high] = lifetime.map_or(0, NonZeroU16::get).to_le_bytes();
+                let length = if high != 0 {
+                    4
+                } else if lifetime.is_some() {
+                    3
+                } else {
+                    2
+                };
                 let made_good = if is_made_good { MADE_GOOD } else { 0 };
-                ([name << 4 | made_good | data as u8, rhythm, lifetime.map_or(0, NonZeroU8::get), 0], length)
+                ([name << 4 | made_good | data as u8, rhythm, low, high], length)
             }
             Hormone::Standing(Standing { number, gait, period }, knows) => {
                 let [low, high] = number.to_le_bytes();
@@ -84,8 +91,8 @@ impl Hormone {
                 ([first, serial, last, 0], 3)
             }
             Hormone::Token(Token { rank, hops }) => {
-                let [low, high] = rank.to_le_bytes();
-                ([ELECTION << 4, low, high, hops], 4)
+                let ([low, high], [hops, more]) = (rank.to_le_bytes(), hops.to_le_bytes());
+                ([ELECTION << 4 | more, low, high, hops], 4)
             }
         };
         let mut payload = Payload::from_array(bytes);
@@ -97,13 +104,14 @@ impl Hormone {
     pub fn from_payload(payload: &[u8]) -> Option<Hormone> {
         let &[first, second, ref rest @ ..] = payload else { return None };
         let (name, low) = (first >> 4, first & 0x0F);
-        let lifetime = || match *rest {
-            [lifetime] => NonZeroU8::new(lifetime),
-            _ => None,
-        };
         Some(match name {
             1..=LAST_GAIT => {
-                let lifetime = if rest.is_empty() { None } else { Some(lifetime()?) };
+                let lifetime = match *rest {
+                    [] => None,
+                    [low] => Some(NonZeroU16::new(low.into())?),
+                    [low, high] if high != 0 => Some(NonZeroU16::new(u16::from_le_bytes([low, high]))?),
+                    _ => return None,
+                };
                 let (data, is_made_good) = (Data::from_byte(low & !MADE_GOOD)?, low & MADE_GOOD != 0);
                 Hormone::Pace(Pace { name, data, is_made_good, rhythm: second, lifetime })
             }
@@ -119,11 +127,13 @@ impl Hormone {
                 Hormone::Order(Order { what: What::Walk(low, period), serial: second })
             }
             STEER => {
-                let what = What::Steer(Course::from_byte(low)?, lifetime()?);
+                let &[lifetime] = rest else { return None };
+                let what = What::Steer(Course::from_byte(low)?, NonZeroU8::new(lifetime)?);
                 Hormone::Order(Order { what, serial: second })
             }
-            ELECTION if low == 0 => {
+            ELECTION => {
                 let &[high, hops] = rest else { return None };
+                let hops = u16::from_le_bytes([hops, low]);
                 Hormone::Token(Token { rank: u16::from_le_bytes([second, high]), hops })
             }
             _ => return None,
@@ -141,8 +151,10 @@ mod tests {
         assert_eq!(Hormone::Pace(pace).to_payload().as_slice(), [0x11, 0x5A]);
         let made_good = Pace { is_made_good: true, ..pace };
         assert_eq!(Hormone::Pace(made_good).to_payload().as_slice(), [0x19, 0x5A]);
-        let limited = Pace { lifetime: NonZeroU8::new(6), ..pace };
+        let limited = Pace { lifetime: NonZeroU16::new(6), ..pace };
         assert_eq!(Hormone::Pace(limited).to_payload().as_slice(), [0x11, 0x5A, 6]);
+        let limited = Pace { lifetime: NonZeroU16::new(0x106), ..pace };
+        assert_eq!(Hormone::Pace(limited).to_payload().as_slice(), [0x11, 0x5A, 6, 1]);
         let order = Order { what: What::Walk(2, Period::OWN), serial: 3 };
         assert_eq!(Hormone::Order(order).to_payload().as_slice(), [0xD2, 3, 127]);
         assert_eq!(Hormone::from_payload(&[0xD2, 3, 255]), Some(Hormone::Order(order)));
@@ -155,6 +167,8 @@ mod tests {
             Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().as_slice(),
             [0xF0, 2, 0x81, 7]
         );
+        let far = Hormone::Token(Token { rank: 0x8102, hops: 0xF07 });
+        assert_eq!(far.to_payload().as_slice(), [0xFF, 2, 0x81, 7]);
     }
 
     #[test]
@@ -165,6 +179,7 @@ mod tests {
             let is_walk = name == 13 && low < 12;
             let is_steer = name == 14 && low < 3;
             let is_standing = name == 12 && low < 12;
+            let is_token = name == 15;
             for second in [0, 1, 0x80, 0xFF] {
                 let payloads: [(&[u8], bool); 12] = [
                     (&[], false),
@@ -174,10 +189,10 @@ mod tests {
                     (&[first, second, 4], is_pace || is_steer),
                     (&[first, second, 80], is_pace || is_steer || is_walk),
                     (&[first, second, 127], is_pace || is_steer || is_walk),
-                    (&[first, second, 9, 0], first == 0xF0),
-                    (&[first, second, 9, 5], first == 0xF0 || is_standing),
-                    (&[first, second, 9, 0x7F], first == 0xF0 || is_standing),
-                    (&[first, second, 9, 0xFF], first == 0xF0 || is_standing),
+                    (&[first, second, 9, 0], is_token),
+                    (&[first, second, 9, 5], is_token || is_pace || is_standing),
+                    (&[first, second, 9, 0x7F], is_token || is_pace || is_standing),
+                    (&[first, second, 9, 0xFF], is_token || is_pace || is_standing),
                     (&[first, second, 9, 1, 0], false),
                 ];
                 for (payload, is_one) in payloads {

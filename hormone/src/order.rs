@@ -3,9 +3,12 @@
 //! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. How to walk
 //! becomes the [standing order](crate::standing) of the robot. A course goes to every module by every dock,
 //! and is said again and again; when the remote control falls silent, the robot goes straight ahead. A newer
-//! course supersedes an older one, so that in a loop, where it comes back, it ends.
+//! course supersedes an older one, so that in a loop, where it comes back, it ends. A neighbour that is told
+//! how the robot walks, as one that starts is, is told its course as well.
 
 use core::num::NonZeroU8;
+
+use tasks::dock::DockSet;
 
 use crate::period::Period;
 use crate::time::reached;
@@ -65,13 +68,15 @@ pub struct Helm {
     serial: u8,
     /// Until when they hold.
     until: Option<u16>,
+    /// These neighbours may not know the course.
+    untold: DockSet,
 }
 
 impl Helm {
     /// A module that has heard no order.
     #[expect(clippy::new_without_default, reason = "the state at power-up, not a value to fall back on")]
     pub const fn new() -> Self {
-        Helm { course: Course::Ahead, serial: 0, until: None }
+        Helm { course: Course::Ahead, serial: 0, until: None, untold: DockSet::EMPTY }
     }
 
     /// Takes in an order. Returns whether it is news: newer than the last, or the first for [`HOLDS`].
@@ -99,6 +104,20 @@ impl Helm {
     /// Milliseconds from `now` until [`expire`](Self::expire) is to be called, if it is.
     pub fn next_due(&self, now: u16) -> Option<u16> {
         self.until.map(|until| crate::time::until(until, now))
+    }
+
+    /// These neighbours may not know the course.
+    pub fn tell(&mut self, docks: DockSet) {
+        if self.course != Course::Ahead {
+            self.untold = self.untold.union(docks);
+        }
+    }
+
+    /// The order to pass on now, to neighbours that may not know it.
+    pub fn due(&mut self) -> Option<(Order, DockSet)> {
+        let docks = core::mem::take(&mut self.untold);
+        let order = Order { what: What::Steer(self.course, NonZeroU8::MAX), serial: self.serial };
+        (!docks.is_empty()).then_some((order, docks))
     }
 
     /// The course to hold.

@@ -1,11 +1,12 @@
 //! The hormone of a gait: the paper's `[CP, A]`, and the like of it for the other gaits.
 //!
 //! ```text
-//!   byte 0: name (7..4), made good (3), data (2..0) | byte 1: rhythm | byte 2, in a ring only: lifetime
+//!   byte 0: name (7..4), made good (3), data (2..0) | byte 1: rhythm | bytes 2 and 3, in a ring only: lifetime
 //! ```
-//! In a tree a hormone ends at the leaves. In a ring it would go round for ever: there it has a lifetime.
+//! In a tree a hormone ends at the leaves. In a ring it would go round for ever: there it has a lifetime, of
+//! one byte where that suffices.
 
-use core::num::NonZeroU8;
+use core::num::NonZeroU16;
 
 use crate::data::Data;
 
@@ -24,7 +25,7 @@ pub struct Pace {
     /// starts afresh.
     pub rhythm: u8,
     /// The modules that it may still reach; no limit without it.
-    pub lifetime: Option<NonZeroU8>,
+    pub lifetime: Option<NonZeroU16>,
 }
 
 impl Pace {
@@ -33,7 +34,7 @@ impl Pace {
         match self.lifetime {
             None => Some(self),
             Some(lifetime) => {
-                let left = NonZeroU8::new(lifetime.get() - 1)?;
+                let left = NonZeroU16::new(lifetime.get() - 1)?;
                 Some(Pace { lifetime: Some(left), ..self })
             }
         }
@@ -48,9 +49,9 @@ mod tests {
     fn a_life_ends() {
         let pace = Pace { name: 1, data: Data::B, is_made_good: false, rhythm: 0x5A, lifetime: None };
         assert_eq!(pace.aged(), Some(pace));
-        let limited = Pace { lifetime: NonZeroU8::new(2), ..pace };
+        let limited = Pace { lifetime: NonZeroU16::new(2), ..pace };
         let last = limited.aged().unwrap();
-        assert_eq!(last.lifetime, NonZeroU8::new(1));
+        assert_eq!(last.lifetime, NonZeroU16::new(1));
         assert_eq!(last.aged(), None);
     }
 }

@@ -464,6 +464,29 @@ fn a_ring_of_which_any_two_neighbours_are_reset_rolls_on() {
     }
 }
 
+/// A token takes longer round these than small rings wait for one.
+#[test]
+fn a_ring_of_hundreds_elects_a_leader_and_rolls() {
+    for (modules, seeds) in [(256, 1), (300, 2), (1_000, 1)] {
+        for seed in 0..seeds {
+            let events = "shape = 'ring'\n[[event]]\nat = 1\ncommand = [0xd4, 1, 255]\nto = '0.Up'\n";
+            let mut run = run(robot(Shape::Ring, modules, seed), events, 40);
+            assert_eq!(count_of(&run.robot, |status| status.action == Action::Roll), modules, "{modules}");
+            run.robot.take_deeds();
+            run.robot.run_until(50 * SECOND);
+            let deeds = run.robot.take_deeds();
+            let beats = |wanted: fn(&Behaviour) -> bool| deeds.iter().filter(move |deed| wanted(&deed.event));
+            let mut leaders: Vec<usize> = beats(|event| matches!(event, Behaviour::HormoneGenerated(_)))
+                .map(|deed| deed.module)
+                .collect();
+            leaders.dedup();
+            assert_eq!(leaders.len(), 1, "{leaders:?} lead {modules} modules");
+            let received = beats(|event| matches!(event, Behaviour::HormoneReceived(..))).count();
+            assert!(received.abs_diff(10 * (modules - 1)) <= 2 * modules, "{received} of {modules} modules");
+        }
+    }
+}
+
 #[test]
 fn a_head_that_was_reset_or_is_new_walks_as_the_robot_does() {
     let order = "shape = 'chain'\n[[event]]\nat = 1\ncommand = [0xd2, 1, 255]\nto = '1.Up'\n";

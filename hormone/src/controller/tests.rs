@@ -397,6 +397,35 @@ fn an_order_goes_to_all_others_once_and_legs_of_that_side_step_back() {
     assert_eq!(hips(&mut left_leg, &mut right_leg, 2_500), [-18, -18], "the order holds no longer");
 }
 
+#[test]
+fn a_neighbour_that_starts_while_the_robot_turns_is_told_the_course() {
+    let left = Order { what: What::Steer(Course::Left, NonZeroU8::new(40).unwrap()), serial: 9 };
+    let mut spine = module(&SPINE);
+    let _ = spine.received(Up, Hormone::Order(left), 10);
+    let told = |spine: &mut Controller, now| {
+        let sent = core::iter::from_fn(|| spine.timer(now)).filter_map(|response| response.send);
+        let order = |sent: Outgoing| match sent.hormone {
+            Hormone::Order(order) => Some((order, sent.docks)),
+            _ => None,
+        };
+        sent.filter_map(order).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&mut spine, 20), []);
+    // One that is attached.
+    let _ = (spine.topology(&HEAD, 100), spine.topology(&SPINE, 100));
+    let [(order, docks)] = told(&mut spine, 100)[..] else { panic!("it is told once") };
+    assert_eq!(docks, DockSet::of(&[Front]));
+    let mut started = module(&LEFT_LEG);
+    let _ = started.received(Back, Hormone::Order(order), 102);
+    assert_eq!(started.course(), Course::Left);
+    // One that was reset, and whose absence nobody has noticed.
+    let _ = spine.received(Back, standing(0, GaitName::Centipede), 200);
+    assert_eq!(told(&mut spine, 200), [(order, DockSet::of(&[Back]))]);
+    let now = 10 + crate::order::HOLDS;
+    let _ = spine.received(Back, standing(0, GaitName::Centipede), now);
+    assert_eq!(told(&mut spine, now), [], "it holds no longer");
+}
+
 /// An order to walk by a gait, in its own Period.
 fn walk(gait: u8, serial: u8) -> Order {
     Order { what: What::Walk(gait, Period::OWN), serial }
@@ -548,12 +577,12 @@ fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
     let name = GaitName::RollingTrack as u8;
     let beat = GaitName::RollingTrack.gait().beat.get();
     let roll = |data, lifetime| {
-        Hormone::Pace(Pace { name, rhythm: 0, lifetime: NonZeroU8::new(lifetime), ..pace(data) })
+        Hormone::Pace(Pace { name, rhythm: 0, lifetime: NonZeroU16::new(lifetime), ..pace(data) })
     };
     let sent = |response: Response| response.send.map(|outgoing| pace_of(outgoing).lifetime);
-    assert_eq!(sent(spine.received(Front, roll(A, 2), 0)), Some(NonZeroU8::new(1)));
+    assert_eq!(sent(spine.received(Front, roll(A, 2), 0)), Some(NonZeroU16::new(1)));
     assert_eq!(spine.status().action, Action::Roll);
-    assert_eq!(sent(spine.timer(beat + 12).unwrap()), Some(NonZeroU8::new(1)));
+    assert_eq!(sent(spine.timer(beat + 12).unwrap()), Some(NonZeroU16::new(1)));
     assert_eq!(sent(spine.received(Front, roll(Data::C, 1), 2 * beat)), None);
     assert_eq!(spine.timer(3 * beat + 12).unwrap().send, None);
 }

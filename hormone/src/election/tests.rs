@@ -1,7 +1,8 @@
 use super::*;
 
-/// Modules in a ring, whose tokens take a millisecond a hop.
+/// Modules in a ring, whose tokens take so many milliseconds a hop.
 struct Ring {
+    hop: u16,
     modules: Vec<Election>,
     /// The token on its way to each module.
     under_way: Vec<Option<Token>>,
@@ -11,12 +12,12 @@ struct Ring {
 impl Ring {
     fn new(seeds: &[u16]) -> Self {
         let modules = seeds.iter().map(|&seed| Election::new(seed, 0)).collect();
-        Ring { modules, under_way: vec![None; seeds.len()], now: 0 }
+        Ring { hop: 1, modules, under_way: vec![None; seeds.len()], now: 0 }
     }
 
     fn run(&mut self, milliseconds: u16) {
-        for _ in 0..milliseconds {
-            self.now = self.now.wrapping_add(1);
+        for _ in 0..milliseconds / self.hop {
+            self.now = self.now.wrapping_add(self.hop);
             let arriving = std::mem::replace(&mut self.under_way, vec![None; self.modules.len()]);
             for (index, token) in arriving.into_iter().enumerate() {
                 let module = &mut self.modules[index];
@@ -29,7 +30,7 @@ impl Ring {
         }
     }
 
-    fn leaders(&self) -> Vec<u8> {
+    fn leaders(&self) -> Vec<u16> {
         self.modules.iter().filter_map(Election::ring).collect()
     }
 }
@@ -42,9 +43,26 @@ fn a_ring_elects_one_leader_that_knows_its_size() {
                 (0..size).map(|module| (seed * 3_001_u16).wrapping_add(module * 31)).collect();
             let mut ring = Ring::new(&seeds);
             ring.run(6 * ROUND);
-            assert_eq!(ring.leaders(), [size as u8], "seed {seed}");
+            assert_eq!(ring.leaders(), [size], "seed {seed}");
             ring.run(20 * ROUND);
-            assert_eq!(ring.leaders(), [size as u8], "and it stays, seed {seed}");
+            assert_eq!(ring.leaders(), [size], "and it stays, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn a_ring_round_which_a_token_takes_longer_than_a_round_elects_one_leader_too() {
+    for (size, hop, seeds) in [(256, 4, 9), (300, 4, 9), (1_000, 4, 4), (100, 40, 9), (LARGEST, 4, 1)] {
+        for seed in 1..=seeds {
+            let seeds: Vec<u16> =
+                (0..size).map(|module: u16| module.wrapping_mul(31).wrapping_add(seed * 3_001)).collect();
+            let mut ring = Ring { hop, ..Ring::new(&seeds) };
+            ring.run(2 * ROUND + hop);
+            for _ in 0..size / 10 {
+                ring.run(10 * hop);
+            }
+            ring.run(10 * hop);
+            assert_eq!(ring.leaders(), [size], "{size} modules, seed {seed}");
         }
     }
 }
@@ -85,13 +103,19 @@ fn ranks_are_drawn_anew_also_from_one_seed_at_other_moments() {
     let (mut one, mut other) = (Election::new(0, 0), Election::new(0, 1));
     let (first, second) = (one.round(2 * ROUND).unwrap().rank, other.round(2 * ROUND + 1).unwrap().rank);
     assert_ne!(first, second);
-    assert_ne!(one.round(3 * ROUND).unwrap().rank, first);
+    let own = Token { rank: first, hops: 6 };
+    assert_eq!(one.round(3 * ROUND), Some(Token { hops: 1, ..own }), "it may be on its way still");
+    assert_eq!(one.hear(own, 3 * ROUND + 6), None);
+    let ranks: Vec<u16> = (4..7).map(|round| one.round(round * ROUND).unwrap().rank & !LEADER).collect();
+    assert!(ranks[0] != ranks[1] && ranks[1] != ranks[2] && !ranks.contains(&first), "{ranks:?}");
 }
 
 #[test]
 fn a_token_does_not_go_round_for_ever() {
     let mut follower = Election::new(1, 0);
-    assert_eq!(follower.hear(Token { rank: 5, hops: 255 }, 0), None);
+    assert_eq!(follower.hear(Token { rank: 5, hops: LARGEST }, 0), None);
+    let largest = Token { rank: 5, hops: LARGEST };
+    assert_eq!(follower.hear(Token { hops: LARGEST - 1, ..largest }, 0), Some(largest));
 }
 
 #[test]

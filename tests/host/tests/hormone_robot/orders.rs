@@ -97,6 +97,24 @@ fn a_module_attached_to_a_robot_of_another_gait_walks_as_the_robot_does() {
     assert_eq!(robot.acts(4).last().unwrap().action, Action::Wave);
 }
 
+#[test]
+fn modules_attached_to_a_robot_that_turns_learn_the_course_before_it_is_said_again() {
+    let mut robot = Robot::new(Centipede.gait(), 6, 5);
+    for (module, dock) in [(0, Dock::Front), (1, Dock::Front), (3, Dock::Left), (4, Dock::Front)] {
+        robot.attach((module, Dock::Back), (module + 1, dock));
+    }
+    robot.run(200);
+    robot.order(0, steer(Course::Left, 1));
+    robot.run(200);
+    robot.attach((2, Dock::Back), (3, Dock::Front));
+    robot.run(200);
+    for module in 0..6 {
+        assert_eq!(robot.course(module), Course::Left, "{module}");
+    }
+    robot.run(u32::from(HOLDS));
+    assert!((0..6).all(|module| robot.course(module) == Course::Ahead));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(32) })]
 
