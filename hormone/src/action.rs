@@ -126,6 +126,8 @@ actions! {
     HoldingOver = 11 in holding_over,
     /// Crawl as a module alone.
     Inch = 12 in inch,
+    /// Bend as a sixth of a circle, and latch what comes near the Front.
+    Reach = 13 in reach,
 }
 
 #[cfg(test)]
@@ -174,15 +176,16 @@ mod tests {
 
     #[test]
     fn six_that_curl_make_a_circle() {
-        for action in [Action::Curl, Action::Grasp, Action::Release] {
+        for action in [Action::Curl, Action::Grasp, Action::Reach, Action::Release] {
             let bends = action.motion().iter().map(|posture| posture.motor0 + posture.motor2);
             assert!(bends.eq([60]), "a sixth of 360 degrees");
         }
     }
 
     #[test]
-    fn grasp_and_release_want_something_of_a_dock() {
+    fn grasp_reach_and_release_want_something_of_a_dock() {
         assert_eq!(Action::Grasp.docking(), Some(Docking::Approach(Dock::Back)));
+        assert_eq!(Action::Reach.docking(), Some(Docking::Approach(Dock::Front)));
         assert_eq!(Action::Release.docking(), Some(Docking::Release(Dock::Front)));
         assert_eq!(Action::Curl.docking(), None);
     }

@@ -350,6 +350,7 @@ impl Robot {
                 self.roll = degrees;
                 self.feel();
             }
+            &Change::Slip { module, degrees } => self.members[module].module.body_mut().slip(degrees),
             Change::Command { at, payload } => self.command(*at, payload),
             &Change::Console(Face { module, dock }) => {
                 let member = &mut self.members[module];

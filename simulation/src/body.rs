@@ -110,6 +110,13 @@ impl Body {
         }
     }
 
+    /// Potentiometers slip on their shafts, by so many degrees.
+    pub fn slip(&mut self, degrees: [f64; 3]) {
+        for (joint, slip) in self.joints.iter_mut().zip(degrees) {
+            joint.zero += slip;
+        }
+    }
+
     /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in
     /// V.
     pub fn take_volts(&mut self) -> [f64; 3] {

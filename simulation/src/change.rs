@@ -37,6 +37,9 @@ pub enum Change {
     /// A module is pushed for [a moment](crate::PUSH_MILLISECONDS), by these newtons along x, y and z of the
     /// ground.
     Push { module: usize, newtons: [f64; 3] },
+    /// The potentiometers of a module's joints slip on their shafts: from now on they read so many degrees more, by
+    /// the joints' indices.
+    Slip { module: usize, degrees: [f64; 3] },
     /// Someone with a remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock
     /// to which nothing is attached.
     Command { at: Face, payload: Vec<u8> },
@@ -74,7 +77,9 @@ impl Change {
             Change::Detach(face) => wiring.detach(face).map(|_| ()),
             Change::Swap(one, other) => wiring.swap(one, other),
             Change::Kill(module) => wiring.kill(module),
-            Change::Reset { module, .. } | Change::Push { module, .. } => wiring.check(module),
+            Change::Reset { module, .. } | Change::Push { module, .. } | Change::Slip { module, .. } => {
+                wiring.check(module)
+            }
             Change::Loss { links, .. } | Change::Noise { links, .. } => match links {
                 Links::All => Ok(()),
                 Links::From(face) => wiring.expect_attached(face),
@@ -125,6 +130,9 @@ impl fmt::Display for Change {
             Change::Roll(degrees) => write!(f, "the robot is turned to {degrees:.0} degrees"),
             Change::Push { module, newtons: [x, y, z] } => {
                 write!(f, "module {module} is pushed by {x}, {y} and {z} N")
+            }
+            Change::Slip { module, degrees: [front, roll, back] } => {
+                write!(f, "the potentiometers of module {module} slip by {front}, {roll} and {back} degrees")
             }
             Change::Console(at) => write!(f, "the console is asked at {at}"),
             Change::Command { at, .. } => match self.orders() {

@@ -55,6 +55,8 @@ struct EventTable {
     roll: Option<f64>,
     push: Option<usize>,
     newtons: Option<[f64; 3]>,
+    slip: Option<usize>,
+    degrees: Option<[f64; 3]>,
     command: Option<Vec<u8>>,
     to: Option<Face>,
     console: Option<Face>,
@@ -62,6 +64,9 @@ struct EventTable {
 
 /// More modules than a robot file may ask for.
 const TOO_MANY_MODULES: usize = 1_000_001;
+
+/// No potentiometer slips further at once, in degrees: beyond that its readings end before the joint does.
+const FARTHEST_SLIP: f64 = 15.0;
 
 /// The latest time of an event, in seconds: a day.
 const LATEST: f64 = 86_400.0;
@@ -178,6 +183,9 @@ impl EventTable {
         if self.push.is_some() != self.newtons.is_some() {
             return Err("give both `push`, a module, and `newtons`, as in [0, 20, 0]".into());
         }
+        if self.slip.is_some() != self.degrees.is_some() {
+            return Err("give both `slip`, a module, and `degrees`, as in [1.5, 0, -2]".into());
+        }
         let links = self.from.map_or(Links::All, Links::From);
         let changes = [
             self.attach.map(|Pair([one, other])| Ok(Change::Attach(one, other))),
@@ -191,6 +199,7 @@ impl EventTable {
             self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
             self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
             self.push.zip(self.newtons).map(|(module, newtons)| push(module, newtons)),
+            self.slip.zip(self.degrees).map(|(module, degrees)| slip(module, degrees)),
             self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
             self.console.map(|at| Ok(Change::Console(at))),
         ];
@@ -199,7 +208,7 @@ impl EventTable {
             (Some(change), None) => change,
             _ => Err(
                 "give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll, push, \
-                      command and console"
+                      slip, command and console"
                     .into(),
             ),
         }
@@ -223,6 +232,14 @@ fn push(module: usize, newtons: [f64; 3]) -> Result<Change, String> {
         Ok(Change::Push { module, newtons })
     } else {
         Err("give `newtons` from -1000 to 1000".into())
+    }
+}
+
+fn slip(module: usize, degrees: [f64; 3]) -> Result<Change, String> {
+    if degrees.iter().all(|slip| slip.abs() <= FARTHEST_SLIP) {
+        Ok(Change::Slip { module, degrees })
+    } else {
+        Err("give `degrees` from -15 to 15".into())
     }
 }
 

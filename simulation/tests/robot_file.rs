@@ -74,6 +74,11 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         at = 8.29
         push = 1
         newtons = [0, -12.5, 3]
+
+        [[event]]
+        at = 8.3
+        slip = 2
+        degrees = [1.5, 0, -2]
         "#,
     )
     .unwrap();
@@ -92,6 +97,7 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         (7.5, Change::Obstacle { at: face(2, Up), is_there: false }),
         (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
         (8.29, Change::Push { module: 1, newtons: [0.0, -12.5, 3.0] }),
+        (8.3, Change::Slip { module: 2, degrees: [1.5, 0.0, -2.0] }),
         (8.5, Change::Roll(-180.0)),
         (8.75, Change::Console(face(1, Down))),
         (9.0, Change::Kill(0)),
@@ -253,8 +259,11 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         ),
         (&event("at = 1\ncommand = [1]"), 4, "[[event]]", "give both `command`"),
         (&event("at = 1\ncommand = [1, 2]\nto = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
+        (&event("at = 1\nslip = 1"), 4, "[[event]]", "give both `slip`"),
+        (&event("at = 1\nslip = 5\ndegrees = [0, 1, 2]"), 4, "[[event]]", "there is no module 5"),
+        (&event("at = 1\nslip = 1\ndegrees = [0, 16, 2]"), 4, "[[event]]", "from -15 to 15"),
         (&event("at = 1\nconsole = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
-        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "push, command and console"),
+        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "slip, command and console"),
         (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
         (&image("modules = []\nmaster = \"a.elf\""), 4, "[[image]]", "give `modules`"),
         (&image("modules = [1]"), 4, "[[image]]", "give `master`, `slave` or both"),

@@ -29,11 +29,14 @@ pub enum Request {
     Read(Sensor),
     /// Turn a joint to an angle, in 0.1 degree, at no more than so many degrees per second.
     Turn { axis: Axis, angle: i16, speed: u8 },
+    /// Turn a joint, from where it is, by so much, in 0.1 degree, at no more than so many degrees per second. The
+    /// search that asks for it is told nothing: it sees what comes of it.
+    TurnBy { axis: Axis, by: i16, speed: u8 },
     /// Switch a joint's motor off.
     Relax(Axis),
     /// Move a dock's latch.
     Latch(Dock, End),
-    /// Find the neighbour's dock with the joint behind this one, and latch.
+    /// Find the neighbour's dock with the joints that bend this module, and latch.
     Approach(Dock),
     /// Close a dock's power switch, or open it.
     Power { dock: Dock, is_on: bool },
@@ -49,7 +52,9 @@ impl Request {
     pub fn task(self) -> TaskCode {
         match self {
             Request::Read(sensor) => sensor.task(),
-            Request::Turn { axis, .. } | Request::Relax(axis) => TaskCode::joint(axis),
+            Request::Turn { axis, .. } | Request::TurnBy { axis, .. } | Request::Relax(axis) => {
+                TaskCode::joint(axis)
+            }
             Request::Latch(dock, _) | Request::Approach(dock) | Request::Power { dock, .. } => {
                 TaskCode::dock(dock)
             }
@@ -71,6 +76,10 @@ impl Request {
             Request::Approach(dock) => [4, dock.index(), 0, 0, 0],
             Request::Power { dock, is_on } => [5, dock.index(), is_on.into(), 0, 0],
             Request::Charge { is_on } => [6, 0, is_on.into(), 0, 0],
+            Request::TurnBy { axis, by, speed } => {
+                let [low, high] = by.to_le_bytes();
+                [8, axis.index(), low, high, speed]
+            }
             Request::Allow(Allowance { level, is_charging }) => [7, is_charging.into(), level as u8, 0, 0],
         }
     }
@@ -95,6 +104,10 @@ impl Request {
             7 => {
                 let (level, is_charging) = (Level::from_code(low)?, bool_from(device)?);
                 Request::Allow(Allowance { level, is_charging })
+            }
+            8 => {
+                let by = i16::from_le_bytes([low, high]);
+                Request::TurnBy { axis: Axis::from_index(device)?, by, speed }
             }
             _ => return None,
         })
@@ -220,7 +233,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(requests.len(), 19 + 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4);
+        assert_eq!(requests.len(), 19 + 2 * 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4);
         assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32);
     }
 

@@ -37,17 +37,31 @@ pub struct Half {
     pub usart1: Dock,
     /// The dock at the serial port in software, to which Timer3 belongs. It hears nothing while it sends.
     pub timer3: Dock,
+    /// The joint of the other half that bends the module as the first one here does.
+    pub opposite: Axis,
     /// Whether the battery and its charger are here.
     pub has_battery: bool,
 }
 
 /// The half with the docks Front, Left and Right.
-pub const MASTER: Half =
-    Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right, has_battery: false };
+pub const MASTER: Half = Half {
+    address: 0x10,
+    usart0: Dock::Front,
+    usart1: Dock::Left,
+    timer3: Dock::Right,
+    opposite: SLAVE_AXES[0],
+    has_battery: false,
+};
 
 /// The half with the docks Back, Up and Down.
-pub const SLAVE: Half =
-    Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down, has_battery: true };
+pub const SLAVE: Half = Half {
+    address: 0x11,
+    usart0: Dock::Back,
+    usart1: Dock::Up,
+    timer3: Dock::Down,
+    opposite: MASTER_AXES[0],
+    has_battery: true,
+};
 
 impl Half {
     /// The docks of this half by their place: 0 is the one at USART0, 1 at USART1, 2 at Timer3.

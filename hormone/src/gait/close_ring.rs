@@ -1,13 +1,14 @@
-//! From a chain of six to a ring: all bend until the tail's Back comes to the head's Front, and the tail's
-//! dock grasps it. For bending there are two beats at least, for grasping three: a search and the latch. What
-//! was in vain is tried again in the next Period.
+//! From a chain of six to a ring: all bend until the tail's Back comes to the head's Front. Then the tail's dock
+//! approaches the head's with the joints of its module, and latches; if it does not come near enough, it stays
+//! where it came nearest, and the head's dock approaches it likewise. For each of the three there are two beats.
+//! In the next Period both go on: joints are told nothing new, and stay where a search has left them.
 //!
 //! Then the head has a neighbour in front, is a spine like all others, and has them roll.
 
 use super::GaitName::RollingTrack;
 use super::Leader;
-use crate::action::Action::{Curl, Grasp};
-use crate::data::Data::{A, C, D, F};
+use crate::action::Action::{Curl, Grasp, Reach};
+use crate::data::Data::{A, B, C, D, E, F};
 use crate::module_type::ModuleType::{Head, Spine, Tail};
 use crate::rule::{BACK, received, timer};
 
@@ -17,9 +18,10 @@ crate::gait! {
     leader: Leader::Head,
     once: Spine => RollingTrack,
     rules: [
-        timer(Head, A).to(F).perform(Curl).send(A, BACK),
+        timer(Head, A).to(D).perform(Curl).send(A, BACK),
+        timer(Head, E).to(F).perform(Reach).send(E, BACK),
         received(Spine, A).to(F).perform(Curl).send(A, BACK),
-        received(Tail, A).to(C).perform(Curl),
-        received(Tail, D).to(F).perform(Grasp),
+        received(Tail, A).to(B).perform(Curl),
+        received(Tail, C).to(F).perform(Grasp),
     ],
 }

@@ -110,6 +110,9 @@ pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
         (_, Change::Push { .. }) if !has_world(options) => {
             Err("without a world nothing can be pushed: ask for --world ground".into())
         }
+        (EngineName::Host, Change::Slip { .. }) if !has_world(options) => {
+            Err("natively joints have no potentiometers without a world: ask for --world ground".into())
+        }
         (EngineName::Host, Change::Console(_)) => {
             Err("a console tells of programs that run: ask for --engine simavr".into())
         }

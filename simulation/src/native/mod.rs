@@ -283,6 +283,12 @@ impl Robot for Native {
                 self.feel();
             }
             Change::Command { at, payload } => self.command(*at, payload),
+            &Change::Slip { module, degrees } => {
+                // Without a body joints are where they are told to be.
+                if let Some(embodied) = self.modules[module].embodied_mut() {
+                    embodied.body.slip(degrees);
+                }
+            }
             Change::Push { .. } => {} // without a world nothing has a weight
             Change::Console(_) => {}  // natively there are no stacks to tell of: nobody answers
         }

@@ -3,24 +3,24 @@
 use super::surroundings::Surroundings;
 use crate::device::Quantity;
 use crate::dock::Dock;
-use crate::docking::guidance::{Guidance, Next};
-use crate::docking::latch::{DockingMotor, End, State};
+use crate::docking::guidance::{Guidance, Line, Next};
+use crate::docking::latch::{self, DockingMotor, End, PERIOD_MS};
 use crate::message::TaskCode;
-use crate::motor::joint;
+use crate::motor::joint::State;
 use crate::motor::joints::Order;
 use crate::power::allowance::Allowance;
 use crate::power::switch::Switch;
-use crate::request::Report;
+use crate::request::{Report, Request};
 use crate::superbot::LATCH_CURRENT_LIMIT;
 
 /// The joint that turns the docks of an MCU, by its index there.
 const JOINT: usize = 0;
 
-/// How fast that turns during a search, in degrees per second.
-const SEARCH_SPEED: u8 = 20;
+/// How fast joints turn during a search, in degrees per second.
+const SEARCH_SPEED: u8 = 30;
 
-/// How much a dock near enough to latch reflects, in counts of the converter.
-const NEAR: u16 = 500;
+/// Periods from when the light is switched on until what is read is reflected of it: 20 ms.
+const LIGHTS_UP: u8 = 20 / PERIOD_MS as u8;
 
 /// The devices of one dock.
 struct Devices {
@@ -31,20 +31,12 @@ struct Devices {
     client: TaskCode,
 }
 
-/// What a search waits for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Awaited {
-    Turn,
-    Reading,
-}
-
 /// A search for a neighbour's dock.
 struct Search {
     dock: Dock,
-    /// Where the joint was, in 0.1 degree.
-    start: i16,
     guidance: Guidance,
-    awaited: Awaited,
+    /// Periods until the light is there.
+    dark: u8,
 }
 
 /// The three docks of one MCU. One docking motor runs at a time: their current is measured together.
@@ -94,19 +86,18 @@ impl Docks {
         }
     }
 
-    /// Searches for the neighbour's dock before `dock`, and latches. Refused as [`latch`](Self::latch) is,
-    /// and while nobody knows where the joint is.
+    /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that, it
+    /// stays where it came nearest. Refused as [`latch`](Self::latch) is, and while nobody knows where the
+    /// joint is.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
-        let angle = around.angle(JOINT);
-        let (Some(start), true, Some(devices)) = (angle, may, self.devices(dock)) else {
+        let is_known = around.angle(JOINT).is_some();
+        let (true, true, Some(devices)) = (is_known, may, self.devices(dock)) else {
             return refuse(dock, client, around);
         };
         devices.client = client;
-        self.search =
-            Some(Search { dock, start, guidance: Guidance::new(start, NEAR), awaited: Awaited::Reading });
+        self.search = Some(Search { dock, guidance: Guidance::new(), dark: LIGHTS_UP });
         around.set_emitters(true);
-        around.look(Quantity::Proximity(dock));
     }
 
     /// Closes the power switch of `dock`, or opens it.
@@ -173,37 +164,33 @@ impl Docks {
         is_busy
     }
 
-    fn go_on_searching(&mut self, around: &mut impl Surroundings) {
+    fn go_on_searching<S: Surroundings>(&mut self, around: &mut S) {
         let Some(search) = &mut self.search else { return };
         let dock = search.dock;
-        let next = match search.awaited {
-            Awaited::Turn => match around.state(JOINT) {
-                Some(joint::State::Moving) => return,
-                Some(joint::State::Arrived) => {
-                    search.awaited = Awaited::Reading;
-                    around.look(Quantity::Proximity(dock));
-                    return;
-                }
-                _ => Next::Lost,
-            },
-            Awaited::Reading => match around.seen(Quantity::Proximity(dock)) {
-                Some(reflected) => search.guidance.step(reflected.max(0) as u16),
-                None => return,
-            },
-        };
-        let angle = match next {
-            Next::Turn(angle) => {
-                search.awaited = Awaited::Turn;
-                Some(angle)
-            }
-            Next::Lost => Some(search.start),
-            Next::Latch => None,
-        };
-        if let Some(angle) = angle {
-            around.order(JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
+        if search.dark > 0 {
+            search.dark -= 1;
+            return around.look(Quantity::Proximity(dock));
         }
-        if matches!(next, Next::Turn(_)) {
-            return;
+        let Some(reflected) = around.seen(Quantity::Proximity(dock)) else { return };
+        let next = match around.angle(JOINT) {
+            None => Next::Lost,
+            Some(angle) => {
+                // Where something is in its way it comes no further.
+                let is_there = around.state(JOINT) != Some(State::Moving);
+                let next = search.guidance.step(angle, reflected.max(0) as u16, is_there);
+                if let Next::Move(line, to) = next {
+                    around.order(JOINT, Order::Turn { angle: to, speed: SEARCH_SPEED });
+                    if line == Line::Shift {
+                        let by = angle.saturating_sub(to);
+                        let opposite = Request::TurnBy { axis: S::HALF.opposite, by, speed: SEARCH_SPEED };
+                        around.request(TaskCode::dock(dock), opposite);
+                    }
+                }
+                next
+            }
+        };
+        if matches!(next, Next::GoOn | Next::Move(..)) {
+            return around.look(Quantity::Proximity(dock));
         }
         self.search = None;
         around.set_emitters(false);
@@ -218,7 +205,7 @@ impl Docks {
 
 impl Devices {
     fn tell_latch(&self, around: &mut impl Surroundings) {
-        let state: State = self.motor.state();
+        let state: latch::State = self.motor.state();
         around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, state));
     }
 

@@ -149,6 +149,7 @@ impl<const N: usize> Devices<N> {
         match request {
             Request::Read(sensor) => self.sensors.read(sensor, client, around),
             Request::Turn { axis, angle, speed } => self.turn(axis, angle, speed, client, around),
+            Request::TurnBy { axis, by, speed } => self.turn_by(axis, by, speed, around),
             Request::Relax(axis) => {
                 if let Some(index) = self.joint(axis) {
                     around.order(index, Order::Relax);
@@ -182,6 +183,14 @@ impl<const N: usize> Devices<N> {
             joint.told = State::Moving;
         }
         around.order(index, Order::Turn { angle, speed });
+    }
+
+    /// A search has the joint turn. Whoever asked for its last turn still is told what becomes of it.
+    fn turn_by(&mut self, axis: Axis, by: i16, speed: u8, around: &mut impl Surroundings) {
+        let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else { return };
+        if let Some(angle) = around.angle(index) {
+            around.order(index, Order::Turn { angle: angle.saturating_add(by), speed });
+        }
     }
 
     /// Tells of the joints that have changed their state by themselves. One that a search turns is that

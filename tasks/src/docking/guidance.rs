@@ -1,70 +1,137 @@
-//! How one dock finds another: the joint behind it turns to where infrared is reflected most.
+//! How one dock finds another: the joints of its module move it to where most of its light is reflected.
+//!
+//! A search follows two lines, one after the other: it turns the dock with the joint behind it, and then shifts
+//! it, with that joint and the other one that bends the module the opposite way. On each it moves on for as long
+//! as more is reflected, looks to the other side unless it came from there, and returns to the best place. What
+//! one module can't mend, along the line between the docks above all, the module of the other dock can: both
+//! search in turn, and each begins where it has left off.
 
-/// The first turn, in 0.1 degree. It becomes half with each turn in vain.
-const FIRST_TURN: i16 = 32;
+/// How much is reflected, in counts of the converter, where the docks face each other close enough to latch.
+const NEAR: u16 = 500;
 
-/// A turn smaller than this, in 0.1 degree, does not help a latch.
-const SMALLEST_TURN: i16 = 4;
+/// Both joints move this far to either side of where a line begins, in 0.1 degree.
+const REACH: i16 = 120;
 
-/// A turn has helped if it gives this much more, in counts of the converter.
-const GAIN: u16 = 3;
+/// Less than this is none of a dock's light, in counts of the converter.
+const LEAST: u16 = 8;
 
-/// The most turns: they take a joint well over 20 degrees from where it began.
-const MOST_TURNS: u8 = 40;
+/// It has become less by so much more than a thirty-second part: more than noise.
+const LOSS: u16 = 4;
+
+/// A line that joints follow.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub enum Line {
+    /// The joint behind the dock turns.
+    Turn,
+    /// It turns, and the other one that bends the module turns back as far: the dock moves aside.
+    Shift,
+}
 
 /// What to do next.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Next {
-    /// Turn the joint to this angle, in 0.1 degree, and look again.
-    Turn(i16),
+    /// Go on as before, and look again.
+    GoOn,
+    /// Move along the line until the joint behind the dock is at this angle, in 0.1 degree, and look meanwhile.
+    Move(Line, i16),
     /// The docks face each other: latch.
     Latch,
-    /// No dock is within reach. The joint should go back to where it was.
+    /// The dock is not near enough to latch. What this module could do for that is done.
     Lost,
+}
+
+/// Where on its line a search is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+enum Leg {
+    Start,
+    /// To larger angles.
+    Up,
+    /// To smaller ones.
+    Down,
+    /// Back to the best place.
+    Back,
 }
 
 /// One search.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Guidance {
-    /// How much is reflected where the docks face each other close enough to latch.
-    near: u16,
-    angle: i16,
+    line: Line,
+    leg: Leg,
+    /// Where the line began, in 0.1 degree, and what was reflected there.
+    start: i16,
+    first: u16,
     best_angle: i16,
     best: u16,
-    turn: i16,
-    turns_left: u8,
+}
+
+impl Default for Guidance {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Guidance {
-    /// A search that begins at `angle`, in 0.1 degree. It ends with [`Next::Latch`] where at least `near`
-    /// counts are reflected.
-    pub const fn new(angle: i16, near: u16) -> Self {
-        Guidance { near, angle, best_angle: angle, best: 0, turn: FIRST_TURN, turns_left: MOST_TURNS }
+    /// A search that has not begun to move.
+    pub const fn new() -> Self {
+        Guidance { line: Line::Turn, leg: Leg::Start, start: 0, first: 0, best_angle: 0, best: 0 }
     }
 
-    /// What to do after `reflected` counts were read where the last turn led, or at the start.
-    pub fn step(&mut self, reflected: u16) -> Next {
-        let is_first = self.turns_left == MOST_TURNS;
-        if is_first || reflected >= self.best.saturating_add(GAIN) {
-            self.best = reflected;
-            self.best_angle = self.angle;
-        } else {
-            // Back, and half as far.
-            self.turn = -(self.turn / 2);
+    /// What to do after `reflected` counts were read while the joint behind the dock was at `angle`, in 0.1
+    /// degree. `is_there`: it is where the last move led, or comes no further.
+    pub fn step(&mut self, angle: i16, reflected: u16, is_there: bool) -> Next {
+        if self.leg == Leg::Start {
+            return self.begin(angle, reflected);
         }
-        self.turns_left = self.turns_left.saturating_sub(1);
-        if self.turn.abs() >= SMALLEST_TURN && self.turns_left != 0 {
-            self.angle = self.best_angle.saturating_add(self.turn);
-            Next::Turn(self.angle)
-        } else if self.angle != self.best_angle {
-            self.angle = self.best_angle;
-            Next::Turn(self.angle)
-        } else if reflected >= self.near {
-            Next::Latch
-        } else {
-            Next::Lost
+        if self.leg == Leg::Back {
+            return if is_there { self.end(angle, reflected) } else { Next::GoOn };
+        }
+        if reflected > self.best {
+            self.best = reflected;
+            self.best_angle = angle;
+        }
+        // On the way down it comes by what it has left on the way up.
+        let is_beyond = self.leg == Leg::Up || angle < self.best_angle;
+        let is_over = is_there || (is_beyond && is_less(reflected, self.best));
+        if !is_over {
+            return Next::GoOn;
+        }
+        if self.leg == Leg::Up && !is_less(self.first, self.best) {
+            self.leg = Leg::Down;
+            return Next::Move(self.line, self.start.saturating_sub(REACH));
+        }
+        self.leg = Leg::Back;
+        Next::Move(self.line, self.best_angle)
+    }
+
+    fn begin(&mut self, angle: i16, reflected: u16) -> Next {
+        if reflected < LEAST {
+            return Next::Lost;
+        }
+        let line = self.line;
+        let (start, first) = (angle, reflected);
+        *self = Guidance { line, leg: Leg::Up, start, first, best_angle: angle, best: reflected };
+        Next::Move(line, angle.saturating_add(REACH))
+    }
+
+    fn end(&mut self, angle: i16, reflected: u16) -> Next {
+        if reflected >= NEAR {
+            return Next::Latch;
+        }
+        match self.line {
+            Line::Turn => {
+                self.line = Line::Shift;
+                self.begin(angle, reflected)
+            }
+            Line::Shift => Next::Lost,
         }
     }
+}
+
+/// Whether `reflected` is less than `most`, and not by noise alone.
+fn is_less(reflected: u16, most: u16) -> bool {
+    reflected.saturating_add(LOSS) < most - most / 32
 }

@@ -463,8 +463,46 @@ fn a_dock_is_found_with_the_joint_and_latched() {
     });
 }
 
+/// The joint here turns, and then both of the module: the other one, on the other MCU, as far the other way.
 #[test]
-fn where_no_dock_is_the_joint_goes_back() {
+fn a_dock_too_far_away_is_come_near_to_with_both_joints_and_lost() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 14.0, 8.0));
+        client.ask(Request::Approach(Dock::Back));
+        let told: Vec<_> = (0..10).flat_map(|_| client.within(1_000)).map(|(_, told)| told).collect();
+        assert_eq!(told.last(), Some(&Told::Report(Report::Lost(Dock::Back))));
+        let opposite = told.iter().map(|told| match told {
+            Told::Request(Request::TurnBy { axis: Axis::Front, by, .. }) => *by,
+            Told::Report(Report::Lost(Dock::Back)) => 0,
+            _ => panic!("{told:?}"),
+        });
+        let opposite: Vec<i16> = opposite.collect();
+        assert_eq!(opposite[0], -120, "{opposite:?}");
+        assert!(opposite.iter().sum::<i16>().abs() <= 10, "here this is of no use: {opposite:?}");
+        let world = client.world();
+        assert!(!world.emitters && world.driven == [None; 3]);
+        assert!((world.joint.degrees() - 8.0).abs() < 2.0, "it stays: {}", world.joint.degrees());
+    });
+}
+
+#[test]
+fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        let axis = Axis::Back;
+        client.ask_for(TaskCode::dock(Dock::Front), Request::TurnBy { axis, by: -150, speed: 30 });
+        let told = client.within(2_000);
+        let arrived = Told::Report(Report::Joint(axis, State::Arrived));
+        assert_eq!(told, [(HORMONE, arrived)], "who asked for its turn");
+        assert!((client.world().joint.degrees() + 5.0).abs() < 1.0);
+    });
+}
+
+#[test]
+fn where_no_dock_is_the_joint_stays() {
     run::<true>(|client| {
         client.within(10);
         client.turn(100);
@@ -483,8 +521,9 @@ fn an_order_to_the_latch_ends_the_search_of_its_dock() {
     run::<true>(|client| {
         client.within(10);
         client.turn(0);
+        client.world().before = Some((Dock::Back, 3.0, 8.0));
         client.ask(Request::Approach(Dock::Back));
-        client.within(50);
+        assert_eq!(client.reports(50), []);
         client.ask(Request::Latch(Dock::Back, End::Latched));
         let told = client.reports(3_000);
         assert!(told.contains(&Report::Latch(Dock::Back, LatchState::At(End::Latched))), "{told:?}");
@@ -622,10 +661,12 @@ fn a_search_ends_when_the_battery_gets_low() {
         client.drain(6_900);
         client.world().battery_mv = 6_600;
         client.within(600);
+        // It is too far away, and takes some time.
+        client.world().before = Some((Dock::Back, 14.0, 8.0));
         client.ask(Request::Approach(Dock::Back));
         client.within(50);
         assert!(client.world().emitters);
-        client.within(900);
+        assert!(!client.within(400).contains(&(HORMONE, Told::Report(Report::Lost(Dock::Back)))));
         assert!(!client.world().emitters);
         // The joint is nobody's again, and tells.
         client.ask(Request::Turn { axis: Axis::Back, angle: 100, speed: 90 });

@@ -1,8 +1,11 @@
 //! Docking: latches on their plant, and the search for a neighbour's dock.
 
-use plants::dock::{Latch, reflected};
+use glam::{DAffine3, DQuat, DVec3};
+use plants::dock::{Latch, catches, reflected};
+use plants::geometry::{Dock, attached, before};
 use proptest::prelude::*;
-use tasks::docking::guidance::{Guidance, Next};
+use simulation::Random;
+use tasks::docking::guidance::{Guidance, Line, Next};
 use tasks::docking::latch::{DockingMotor, End, EndSwitches, Failure, PERIOD_MS, State};
 
 /// What the board compares the motor's current with, in A.
@@ -66,84 +69,186 @@ fn a_motor_without_a_latch_is_given_up() {
     assert_eq!(motor.state(), State::Failed(Failure::TimedOut));
 }
 
-/// What a dock must reflect to be near enough to latch.
-const NEAR: u16 = 500;
+/// How fast joints turn in a search, in 0.1 degree a period.
+const TURN: f64 = 30.0 * 10.0 * PERIOD_MS as f64 / 1000.0;
 
-/// Searches for a dock `millimetres` away that the joint faces at `facing`. Returns how it ended, and the
-/// angle then.
-fn search(start: i16, facing: i16, millimetres: f64, mut noise: impl FnMut() -> i16) -> (Next, i16) {
-    let mut angle = start;
-    let mut guidance = Guidance::new(start, NEAR);
-    for _ in 0..50 {
-        let seen = reflected(millimetres, f64::from(angle - facing) / 10.0);
-        match guidance.step(seen.saturating_add_signed(noise())) {
-            Next::Turn(to) => angle = to,
-            end => return (end, angle),
+/// The most periods of a search: 4 s.
+const MOST_PERIODS: u32 = 4_000 / PERIOD_MS as u32;
+
+/// A module at an end of a chain: the joint behind its dock, and the other one that bends it, in 0.1 degree.
+#[derive(Clone, Copy)]
+struct Bend {
+    behind: f64,
+    opposite: f64,
+}
+
+/// Both ends of a chain that has curled to a ring. All but their joints is fixed.
+struct Gap {
+    tail: Bend,
+    head: Bend,
+    /// Where the head's Back lies, seen from the tail's Front.
+    head_lies: DAffine3,
+}
+
+impl Gap {
+    /// Ends that miss each other by this much.
+    fn new(miss: DAffine3) -> Self {
+        let end = Bend { behind: 300.0, opposite: 300.0 };
+        let mut gap = Gap { tail: end, head: end, head_lies: DAffine3::IDENTITY };
+        let fits = gap.tail_dock() * attached(Dock::Back, Dock::Front) * miss;
+        gap.head_lies = fits * gap.head_dock().inverse();
+        gap
+    }
+
+    fn tail_dock(&self) -> DAffine3 {
+        let angles = [self.tail.opposite / 10.0, 0.0, self.tail.behind / 10.0];
+        Dock::Front.in_module(angles).inverse() * Dock::Back.in_module(angles)
+    }
+
+    fn head_dock(&self) -> DAffine3 {
+        let angles = [self.head.behind / 10.0, 0.0, self.head.opposite / 10.0];
+        self.head_lies * Dock::Back.in_module(angles).inverse() * Dock::Front.in_module(angles)
+    }
+
+    /// How the docks lie before each other, in mm and degrees.
+    fn lies(&self) -> Option<(f64, f64)> {
+        before((Dock::Back, self.tail_dock()), (Dock::Front, self.head_dock()))
+    }
+
+    fn end(&mut self, is_tail: bool) -> &mut Bend {
+        if is_tail { &mut self.tail } else { &mut self.head }
+    }
+
+    /// One of both ends searches. Returns whether it latches.
+    fn search(&mut self, is_tail: bool, random: &mut Random) -> bool {
+        let mut guidance = Guidance::new();
+        let Bend { behind, opposite } = *self.end(is_tail);
+        let mut targets = [behind, opposite];
+        for _ in 0..MOST_PERIODS {
+            let Bend { behind, opposite } = self.end(is_tail);
+            let is_there = (*behind - targets[0]).abs() < 3.0;
+            *behind += (targets[0] - *behind).clamp(-TURN, TURN);
+            *opposite += (targets[1] - *opposite).clamp(-TURN, TURN);
+            // As the converter has it, of both.
+            let [angle, beyond] = [*behind, *opposite].map(|angle| (angle / 2.94).round() * 2.94);
+            let noise = random.between(-2.5, 2.5) as i16;
+            let seen = self.lies().map_or(0, |(millimetres, degrees)| reflected(millimetres, degrees));
+            match guidance.step(angle as i16, seen.saturating_add_signed(noise), is_there) {
+                Next::GoOn => {}
+                Next::Move(line, to) => {
+                    targets[0] = f64::from(to);
+                    if line == Line::Shift {
+                        targets[1] = beyond + angle - f64::from(to);
+                    }
+                }
+                Next::Latch => return true,
+                Next::Lost => return false,
+            }
         }
+        panic!("a search that does not end");
     }
-    panic!("a search that does not end");
 }
 
+/// So many millimetres along the tail's Back, across it and upwards; bent, tilted and twisted by so many degrees.
+fn missed(millimetres: [f64; 3], [bent, tilted, twisted]: [f64; 3]) -> DAffine3 {
+    let [along, across, up] = millimetres;
+    let turn = DQuat::from_rotation_y(bent.to_radians())
+        * DQuat::from_rotation_z(tilted.to_radians())
+        * DQuat::from_rotation_x(twisted.to_radians());
+    // Both bend about y, and z lies across.
+    DAffine3::from_rotation_translation(turn, DVec3::new(along, up, across))
+}
+
+/// Ends that miss each other by up to 20 mm along, across, and 10 degrees; and by as much as the ground leaves
+/// beside, where nothing can turn them: tail and head in turn bring them together.
 #[test]
-fn a_dock_within_reach_is_found() {
-    for askew in -150..=150 {
-        for millimetres in [0.0, 3.0, 8.0] {
-            let (end, angle) = search(200, 200 + askew, millimetres, || 0);
-            assert_eq!(end, Next::Latch, "{askew} {millimetres}");
-            assert!((angle - 200 - askew).abs() <= 20, "{askew} {millimetres}: {angle}");
+fn ends_that_miss_each_other_come_together() {
+    let mut random = Random::new(1);
+    let mut searches = [0; 8];
+    for _ in 0..2_000 {
+        let mut drawn = |most: f64| random.between(-most, most);
+        let miss = missed([drawn(20.0), drawn(20.0), drawn(4.0)], [drawn(10.0), drawn(2.0), drawn(2.0)]);
+        let mut gap = Gap::new(miss);
+        let latches = (0..8).position(|number| gap.search(number % 2 == 0, &mut random));
+        let searched = latches.unwrap_or_else(|| panic!("{miss:?} becomes {:?}", gap.lies()));
+        let (millimetres, degrees) = gap.lies().expect("they face each other");
+        assert!(catches(millimetres, degrees), "{millimetres} mm, {degrees} degrees");
+        searches[searched] += 1;
+    }
+    println!("searches that it took, 1 to 8: {searches:?}");
+    assert!(searches[0] + searches[1] > 1_600, "{searches:?}");
+}
+
+/// Each end by itself leaves a gap that it can't close.
+#[test]
+fn one_end_alone_is_not_enough() {
+    let mut gap = Gap::new(missed([-20.0, 0.0, 0.0], [0.0; 3]));
+    let mut random = Random::new(1);
+    assert!((0..8).all(|_| !gap.search(true, &mut random)));
+    assert!((0..4).any(|number| gap.search(number % 2 != 0, &mut random)));
+}
+
+/// Where nothing shines back no joint is moved.
+#[test]
+fn a_dock_out_of_reach_is_lost_at_once() {
+    let far = Gap::new(missed([-60.0, 40.0, 0.0], [30.0, 0.0, 0.0]));
+    let (millimetres, degrees) = far.lies().expect("they face each other");
+    let seen = reflected(millimetres, degrees);
+    assert_eq!(Guidance::new().step(300, seen, true), Next::Lost);
+    assert_eq!(Guidance::new().step(300, 7, true), Next::Lost);
+    assert_eq!(Guidance::new().step(300, 8, true), Next::Move(Line::Turn, 420));
+}
+
+/// The angles that a search of a joint at 0 looked at, by `seen`, until it shifts.
+fn turned(seen: impl Fn(i16) -> u16) -> Vec<i16> {
+    let (mut angle, mut target, mut looked) = (0_i16, 0_i16, Vec::new());
+    let mut guidance = Guidance::new();
+    loop {
+        looked.push(angle);
+        match guidance.step(angle, seen(angle), angle == target) {
+            Next::Move(Line::Turn, to) => target = to,
+            Next::GoOn => {}
+            _ => return looked,
         }
+        angle += (target - angle).signum();
+        assert!(looked.len() < 1_000, "a search that does not end");
     }
 }
 
-/// What is reflected falls off evenly to both sides, so that each turn is told from the next.
+/// What is reflected falls off evenly to both sides, so that each angle is told from the next.
 #[test]
-fn a_search_ends_where_most_was_seen() {
-    for facing in -100..=100_i16 {
-        let seen = |angle: i16| 900_u16.saturating_sub(4 * angle.abs_diff(facing));
-        let (mut angle, mut looked) = (0, vec![0]);
-        let mut guidance = Guidance::new(0, NEAR);
-        while let Next::Turn(to) = guidance.step(seen(angle)) {
-            angle = to;
-            looked.push(to);
-            assert!(looked.len() < 50, "a search that does not end");
-        }
-        let best = looked.iter().map(|angle| seen(*angle)).max();
-        assert_eq!(Some(seen(angle)), best, "{facing}");
+fn a_turn_ends_where_most_was_seen() {
+    for facing in -110..=110_i16 {
+        let looked = turned(|angle| 480_u16.saturating_sub(4 * angle.abs_diff(facing)).max(8));
+        assert_eq!(looked.last(), Some(&facing));
     }
 }
 
 #[test]
-fn a_search_that_does_better_with_each_turn_ends() {
-    let mut guidance = Guidance::new(0, u16::MAX);
-    let turns = (1..100).take_while(|turn| matches!(guidance.step(9 * turn), Next::Turn(_))).count();
-    assert_eq!(turns, 39);
-}
-
-#[test]
-fn a_dock_out_of_reach_is_not() {
-    for askew in [-900, -300, 0, 100, 900] {
-        assert_eq!(search(0, askew, 40.0, || 0).0, Next::Lost);
+fn a_turn_that_finds_no_more_goes_no_further_than_its_reach() {
+    for seen in [|angle: i16| (300 + angle) as u16, |angle: i16| (300 - angle) as u16, |_| 300] {
+        let looked = turned(seen);
+        assert!(looked.iter().all(|angle| angle.abs() <= 120));
     }
-    assert_eq!(search(0, 450, 0.0, || 0).0, Next::Lost);
+    assert_eq!(turned(|angle| (300 + angle) as u16).last(), Some(&120));
+    assert_eq!(turned(|angle| (300 - angle) as u16).last(), Some(&-120));
+    assert_eq!(turned(|_| 300).last(), Some(&0));
 }
 
 proptest! {
-    #[test]
-    fn noise_does_not_mislead_the_search(askew in -120..=120_i16, noise in prop::collection::vec(-2..=2_i16, 50)) {
-        let mut noise = noise.into_iter().cycle();
-        let (end, angle) = search(0, askew, 3.0, || noise.next().unwrap_or(0));
-        prop_assert_eq!(end, Next::Latch);
-        prop_assert!((angle - askew).abs() <= 30, "{}", angle);
-    }
-
-    /// Whatever is read, a search ends, and not far from where it began.
+    /// Whatever is read, a search ends once its joint comes where it is told to, and not far from where it began.
     #[test]
     fn a_search_ends(start in -900..=900_i16, readings in prop::collection::vec(0..=1023_u16, 50)) {
-        let mut guidance = Guidance::new(start, NEAR);
+        let mut guidance = Guidance::new();
+        let mut angle = start;
         let mut ended = false;
         for reading in readings {
-            match guidance.step(reading) {
-                Next::Turn(angle) => prop_assert!((angle - start).abs() <= 41 * 32),
+            match guidance.step(angle, reading, true) {
+                Next::GoOn => {}
+                Next::Move(_, to) => {
+                    prop_assert!((to - start).abs() <= 2 * 120);
+                    angle = to;
+                }
                 Next::Latch | Next::Lost => { ended = true; break }
             }
         }
