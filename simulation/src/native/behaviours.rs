@@ -48,7 +48,7 @@ impl Module for Here<'_> {
         match self.inside.deliver(self.at, Mcu::Master, message, Source::Task)? {
             Some(dock) if !self.has_room(dock) => Err(Undelivered::NoRoom),
             Some(dock) => {
-                self.inside.insert(self.at, Input::Sent(dock, Letter::of(message)));
+                self.inside.post(self.at, Input::Sent(dock, Letter::of(message)));
                 Ok(())
             }
             None => Ok(()),

@@ -7,7 +7,7 @@ use std::ops::Range;
 use tasks::bridge::protocol::BridgeCounters;
 use tasks::bridge::task::ROOM;
 use tasks::dock::Dock;
-use tasks::message::{Letter, Message, TaskCode};
+use tasks::message::{Address, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
 use tasks::router::{Mcu, Route, Router, Source};
 use tasks::sensor::Sensor;
@@ -95,6 +95,15 @@ impl Inside {
         self.inputs.insert(place, (at, input));
     }
 
+    /// Puts a message into a mailbox: behind those that are on their way there, though who sends one later may
+    /// have less to do before.
+    pub fn post(&mut self, at: u64, input: Input) {
+        let same =
+            |other: &&(u64, Input)| mailbox(&other.1).is_some() && mailbox(&other.1) == mailbox(&input);
+        let last = self.inputs.iter().find(same).map_or(0, |other| other.0);
+        self.insert(at.max(last), input);
+    }
+
     /// Hands a message on as the router of this MCU says. Returns the dock that it leaves by, if it leaves.
     pub fn deliver(
         &mut self,
@@ -106,7 +115,7 @@ impl Inside {
         let router = if mcu == Mcu::Master { MASTER } else { SLAVE };
         match router.route(message.to(), source) {
             Route::Task(task) if task.is_behaviour() => {
-                self.insert(now + WAKE, Input::Taken(Letter::of(message)));
+                self.post(now + WAKE, Input::Taken(Letter::of(message)));
             }
             Route::Task(_) => {
                 if let Some((sensor, client)) = self.devices.serve(now, mcu, message) {
@@ -157,6 +166,15 @@ impl Inside {
     }
 }
 
+/// Whose mailbox a message comes into.
+fn mailbox(input: &Input) -> Option<Address> {
+    match input {
+        Input::Taken(letter) => Some(Address::here(letter.to().task())),
+        Input::Sent(dock, _) => Some(Address::beyond(*dock, TaskCode::HORMONE)),
+        _ => None,
+    }
+}
+
 fn rank(input: &Input) -> u8 {
     match input {
         Input::Begun(dock, _) | Input::Frame(dock, _) => dock.index(),
@@ -167,4 +185,25 @@ fn rank(input: &Input) -> u8 {
 /// Counts one more.
 fn count(counter: &mut u16) {
     *counter = counter.wrapping_add(1);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mailbox_keeps_the_order_in_which_messages_were_sent() {
+        let mut inside = Inside::new(0);
+        let to = Address::here(TaskCode::HORMONE);
+        for (at, byte) in [(500, 1), (300, 2), (400, 3)] {
+            let payload = [byte];
+            let message = Message::new(to, Address::here(TaskCode::AC_RECEIVE), &payload).unwrap();
+            assert_eq!(inside.deliver(at, Mcu::Master, message, Source::Task), Ok(None));
+        }
+        let taken = std::iter::from_fn(|| inside.take(u64::MAX - 1)).map(|input| match input {
+            Input::Taken(letter) => letter.payload()[0],
+            _ => 0,
+        });
+        assert_eq!(taken.collect::<Vec<_>>(), [1, 2, 3]);
+    }
 }
