@@ -15,7 +15,7 @@ use crate::gait::{GAITS, Gait, Leader, Once};
 use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
 use crate::order::{Course, Helm, Order, What};
-use crate::pace::Pace;
+use crate::pace::{Pace, RHYTHMS};
 use crate::pacemaker::Pacemaker;
 use crate::period::Period;
 use crate::rule::{BACK, Rule, Send};
@@ -482,8 +482,7 @@ impl Controller {
     /// Does what the rule for a received letter says, be it made good.
     fn relay(&mut self, data: Data) -> Response {
         let rhythm = self.pacemaker.rhythm().wrapping_add(self.rhythm);
-        let is_made_good = self.pacemaker.is_made_good();
-        let pace = Pace { name: self.gait().name, data, is_made_good, rhythm, lifetime: self.lifetime };
+        let pace = self.pace(data, self.pacemaker.is_made_good(), rhythm, self.lifetime);
         match pace.aged() {
             Some(Pace { lifetime, .. }) => self.act(Source::Hormone, data, rhythm, lifetime),
             None => Response { send: None, ..self.act(Source::Hormone, data, rhythm, None) },
@@ -527,6 +526,12 @@ impl Controller {
         true
     }
 
+    /// A hormone of the last beat.
+    fn pace(&self, data: Data, is_made_good: bool, rhythm: u8, lifetime: Option<NonZeroU16>) -> Pace {
+        let number = self.pacemaker.number();
+        Pace { name: self.gait().name, data, is_made_good, number, rhythm: rhythm % RHYTHMS, lifetime }
+    }
+
     /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
     fn act(&mut self, source: Source, data: Data, rhythm: u8, lifetime: Option<NonZeroU16>) -> Response {
         self.is_beat = true;
@@ -542,7 +547,7 @@ impl Controller {
         let response = match send {
             Some(Send { data, docks }) => {
                 let is_made_good = source == Source::Hormone && self.pacemaker.is_made_good();
-                let pace = Pace { name: self.gait().name, data, is_made_good, rhythm, lifetime };
+                let pace = self.pace(data, is_made_good, rhythm, lifetime);
                 self.send(Hormone::Pace(pace), self.onwards(docks))
             }
             None => NOTHING,

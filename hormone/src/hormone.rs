@@ -20,7 +20,7 @@ use tasks::message::Kind;
 pub use crate::data::Data;
 use crate::election::Token;
 use crate::order::{Course, Order, What};
-use crate::pace::Pace;
+use crate::pace::{NUMBERS, Pace, RHYTHMS};
 use crate::period::Period;
 pub use crate::standing::Standing;
 
@@ -66,7 +66,7 @@ impl Hormone {
     /// The hormone as a message payload.
     pub fn to_payload(self) -> Payload {
         let (bytes, length) = match self {
-            Hormone::Pace(Pace { name, data, is_made_good, rhythm, lifetime }) => {
+            Hormone::Pace(Pace { name, data, is_made_good, number, rhythm, lifetime }) => {
                 let [low, high] = lifetime.map_or(0, NonZeroU16::get).to_le_bytes();
                 let length = if high != 0 {
                     4
@@ -76,7 +76,8 @@ impl Hormone {
                     2
                 };
                 let made_good = if is_made_good { MADE_GOOD } else { 0 };
-                ([name << 4 | made_good | data as u8, rhythm, low, high], length)
+                let second = number % NUMBERS * RHYTHMS | rhythm % RHYTHMS;
+                ([name << 4 | made_good | data as u8, second, low, high], length)
             }
             Hormone::Standing(Standing { number, gait, period }, knows) => {
                 let [low, high] = number.to_le_bytes();
@@ -113,7 +114,8 @@ impl Hormone {
                     _ => return None,
                 };
                 let (data, is_made_good) = (Data::from_byte(low & !MADE_GOOD)?, low & MADE_GOOD != 0);
-                Hormone::Pace(Pace { name, data, is_made_good, rhythm: second, lifetime })
+                let (number, rhythm) = (second / RHYTHMS, second % RHYTHMS);
+                Hormone::Pace(Pace { name, data, is_made_good, number, rhythm, lifetime })
             }
             STANDING if low <= LAST_GAIT => {
                 let &[high, last] = rest else { return None };
@@ -147,7 +149,8 @@ mod tests {
 
     #[test]
     fn the_layout_is_the_documented_one() {
-        let pace = Pace { name: 1, data: Data::B, is_made_good: false, rhythm: 0x5A, lifetime: None };
+        let pace =
+            Pace { name: 1, data: Data::B, is_made_good: false, number: 2, rhythm: 0x1A, lifetime: None };
         assert_eq!(Hormone::Pace(pace).to_payload().as_slice(), [0x11, 0x5A]);
         let made_good = Pace { is_made_good: true, ..pace };
         assert_eq!(Hormone::Pace(made_good).to_payload().as_slice(), [0x19, 0x5A]);

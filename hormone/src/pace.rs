@@ -1,7 +1,8 @@
 //! The hormone of a gait: the paper's `[CP, A]`, and the like of it for the other gaits.
 //!
 //! ```text
-//!   byte 0: name (7..4), made good (3), data (2..0) | byte 1: rhythm | bytes 2 and 3, in a ring only: lifetime
+//!   byte 0: name (7..4), made good (3), data (2..0) | byte 1: number (7..5), rhythm (4..0)
+//!   bytes 2 and 3, in a ring only: lifetime
 //! ```
 //! In a tree a hormone ends at the leaves. In a ring it would go round for ever: there it has a lifetime, of
 //! one byte where that suffices.
@@ -9,6 +10,10 @@
 use core::num::NonZeroU16;
 
 use crate::data::Data;
+
+/// How many numbers of beats there are, and of rhythms.
+pub const NUMBERS: u8 = 8;
+pub const RHYTHMS: u8 = 32;
 
 /// A beat on its way.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -20,7 +25,10 @@ pub struct Pace {
     pub data: Data,
     /// The leader's hormone for this beat was lost on the way, and a timer took its place.
     pub is_made_good: bool,
-    /// Changes when the way from the leader to the receiver changes. Each module adds a number of its own
+    /// The leader's beat that it is of, modulo [`NUMBERS`]: so the next beat is told from this one that comes
+    /// late, whatever their data.
+    pub number: u8,
+    /// Modulo [`RHYTHMS`]. Changes when the way from the leader to the receiver changes. Each module adds a number of its own
     /// that is random at power-up and grows when its type changes: whose rhythm is another than before,
     /// starts afresh.
     pub rhythm: u8,
@@ -29,6 +37,11 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// How many beats it is ahead of the one with this number, modulo [`NUMBERS`].
+    pub const fn ahead_of(self, number: u8) -> u8 {
+        self.number.wrapping_sub(number) % NUMBERS
+    }
+
     /// As it goes on from a module that received it, or `None` if its life ends there.
     pub fn aged(self) -> Option<Pace> {
         match self.lifetime {
@@ -47,7 +60,8 @@ mod tests {
 
     #[test]
     fn a_life_ends() {
-        let pace = Pace { name: 1, data: Data::B, is_made_good: false, rhythm: 0x5A, lifetime: None };
+        let pace =
+            Pace { name: 1, data: Data::B, is_made_good: false, number: 0, rhythm: 0x5A, lifetime: None };
         assert_eq!(pace.aged(), Some(pace));
         let limited = Pace { lifetime: NonZeroU16::new(2), ..pace };
         let last = limited.aged().unwrap();

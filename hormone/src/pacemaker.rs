@@ -15,7 +15,7 @@
 
 use crate::data::Data;
 use crate::gait::Gait;
-use crate::pace::Pace;
+use crate::pace::{NUMBERS, Pace};
 
 /// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer
 /// than it is ever delayed on the way without a loss.
@@ -25,6 +25,9 @@ const PATIENCE: u16 = 12;
 /// another way, is followed. One may be lost, and one late; and who followed whichever came first would change its leader
 /// by a race where there are two ways.
 const SILENT: u8 = 3;
+
+/// How far ahead of its beat a hormone is that comes a beat late.
+const LATE: u8 = NUMBERS - 1;
 
 /// So many beats are made good without a hormone; then the module knows no rhythm any more.
 const MOST_MISSED: u8 = 8;
@@ -36,6 +39,8 @@ pub struct Pacemaker {
     last: Data,
     last_at: u16,
     rhythm: u8,
+    /// Of the last beat, as its leader counts.
+    number: u8,
     /// Beats since the last hormone.
     missed: u8,
     /// The last beat is not the leader's: here, or on the way here, a timer took the place of its hormone.
@@ -52,6 +57,7 @@ impl Pacemaker {
             last: Data::A,
             last_at: now,
             rhythm: 0,
+            number: 0,
             missed: MOST_MISSED,
             is_made_good: true,
             is_corrected: false,
@@ -73,6 +79,11 @@ impl Pacemaker {
         self.rhythm
     }
 
+    /// The number of the last beat.
+    pub fn number(&self) -> u8 {
+        self.number
+    }
+
     /// Whether a timer took the place of the leader's hormone for the last beat, here or on the way here.
     pub fn is_made_good(&self) -> bool {
         self.is_made_good
@@ -92,6 +103,7 @@ impl Pacemaker {
     pub fn skip(&mut self, now: u16) {
         let gone = now.wrapping_sub(self.last_at) / self.gait.beat;
         self.last_at = self.last_at.wrapping_add(gone.wrapping_mul(self.gait.beat.get()));
+        self.number = self.number.wrapping_add(gone as u8);
         self.last = self.last.later((gone % u16::from(self.gait.beats.max(1))) as u8, self.gait.beats);
     }
 
@@ -137,39 +149,53 @@ impl Pacemaker {
         if !same_way && self.is_bound() {
             return false;
         }
-        let is_same = same_way && self.is_following() && pace.rhythm == self.rhythm;
-        if is_same {
-            if pace.data == self.last && elapsed < beat - beat / 8 {
-                if self.missed > 0 {
-                    self.last_at = self.last_at.wrapping_add(1);
-                }
-                self.missed = 0;
-                self.is_made_good &= pace.is_made_good;
-                return false;
+        let is_known = same_way && self.is_following();
+        let is_same = is_known && pace.rhythm == self.rhythm;
+        match pace.ahead_of(self.number) {
+            // A module on the way was another type for a moment, and this beat was made good meanwhile.
+            0 if is_same || is_known && self.is_made_good && elapsed < beat / 4 => {
+                return self.hear_again(pace);
             }
-            if pace.data != self.last && elapsed < beat / 4 && self.is_made_good && !self.is_corrected {
-                self.take(pace, self.last_at);
-                self.is_corrected = true;
-                return true;
-            }
-            let is_next = pace.data == self.last.later(1, self.gait.beats);
-            if is_next && elapsed >= beat / 4 && elapsed < beat - beat / 8 {
+            1 if is_same && elapsed < beat - beat / 8 => {
                 // As far as a step may be shortened. The timer acts when that is over.
                 self.last_at = self.last_at.wrapping_sub(beat / 8);
                 self.missed = 0;
                 return false;
             }
-            if is_next && elapsed >= beat / 4 && elapsed < beat + beat / 2 {
+            1 if is_same && elapsed < beat + beat / 2 => {
                 let due = self.last_at.wrapping_add(beat);
                 self.take(pace, if elapsed > beat { due.wrapping_add(1) } else { now });
                 return true;
             }
+            // The beat before, which is over; unless it is this module that counts wrong.
+            LATE if is_same && self.is_bound() => return false,
+            _ => {}
         }
         if self.is_beating(now) && (is_same || !self.succeeds(pace, now)) {
             return false;
         }
         self.take(pace, now);
         true
+    }
+
+    /// Takes in a hormone of the last beat. Returns whether it is news: a beat that was made good by another
+    /// letter is corrected, once, for round a loop two could correct each other.
+    fn hear_again(&mut self, pace: Pace) -> bool {
+        if pace.data != self.last {
+            let is_correction = self.is_made_good && !self.is_corrected;
+            if is_correction {
+                self.take(pace, self.last_at);
+                self.is_corrected = true;
+            }
+            return is_correction;
+        }
+        if self.missed > 0 {
+            self.last_at = self.last_at.wrapping_add(1);
+        }
+        self.rhythm = pace.rhythm;
+        self.missed = 0;
+        self.is_made_good &= pace.is_made_good;
+        false
     }
 
     /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way
@@ -207,6 +233,7 @@ impl Pacemaker {
         self.last = pace.data;
         self.last_at = at;
         self.rhythm = pace.rhythm;
+        self.number = pace.number;
         self.missed = 0;
         self.is_made_good = pace.is_made_good;
         self.is_corrected = false;

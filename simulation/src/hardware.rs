@@ -43,7 +43,7 @@ pub fn lateness(one: Dock, other: Dock) -> u64 {
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that
 /// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
-    let pace = Pace { name: 1, data: Data::A, is_made_good: false, rhythm: 0, lifetime: None };
+    let pace = Pace { name: 1, data: Data::A, is_made_good: false, number: 0, rhythm: 0, lifetime: None };
     let payload = Hormone::Pace(pace).to_payload().as_slice().len() as u64;
     // Control, epoch and CRC-16 beside the payload; of COBS the delimiter.
     let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);

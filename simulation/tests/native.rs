@@ -344,6 +344,7 @@ fn a_command_reaches_hormone_through_a_free_dock() {
         name: GaitName::Centipede as u8,
         data: Data::A,
         is_made_good: false,
+        number: 0,
         rhythm: 0,
         lifetime: None,
     };

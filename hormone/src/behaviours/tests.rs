@@ -85,7 +85,14 @@ fn leg() -> Letter {
 
 /// A beat that came in at a dock.
 fn beat(data: Data, dock: Dock) -> Letter {
-    let pace = Pace { name: GaitName::Centipede as u8, data, is_made_good: false, rhythm: 0, lifetime: None };
+    let pace = Pace {
+        name: GaitName::Centipede as u8,
+        data,
+        is_made_good: false,
+        number: data as u8,
+        rhythm: 0,
+        lifetime: None,
+    };
     let from = Address::beyond(dock, TaskCode::HORMONE);
     letter(TaskCode::HORMONE, from, Hormone::Pace(pace).to_payload().as_slice())
 }

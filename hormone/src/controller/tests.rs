@@ -34,8 +34,15 @@ fn attach(controller: &mut Controller, neighbours: &Neighbours, now: u16) -> Res
     response
 }
 
+/// Of the first beat, or of the second.
 fn pace(data: Data) -> Pace {
-    Pace { name: 1, data, is_made_good: false, rhythm: 0x30, lifetime: None }
+    Pace { name: 1, data, is_made_good: false, number: data as u8, rhythm: 0x10, lifetime: None }
+}
+
+/// The centipede's pace of a leader's beat: A and B in turn.
+fn nth(beat: u16) -> Hormone {
+    let data = if beat % 2 == 0 { A } else { B };
+    Hormone::Pace(Pace { number: (beat % 8) as u8, ..pace(data) })
 }
 
 /// The centipede's pace.
@@ -175,7 +182,7 @@ fn a_hormone_that_does_not_come_is_made_good_and_dropped_when_it_comes_late() {
     assert_eq!(branch.timer(BEAT + 12), None);
     assert_eq!(sent(branch.received(Front, cp(B), BEAT + 140)), None);
     assert_eq!((branch.status().made_good, branch.status().dropped), (1, 1));
-    assert_eq!(sent(branch.received(Front, cp(A), 2 * BEAT)), by(B, &[Left, Right, Back]));
+    assert_eq!(sent(branch.received(Front, nth(2), 2 * BEAT)), by(B, &[Left, Right, Back]));
 }
 
 #[test]
@@ -195,7 +202,7 @@ fn after_eight_beats_without_a_hormone_a_leg_rests() {
 #[test]
 fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
     let mut leg = module(&LEFT_LEG);
-    let other = |data| Hormone::Pace(Pace { rhythm: 0x31, ..pace(data) });
+    let other = |data| Hormone::Pace(Pace { rhythm: 0x11, ..pace(data) });
     assert_eq!(leg.received(Back, cp(A), 0).action, Some(Swing));
     assert_eq!(leg.received(Up, other(A), 200).action, None, "the present one still beats");
     assert_eq!(leg.received(Back, cp(B), BEAT).action, Some(Holding));
@@ -206,7 +213,8 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
         assert_eq!(leg.timer(beat * BEAT + 12).unwrap().action, Some(action));
     }
     assert_eq!(leg.received(Up, other(B), 2_100).action, Some(Holding));
-    assert_eq!(leg.received(Up, other(A), 2_600).action, Some(Swing));
+    let third = Hormone::Pace(Pace { number: 2, rhythm: 0x11, ..pace(A) });
+    assert_eq!(leg.received(Up, third, 2_600).action, Some(Swing));
     assert_eq!(leg.received(Up, cp(A), 2_725).action, Some(Swing), "by the same dock it is at once");
 }
 
@@ -284,8 +292,8 @@ fn a_leg_that_lies_on_its_back_lifts_the_other_way_until_it_does_not_or_nobody_s
             // not.
             let mut said: Option<usize> = None;
             for (beat, &answer) in answers.iter().enumerate() {
-                let data = [A, B][beat % 2];
-                let action = controller.received(Back, cp(data), beat as u16 * BEAT).action.unwrap();
+                let beat_of = beat as u16;
+                let action = controller.received(Back, nth(beat_of), beat_of * BEAT).action.unwrap();
                 let holds = said.is_some_and(|said| beat - said <= usize::from(LASTS));
                 let expected = match action_to[beat % 2] {
                     Swing if holds => SwingOver,
@@ -345,8 +353,8 @@ fn the_status_shows_and_counts() {
     let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
     assert_eq!(*controller.status(), Status { gait: 1, ..Status::POWER_UP });
     let _ = attach(&mut controller, &LEFT_LEG, 0);
-    for (beat, data) in [A, B, A, A].into_iter().enumerate() {
-        let _ = controller.received(Back, cp(data), [0, BEAT, 2 * BEAT, 2 * BEAT][beat]);
+    for beat in [0, 1, 2, 2] {
+        let _ = controller.received(Back, nth(beat), beat * BEAT);
     }
     let _ = controller.timer(3 * BEAT + 12);
     controller.malformed();
@@ -520,7 +528,7 @@ fn a_module_that_leads_for_a_moment_while_a_chain_closes_does_not_take_it_for_a_
     assert_eq!(tokens(&mut spine, 400, 1_000).len(), 1, "it asks round the ring");
     let beat = |spine: &mut Controller, now| {
         let name = GaitName::CloseRing as u8;
-        spine.received(Front, Hormone::Pace(Pace { name, ..pace(A) }), now)
+        spine.received(Front, Hormone::Pace(Pace { name, number: (now / 1_000 % 8) as u8, ..pace(A) }), now)
     };
     for now in (1_000..30_000).step_by(1_000) {
         let _ = beat(&mut spine, now);

@@ -8,8 +8,15 @@ fn pacemaker(now: u16) -> Pacemaker {
     Pacemaker::new(GaitName::Centipede.gait(), now)
 }
 
+/// The hormone of a beat: of the first, or of the second.
 fn cp(data: Data) -> Pace {
-    Pace { name: 1, data, is_made_good: false, rhythm: 7, lifetime: None }
+    nth(data as u16)
+}
+
+/// That of a leader's beat: A and B in turn.
+fn nth(beat: u16) -> Pace {
+    let (data, number) = (if beat % 2 == 0 { A } else { B }, beat as u8 % NUMBERS);
+    Pace { name: 1, data, is_made_good: false, number, rhythm: 7, lifetime: None }
 }
 
 /// Hears a hormone that comes by the dock of those before.
@@ -64,7 +71,7 @@ fn an_early_hormone_sets_the_timer_and_a_late_one_moves_it_a_millisecond() {
     assert!(hear(&mut timer, cp(A), 100));
     assert!(hear(&mut timer, cp(B), 560), "40 ms early");
     assert_eq!(timer.last(), (B, 560));
-    assert!(hear(&mut timer, cp(A), 1_065));
+    assert!(hear(&mut timer, nth(2), 1_065));
     assert_eq!(timer.last(), (A, 1_061));
 }
 
@@ -76,7 +83,7 @@ fn a_beat_is_shortened_by_an_eighth_at_most() {
     let due = BEAT - BEAT / 8 + PATIENCE;
     assert_eq!(timer.until_overdue(300), Some(due - 300));
     assert_eq!(timer.make_good(due), Some(B));
-    assert!(hear(&mut timer, cp(A), 2 * BEAT - 100), "38 ms early by now");
+    assert!(hear(&mut timer, nth(2), 2 * BEAT - 100), "38 ms early by now");
 }
 
 #[test]
@@ -86,6 +93,8 @@ fn what_comes_twice_is_news_once() {
     assert!(!hear(&mut timer, cp(A), 3));
     assert!(!hear(&mut timer, cp(B), 4), "a beat that can't be yet");
     assert!(hear(&mut timer, cp(B), BEAT));
+    assert!(!hear(&mut timer, cp(B), BEAT + 400));
+    assert!(!hear(&mut timer, cp(A), BEAT + 400), "that of the beat before");
 }
 
 #[test]
@@ -100,7 +109,7 @@ fn beats_are_made_good_after_the_patience_and_late_hormones_are_no_news() {
     assert_eq!(timer.last(), (B, BEAT));
     assert!(!hear(&mut timer, cp(B), BEAT + 140));
     assert_eq!(timer.last(), (B, BEAT + 1));
-    assert!(hear(&mut timer, cp(A), 2 * BEAT));
+    assert!(hear(&mut timer, nth(2), 2 * BEAT));
 }
 
 #[test]
@@ -125,21 +134,35 @@ fn the_rhythm_is_forgotten_after_so_many_beats_and_each_hormone_renews_it() {
 fn a_hormone_out_of_beat_is_taken_up_once_nothing_in_beat_comes() {
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
-    assert!(!hear(&mut timer, cp(B), 100), "too early to be the next");
+    let other = Pace { number: 5, ..cp(B) };
+    assert!(!hear(&mut timer, other, 100), "none of this beat, nor of the next");
     assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
-    assert!(hear(&mut timer, cp(A), 600));
-    assert_eq!(timer.last(), (A, BEAT));
+    assert!(hear(&mut timer, other, 600));
+    assert_eq!(timer.last(), (B, 600));
+    assert!(hear(&mut timer, Pace { number: 6, ..cp(A) }, 600 + BEAT), "it counts on from there");
+}
+
+#[test]
+fn a_beat_made_good_is_not_taken_again_by_another_rhythm() {
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
+    let other = Pace { rhythm: 8, ..cp(B) };
+    assert!(!hear(&mut timer, other, BEAT + PATIENCE + 8));
+    assert_eq!(timer.last(), (B, BEAT + 1));
+    assert!(hear(&mut timer, Pace { rhythm: 8, ..nth(2) }, 2 * BEAT), "it follows that one from now on");
 }
 
 #[test]
 fn a_beat_made_good_is_corrected_once_by_who_knows_better() {
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
-    assert!(!hear(&mut timer, cp(B), 40), "the leader's own beat is right");
+    assert!(!hear(&mut timer, Pace { data: B, ..cp(A) }, 40), "the leader's own beat is right");
     assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
-    assert!(hear(&mut timer, Pace { is_made_good: true, ..cp(A) }, 600));
+    let better = Pace { data: A, is_made_good: true, ..cp(B) };
+    assert!(hear(&mut timer, better, 900));
     assert_eq!(timer.last(), (A, BEAT), "it says which beat it was, not when");
-    assert!(!hear(&mut timer, Pace { is_made_good: true, ..cp(B) }, 605), "else two could race round a loop");
+    assert!(!hear(&mut timer, Pace { data: B, ..better }, 905), "else two could race round a loop");
     assert_eq!(timer.make_good(2 * BEAT + PATIENCE), Some(B));
 }
 
@@ -174,7 +197,7 @@ fn where_there_are_two_ways_the_first_one_is_kept() {
     assert!(timer.hear(cp(A), true, 0));
     let mut before = A;
     for beat in 1..10_000_u16 {
-        let (at, own) = (beat.wrapping_mul(BEAT), if beat % 2 == 0 { cp(A) } else { cp(B) });
+        let (at, own) = (beat.wrapping_mul(BEAT), nth(beat));
         let other = Pace { data: own.data.later(1, 2), rhythm: 8, ..own };
         let [first, is_late, is_lost] = [draw() % 2 == 0, draw() % 8 == 0, draw() % 8 == 0 && beat % 2 == 0];
         if first {
