@@ -77,6 +77,7 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<174> = Stack::new();
+    pub static DEVICES: Stack<295> = Stack::new();
     pub static DEVICES: Stack<294> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
     pub static CONSOLE: Stack<624> = Stack::new();

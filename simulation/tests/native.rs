@@ -329,10 +329,10 @@ fn docks_of_the_other_mcu_go_on_when_one_is_reset() {
     };
     let attach = Change::Attach(face(5, Back), face(0, Front));
     for event in ["loss = 0", "reset = 5\nmcu = \"master\"", "reset = 0", "reset = 2\nmcu = \"master\""] {
-        assert_eq!(closing(event), Some((7, attach.clone())), "{event}");
+        assert_eq!(closing(event), Some((6, attach.clone())), "{event}");
     }
     let (at, change) = closing("reset = 5\nmcu = \"slave\"").expect("it is tried again");
-    assert!(at > 8 && change == Change::Attach(face(0, Front), face(5, Back)), "{at} s");
+    assert!(at > 7 && change == Change::Attach(face(0, Front), face(5, Back)), "{at} s");
 }
 
 #[test]

@@ -92,7 +92,7 @@ pub const TELL: u64 = micros(100);
 pub const READ: u64 = micros(3700);
 
 /// From an action that lets a dock approach another until both are attached: a search, and the latch.
-pub const APPROACH: u64 = 1233 * MILLISECOND;
+pub const APPROACH: u64 = 890 * MILLISECOND;
 
 /// From an action that releases a dock until nothing is attached there.
 pub const RELEASE: u64 = 794 * MILLISECOND;

@@ -87,7 +87,7 @@ impl Docks {
     }
 
     /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that, it
-    /// stays where it came nearest. Refused as [`latch`](Self::latch) is, and while nobody knows where the
+    /// stays where it came nearest. A latch that has closed on nothing opens instead, for the next time. Refused as [`latch`](Self::latch) is, and while nobody knows where the
     /// joint is.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
@@ -194,9 +194,11 @@ impl Docks {
         }
         self.search = None;
         around.set_emitters(false);
+        // One that has closed on nothing has to open first.
+        let end = if around.end_switches(dock).is_latched { End::Released } else { End::Latched };
         let Some(devices) = self.devices(dock) else { return };
         if next == Next::Latch {
-            devices.motor.move_to(End::Latched);
+            devices.motor.move_to(end);
         } else {
             around.report(TaskCode::dock(dock), devices.client, Report::Lost(dock));
         }

@@ -2,15 +2,20 @@
 //!
 //! A search follows two lines, one after the other: it turns the dock with the joint behind it, and then shifts
 //! it, with that joint and the other one that bends the module the opposite way. On each it moves on for as long
-//! as more is reflected, looks to the other side unless it came from there, and returns to the best place. What
-//! one module can't mend, along the line between the docks above all, the module of the other dock can: both
-//! search in turn, and each begins where it has left off.
+//! as more is reflected, looks to the other side unless it came from there, and returns until most is reflected on
+//! that way; but stops at once where it is near enough to latch. What one module can't mend, along the line between
+//! the docks above all, the module of the other dock can: both search in turn, and each begins where it has left
+//! off.
 
 /// How much is reflected, in counts of the converter, where the docks face each other close enough to latch.
 const NEAR: u16 = 500;
 
 /// Both joints move this far to either side of where a line begins, in 0.1 degree.
 const REACH: i16 = 120;
+
+/// What joints push along yields when they turn round, by as much as this, in 0.1 degree: where most is reflected on
+/// the way there may be so far from where it is on the way back.
+const SLACK: i16 = 30;
 
 /// Less than this is none of a dock's light, in counts of the converter.
 const LEAST: u16 = 8;
@@ -51,8 +56,10 @@ enum Leg {
     Up,
     /// To smaller ones.
     Down,
-    /// Back to the best place.
+    /// Back to where most is reflected on this way.
     Back,
+    /// To where it is.
+    Stop,
 }
 
 /// One search.
@@ -66,6 +73,8 @@ pub struct Guidance {
     first: u16,
     best_angle: i16,
     best: u16,
+    /// How often it has looked on this leg.
+    looks: u8,
 }
 
 impl Default for Guidance {
@@ -77,44 +86,69 @@ impl Default for Guidance {
 impl Guidance {
     /// A search that has not begun to move.
     pub const fn new() -> Self {
-        Guidance { line: Line::Turn, leg: Leg::Start, start: 0, first: 0, best_angle: 0, best: 0 }
+        Guidance { line: Line::Turn, leg: Leg::Start, start: 0, first: 0, best_angle: 0, best: 0, looks: 0 }
     }
 
     /// What to do after `reflected` counts were read while the joint behind the dock was at `angle`, in 0.1
     /// degree. `is_there`: it is where the last move led, or comes no further.
     pub fn step(&mut self, angle: i16, reflected: u16, is_there: bool) -> Next {
+        // A leg takes a second at most: something may hold a joint where it makes no effort to speak of.
+        let is_there = is_there || self.looks == u8::MAX;
+        let next = self.advance(angle, reflected, is_there);
+        self.looks = if next == Next::GoOn { self.looks.saturating_add(1) } else { 0 };
+        next
+    }
+
+    fn advance(&mut self, angle: i16, reflected: u16, is_there: bool) -> Next {
         if self.leg == Leg::Start {
             return self.begin(angle, reflected);
         }
-        if self.leg == Leg::Back {
+        if self.leg == Leg::Stop {
             return if is_there { self.end(angle, reflected) } else { Next::GoOn };
         }
         if reflected > self.best {
             self.best = reflected;
             self.best_angle = angle;
         }
-        // On the way down it comes by what it has left on the way up.
-        let is_beyond = self.leg == Leg::Up || angle < self.best_angle;
-        let is_over = is_there || (is_beyond && is_less(reflected, self.best));
-        if !is_over {
+        let has_passed = match self.leg {
+            // On the way down it comes by what it has left on the way up.
+            Leg::Down => angle < self.best_angle.saturating_sub(SLACK) && is_less(reflected, self.best),
+            Leg::Back => self.best > self.first + LOSS && reflected + LOSS < self.best,
+            _ => is_less(reflected, self.best),
+        };
+        // What is near enough now need not be on the way back.
+        if reflected >= NEAR && reflected + LOSS < self.best {
+            self.leg = Leg::Stop;
+            return Next::Move(self.line, angle);
+        }
+        if !is_there && !has_passed {
             return Next::GoOn;
         }
-        if self.leg == Leg::Up && !is_less(self.first, self.best) {
-            self.leg = Leg::Down;
-            return Next::Move(self.line, self.start.saturating_sub(REACH));
+        match self.leg {
+            Leg::Back => {
+                self.leg = Leg::Stop;
+                Next::Move(self.line, angle)
+            }
+            Leg::Up if !is_less(self.first, self.best) => {
+                self.leg = Leg::Down;
+                Next::Move(self.line, self.start.saturating_sub(REACH))
+            }
+            leg => {
+                let slack = if leg == Leg::Up { -SLACK } else { SLACK };
+                let to = self.best_angle.saturating_add(slack);
+                (self.leg, self.first, self.best) = (Leg::Back, reflected, reflected);
+                Next::Move(self.line, to)
+            }
         }
-        self.leg = Leg::Back;
-        Next::Move(self.line, self.best_angle)
     }
 
     fn begin(&mut self, angle: i16, reflected: u16) -> Next {
         if reflected < LEAST {
             return Next::Lost;
         }
-        let line = self.line;
-        let (start, first) = (angle, reflected);
-        *self = Guidance { line, leg: Leg::Up, start, first, best_angle: angle, best: reflected };
-        Next::Move(line, angle.saturating_add(REACH))
+        (self.leg, self.start, self.first) = (Leg::Up, angle, reflected);
+        (self.best_angle, self.best) = (angle, reflected);
+        Next::Move(self.line, angle.saturating_add(REACH))
     }
 
     fn end(&mut self, angle: i16, reflected: u16) -> Next {

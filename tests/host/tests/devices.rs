@@ -480,7 +480,7 @@ fn a_dock_too_far_away_is_come_near_to_with_both_joints_and_lost() {
         });
         let opposite: Vec<i16> = opposite.collect();
         assert_eq!(opposite[0], -120, "{opposite:?}");
-        assert!(opposite.iter().sum::<i16>().abs() <= 10, "here this is of no use: {opposite:?}");
+        assert!(opposite.iter().sum::<i16>().abs() <= 40, "here this is of no use: {opposite:?}");
         let world = client.world();
         assert!(!world.emitters && world.driven == [None; 3]);
         assert!((world.joint.degrees() - 8.0).abs() < 2.0, "it stays: {}", world.joint.degrees());
@@ -498,6 +498,21 @@ fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
         let arrived = Told::Report(Report::Joint(axis, State::Arrived));
         assert_eq!(told, [(HORMONE, arrived)], "who asked for its turn");
         assert!((client.world().joint.degrees() + 5.0).abs() < 1.0);
+    });
+}
+
+#[test]
+fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 3.0, 0.0));
+        client.world().latches[0] = Latch::at(1.0);
+        for end in [End::Released, End::Latched] {
+            client.ask(Request::Approach(Dock::Back));
+            let told: Vec<Report> = (0..4).flat_map(|_| client.reports(1_000)).collect();
+            assert_eq!(told, [Report::Latch(Dock::Back, LatchState::At(end))]);
+        }
     });
 }
 

@@ -199,8 +199,35 @@ fn a_dock_out_of_reach_is_lost_at_once() {
     assert_eq!(Guidance::new().step(300, 8, true), Next::Move(Line::Turn, 420));
 }
 
+/// While something is dragged along, the best place on the way back is another than on the way there: it is found
+/// all the same. What a joint at 0 looks at lags behind its turns by 3 degrees.
+#[test]
+fn what_is_dragged_along_does_not_mislead_the_search() {
+    for facing in (-90..=90_i16).step_by(5) {
+        let mut dragged = 0_i16;
+        let mut seen = 0;
+        turned(|angle| {
+            dragged = dragged.clamp(angle - 15, angle + 15);
+            seen = 480_u16.saturating_sub(4 * dragged.abs_diff(facing)).max(8);
+            seen
+        });
+        assert!(seen >= 480 - 4 * 5, "{facing}: {seen}");
+    }
+}
+
+/// What is near enough as the joint passes by is latched at once: it need not be so on the way back.
+#[test]
+fn a_search_stops_where_it_is_near_enough() {
+    let mut guidance = Guidance::new();
+    assert_eq!(guidance.step(0, 400, true), Next::Move(Line::Turn, 120));
+    assert_eq!(guidance.step(30, 600, false), Next::GoOn);
+    assert_eq!(guidance.step(40, 590, false), Next::Move(Line::Turn, 40));
+    assert_eq!(guidance.step(40, 590, false), Next::GoOn);
+    assert_eq!(guidance.step(40, 590, true), Next::Latch);
+}
+
 /// The angles that a search of a joint at 0 looked at, by `seen`, until it shifts.
-fn turned(seen: impl Fn(i16) -> u16) -> Vec<i16> {
+fn turned(mut seen: impl FnMut(i16) -> u16) -> Vec<i16> {
     let (mut angle, mut target, mut looked) = (0_i16, 0_i16, Vec::new());
     let mut guidance = Guidance::new();
     loop {
@@ -217,10 +244,11 @@ fn turned(seen: impl Fn(i16) -> u16) -> Vec<i16> {
 
 /// What is reflected falls off evenly to both sides, so that each angle is told from the next.
 #[test]
-fn a_turn_ends_where_most_was_seen() {
+fn a_turn_ends_close_to_where_most_was_seen() {
     for facing in -110..=110_i16 {
         let looked = turned(|angle| 480_u16.saturating_sub(4 * angle.abs_diff(facing)).max(8));
-        assert_eq!(looked.last(), Some(&facing));
+        let last = looked.last().expect("it begins somewhere");
+        assert!(last.abs_diff(facing) <= 2, "{last} for {facing}");
     }
 }
 
@@ -230,9 +258,10 @@ fn a_turn_that_finds_no_more_goes_no_further_than_its_reach() {
         let looked = turned(seen);
         assert!(looked.iter().all(|angle| angle.abs() <= 120));
     }
-    assert_eq!(turned(|angle| (300 + angle) as u16).last(), Some(&120));
-    assert_eq!(turned(|angle| (300 - angle) as u16).last(), Some(&-120));
-    assert_eq!(turned(|_| 300).last(), Some(&0));
+    let last = |seen: fn(i16) -> u16| turned(seen).last().copied().expect("it begins somewhere");
+    assert!(last(|angle| (300 + angle) as u16) >= 90);
+    assert!(last(|angle| (300 - angle) as u16) <= -90);
+    assert!(last(|_| 300).abs() <= 30);
 }
 
 proptest! {
@@ -246,7 +275,7 @@ proptest! {
             match guidance.step(angle, reading, true) {
                 Next::GoOn => {}
                 Next::Move(_, to) => {
-                    prop_assert!((to - start).abs() <= 2 * 120);
+                    prop_assert!((to - start).abs() <= 2 * (120 + 30));
                     angle = to;
                 }
                 Next::Latch | Next::Lost => { ended = true; break }
