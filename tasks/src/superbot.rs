@@ -39,15 +39,29 @@ pub struct Half {
     pub timer3: Dock,
     /// Whether the battery and its charger are here.
     pub has_battery: bool,
+    /// Whether what is to keep without power is kept here.
+    pub has_memory: bool,
 }
 
 /// The half with the docks Front, Left and Right.
-pub const MASTER: Half =
-    Half { address: 0x10, usart0: Dock::Front, usart1: Dock::Left, timer3: Dock::Right, has_battery: false };
+pub const MASTER: Half = Half {
+    address: 0x10,
+    usart0: Dock::Front,
+    usart1: Dock::Left,
+    timer3: Dock::Right,
+    has_battery: false,
+    has_memory: true,
+};
 
 /// The half with the docks Back, Up and Down.
-pub const SLAVE: Half =
-    Half { address: 0x11, usart0: Dock::Back, usart1: Dock::Up, timer3: Dock::Down, has_battery: true };
+pub const SLAVE: Half = Half {
+    address: 0x11,
+    usart0: Dock::Back,
+    usart1: Dock::Up,
+    timer3: Dock::Down,
+    has_battery: true,
+    has_memory: false,
+};
 
 impl Half {
     /// The docks of this half by their place: 0 is the one at USART0, 1 at USART1, 2 at Timer3.
@@ -96,6 +110,7 @@ pub const RESIDENCE: Residence = Residence {
             TaskCode::POWER_BEYOND,
             TaskCode::ACCELEROMETER,
             TaskCode::MASTER_TEMPERATURE,
+            TaskCode::MEMORY,
             TaskCode::MASTER_INSPECTOR,
         ]),
     },

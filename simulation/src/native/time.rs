@@ -1,6 +1,7 @@
 //! What things take, in cycles.
 
 use hormone::time::until;
+use tasks::docking::latch::PERIOD_MS;
 use tasks::superbot::{BAUD, CLOCK_HZ};
 
 use crate::hardware::{CHARACTER_BITS, I2C_BIT, MILLISECOND};
@@ -92,6 +93,9 @@ pub const NEXT: u64 = micros(320);
 
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
+
+/// From the start of the master's program until HORMONE is told what was kept without power.
+pub const RECALL: u64 = (PERIOD_MS as u64 + 1) * TICK;
 
 /// From a sensor's being asked for until HORMONE has the answer.
 pub const READ: u64 = micros(3700);
