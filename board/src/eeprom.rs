@@ -1,6 +1,8 @@
 //! The EEPROM: 4 KB that keep without power.
 //!
 //! A byte takes 8.5 ms to write. Meanwhile the task is blocked and the CPU is free; no call waits in a loop.
+//! One task alone may also write byte by byte, without the interrupt, and look now and then whether one is
+//! written: [`Eeprom`].
 
 use core::arch::asm;
 
@@ -23,17 +25,33 @@ static FREE: Semaphore = Semaphore::new(1);
 static IS_READY: Semaphore = Semaphore::new(0);
 
 fn registers() -> EEPROM {
-    // SAFETY: tasks use the registers while they hold `FREE`'s signal; the interrupt uses only the bit that
-    // enables it, which a task sets when it goes to wait.
+    // SAFETY: whoever has `Eeprom` uses the registers alone. Once that has started, tasks use them while they
+    // hold `FREE`'s signal; the interrupt uses only the bit that enables it, which a task sets when it goes to
+    // wait.
     unsafe { EEPROM::steal() }
 }
 
-/// The EEPROM.
+/// The EEPROM, for one task that does not wait for it, or to be [started](Self::start) for others.
 pub struct Eeprom(());
 
 impl Eeprom {
     pub(crate) const fn new() -> Self {
         Eeprom(())
+    }
+
+    /// Whether no byte is being written. Only then may one be read or written.
+    pub fn is_ready(&self) -> bool {
+        registers().eecr().read().eewe().bit_is_clear()
+    }
+
+    /// The byte at `address`, below [`SIZE`].
+    pub fn read(&self, address: u16) -> u8 {
+        read(address)
+    }
+
+    /// Begins to write a byte, 8.5 ms long. It wears its place, good for 100,000 writes.
+    pub fn write(&mut self, task: &mut Task, address: u16, byte: u8) {
+        write(task, address, byte);
     }
 
     /// Opens the EEPROM to tasks.

@@ -1,4 +1,4 @@
-//! The devices at the docks, the battery's and the sensors', behind [`Peripherals`].
+//! The devices at the docks, the battery's, the sensors' and the EEPROM, behind [`Peripherals`].
 
 use core::marker::PhantomData;
 
@@ -13,6 +13,7 @@ use tasks::motor::Axis;
 use tasks::sensor::{Scale, Sensor};
 
 use crate::adc::{Analog, Input};
+use crate::eeprom::Eeprom;
 use crate::gpio::{Output, Port, PortB, PortD};
 use crate::pwm::{self, Pwm, Timer1C};
 use crate::superbot::{
@@ -80,6 +81,7 @@ pub struct Peripherals<S> {
     analog: Analog,
     emitters: Output<PortB, 0>,
     charger: Output<PortD, 7>,
+    eeprom: Eeprom,
     // Held for its pin: the supply of the docking motors.
     _latch_supply: Pwm<Timer1C>,
     side: PhantomData<S>,
@@ -87,7 +89,13 @@ pub struct Peripherals<S> {
 
 impl<S: Side> Peripherals<S> {
     /// The peripherals, all off.
-    pub fn new(analog: Analog, supply: LatchPwm, emitters: Emitters, charger: Charger) -> Self {
+    pub fn new(
+        analog: Analog,
+        supply: LatchPwm,
+        emitters: Emitters,
+        charger: Charger,
+        eeprom: Eeprom,
+    ) -> Self {
         SwitchPort::set_output(superbot::END_SWITCHES, true); // pull-ups
         LatchPort::set_direction(superbot::LATCHES, true);
         PowerPort::set_direction(superbot::POWER_SWITCHES, true);
@@ -97,6 +105,7 @@ impl<S: Side> Peripherals<S> {
             analog,
             emitters: emitters.into_output(),
             charger: charger.into_output(),
+            eeprom,
             _latch_supply: supply,
             side: PhantomData,
         }
@@ -176,5 +185,17 @@ impl<S: Side> device::Peripherals for Peripherals<S> {
 
     fn set_charger(&mut self, is_on: bool) {
         let Ok(()) = if is_on { self.charger.set_high() } else { self.charger.set_low() };
+    }
+
+    fn is_memory_ready(&mut self) -> bool {
+        self.eeprom.is_ready()
+    }
+
+    fn recall(&mut self, address: u16) -> u8 {
+        self.eeprom.read(address)
+    }
+
+    fn store(&mut self, task: &mut Task, address: u16, byte: u8) {
+        self.eeprom.write(task, address, byte);
     }
 }

@@ -102,11 +102,11 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<215> = Stack::new();
-    pub static DEVICES: Stack<249> = Stack::new();
+    pub static DEVICES: Stack<266> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
     pub static AC_SEND: Stack<122> = Stack::new();
-    pub static HORMONE: Stack<362> = Stack::new();
+    pub static HORMONE: Stack<363> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 
@@ -186,7 +186,7 @@ fn start(boot: &mut Boot) -> Option<()> {
         })
         .ok()?;
     let peripherals: Peripherals<MasterSide> =
-        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
+        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger, board.eeprom);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
             devices::run(task, &DEVICES, peripherals, MASTER_AXES, &DESK, |task| {

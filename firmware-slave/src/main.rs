@@ -77,8 +77,7 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<174> = Stack::new();
-    pub static DEVICES: Stack<295> = Stack::new();
-    pub static DEVICES: Stack<294> = Stack::new();
+    pub static DEVICES: Stack<304> = Stack::new();
     pub static BRIDGE: Stack<154> = Stack::new();
     pub static CONSOLE: Stack<624> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
@@ -169,7 +168,7 @@ fn start(boot: &mut Boot) -> Option<()> {
 
     let mut feeder = board.watchdog.start(boot);
     let peripherals: Peripherals<SlaveSide> =
-        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
+        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger, board.eeprom);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
             devices::run(task, &DEVICES, peripherals, SLAVE_AXES, &DESK, move |task| {

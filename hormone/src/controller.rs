@@ -4,6 +4,7 @@
 
 use core::num::{NonZeroU8, NonZeroU16};
 
+use tasks::devices::memory::Record;
 use tasks::dock::{Dock, DockSet};
 
 use crate::action::{Action, Posture};
@@ -248,6 +249,26 @@ impl Controller {
         response
     }
 
+    /// This order was kept without power. It stands unless a neighbour has told a newer one.
+    pub fn recall(&mut self, standing: Standing, now: u16) -> Response {
+        if self.ledger.standing().number != 0 {
+            return NOTHING;
+        }
+        let response = self.walk_by(standing, self.connected, now);
+        self.ledger.kept();
+        response
+    }
+
+    /// The order that is to be kept without power, until it [is](Self::kept).
+    pub fn to_keep(&self) -> Option<Record> {
+        self.ledger.to_keep()
+    }
+
+    /// That order is kept.
+    pub fn kept(&mut self) {
+        self.ledger.kept();
+    }
+
     /// Somebody orders the robot about: whoever is at the dock `from`, or a task of this module.
     pub fn order(&mut self, from: Option<Dock>, order: Order, now: u16) -> Response {
         if !self.helm.hear(order, now) {
@@ -274,7 +295,7 @@ impl Controller {
     /// The whole robot is to walk by this gait.
     fn walk_from_now(&mut self, gait: u8, period: Period, now: u16) -> Response {
         let standing = self.ledger.standing();
-        if standing.number != 0 && (standing.gait, standing.period) == (gait, period) {
+        if standing.is_given() && (standing.gait, standing.period) == (gait, period) {
             return NOTHING;
         }
         self.walk_by(standing.next(gait, period), self.connected, now)

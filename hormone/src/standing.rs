@@ -4,14 +4,22 @@
 //! appears, and to all when a newer one comes, again and again until the neighbour says that it knows. So a
 //! module that was reset, or is attached anew, learns it before its first beat, and no loss on the way leaves
 //! a part of the robot behind. Where two robots become one, the newer order wins.
+//!
+//! A module also has its order kept without power. What it recalls when it starts is older than any order that
+//! was given while the robot had power: so it counts where all were reset.
 
+use tasks::devices::memory::Record;
 use tasks::dock::{Dock, DockSet};
 
+use crate::gait::GAITS;
 use crate::period::Period;
 use crate::time::{reached, until};
 
 /// The gait's name of an order to stop.
 pub const STOP: u8 = 0;
+
+/// The bit of a number that lifts orders given since power-up above those that were recalled.
+const GIVEN: u16 = 0x8000;
 
 /// How long a neighbour that has not answered is waited for before it is told again, in milliseconds.
 const PATIENCE: u16 = 500;
@@ -20,7 +28,8 @@ const PATIENCE: u16 = 500;
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Standing {
-    /// Counts the robot's orders, modulo 65536; 0 before the first.
+    /// Counts the robot's orders in bits 14..0, modulo 32768; bit 15 is that of an order that was given since
+    /// power-up. 0 before the first.
     pub number: u16,
     /// The gait, by [name](crate::gait::Gait::name), or [`STOP`].
     pub gait: u8,
@@ -36,7 +45,27 @@ impl Standing {
 
     /// The order after this one.
     pub fn next(self, gait: u8, period: Period) -> Self {
-        Standing { number: self.number.wrapping_add(1).max(1), gait, period }
+        let count = (self.number.wrapping_add(1) & !GIVEN).max(1);
+        Standing { number: count | GIVEN, gait, period }
+    }
+
+    /// Whether it was given since power-up.
+    pub fn is_given(self) -> bool {
+        self.number & GIVEN != 0
+    }
+
+    /// What is kept of it without power.
+    pub fn to_record(self) -> Record {
+        let [low, high] = (self.number & !GIVEN).to_le_bytes();
+        [self.gait, low, high, self.period.to_byte()]
+    }
+
+    /// What was kept, if that is an order by a gait of this program's.
+    pub fn from_record([gait, low, high, period]: Record) -> Option<Self> {
+        let number = u16::from_le_bytes([low, high]);
+        let is_known = gait == STOP || usize::from(gait) <= GAITS.len();
+        let period = Period::from_byte(period)?;
+        (is_known && number != 0 && number < GIVEN).then_some(Standing { number, gait, period })
     }
 
     /// Whether a module goes over from the other order to this one. Of two with one number, as they can be
@@ -45,10 +74,13 @@ impl Standing {
         if self.number == other.number {
             return self.number != 0 && self.rank() > other.rank();
         }
+        if self.is_given() != other.is_given() {
+            return self.is_given();
+        }
         // What stands at power-up is older than any order. Of two that are as far apart as can be, either
         // could be the newer.
-        let ahead = self.number.wrapping_sub(other.number);
-        let is_newer = ahead < 0x8000 || ahead == 0x8000 && self.number > other.number;
+        let ahead = self.number.wrapping_sub(other.number) & !GIVEN;
+        let is_newer = ahead < GIVEN / 2 || ahead == GIVEN / 2 && self.number > other.number;
         other.number == 0 || self.number != 0 && is_newer
     }
 
@@ -60,6 +92,8 @@ impl Standing {
 /// What a module knows of the standing order, and who of its neighbours may not know it.
 pub struct Ledger {
     standing: Standing,
+    /// Whether it has been kept without power.
+    is_kept: bool,
     /// These have not said that they know it.
     untold: DockSet,
     /// These have said it, and wait for an answer.
@@ -73,6 +107,7 @@ impl Ledger {
     pub const fn new(gait: u8) -> Self {
         Ledger {
             standing: Standing::none(gait),
+            is_kept: true,
             untold: DockSet::EMPTY,
             unanswered: DockSet::EMPTY,
             tell_at: 0,
@@ -87,9 +122,20 @@ impl Ledger {
     /// This order stands from now on; all of `docks` are to know it.
     pub fn set(&mut self, standing: Standing, docks: DockSet, now: u16) {
         self.standing = standing;
+        self.is_kept = false;
         self.untold = DockSet::EMPTY;
         self.unanswered = DockSet::EMPTY;
         self.tell(docks, now);
+    }
+
+    /// What is to be kept without power, until it [is](Self::kept).
+    pub fn to_keep(&self) -> Option<Record> {
+        (!self.is_kept).then(|| self.standing.to_record())
+    }
+
+    /// What stands is kept.
+    pub fn kept(&mut self) {
+        self.is_kept = true;
     }
 
     /// These neighbours may not know what stands.

@@ -504,6 +504,23 @@ fn a_head_that_was_reset_or_is_new_walks_as_the_robot_does() {
 }
 
 #[test]
+fn a_robot_of_which_all_were_reset_goes_on_as_it_was_ordered() {
+    let all = |at: f64, modules: usize| -> String {
+        (0..modules).map(|module| format!("[[event]]\nat = {at}\nreset = {module}\n")).collect()
+    };
+    let order = |gait: u8| format!("[[event]]\nat = 1\ncommand = [{}, 1, 255]\nto = '0.Up'\n", 0xd0 + gait);
+    for (shape, gait, action) in [
+        (Shape::Ring, GaitName::RollingTrack, Action::Roll),
+        (Shape::Chain, GaitName::Caterpillar, Action::Wave),
+    ] {
+        // Twice, for what was recalled is to be kept.
+        let events = order(gait as u8) + &all(5.0, 6) + &all(12.0, 6);
+        let run = run(robot(shape, 6, 1), &events, 20);
+        assert_eq!(count_of(&run.robot, |status| status.action == action), 6, "{events}");
+    }
+}
+
+#[test]
 fn an_order_reaches_a_hundred_modules_while_three_frames_of_four_are_lost() {
     for seed in 0..3 {
         let events =

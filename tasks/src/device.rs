@@ -135,4 +135,13 @@ pub trait Peripherals {
 
     /// Switches the charger on or off.
     fn set_charger(&mut self, is_on: bool);
+
+    /// Whether no byte of the EEPROM is being written. Only then may one be read or written.
+    fn is_memory_ready(&mut self) -> bool;
+
+    /// The byte at `address` of the EEPROM.
+    fn recall(&mut self, address: u16) -> u8;
+
+    /// Begins to write a byte of the EEPROM.
+    fn store(&mut self, task: &mut Task, address: u16, byte: u8);
 }

@@ -10,7 +10,7 @@ use crate::motor::Axis;
 pub const MAX_PAYLOAD: usize = 16;
 
 /// The name of a task within a module, the same in every module: 0x00..=0x06 are behaviours, all that a frame
-/// can name; 0x10..=0x1F are system tasks; what lies between is nobody's.
+/// can name; 0x0F..=0x1F are system tasks; what lies between is nobody's.
 ///
 /// A code need not belong to a task that exists: what names no task is found out by the router.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -27,6 +27,8 @@ impl TaskCode {
     pub const HORMONE: TaskCode = TaskCode(0x01);
     /// The console: it tells who asks, at whichever dock, how the module's programs do.
     pub const CONSOLE: TaskCode = TaskCode(0x02);
+    /// What keeps without power.
+    pub const MEMORY: TaskCode = TaskCode(0x0F);
     /// The inspectors of the two MCUs.
     pub const MASTER_INSPECTOR: TaskCode = TaskCode(0x10);
     pub const SLAVE_INSPECTOR: TaskCode = TaskCode(0x1F);

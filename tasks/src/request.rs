@@ -4,6 +4,7 @@
 //! has to tell, at once or later, goes to the task that last asked it something, and what concerns the whole
 //! module to HORMONE.
 
+use crate::devices::memory::Record;
 use crate::dock::Dock;
 use crate::docking::latch::{self, End};
 use crate::message::TaskCode;
@@ -45,6 +46,8 @@ pub enum Request {
     /// From the task with the battery to its counterpart: shed what this no longer allows, take up what it
     /// does.
     Allow(Allowance),
+    /// Keep this without power, in the place of what was kept before.
+    Keep(Record),
 }
 
 impl Request {
@@ -60,6 +63,7 @@ impl Request {
             }
             Request::Charge { .. } => TaskCode::POWER,
             Request::Allow(_) => TaskCode::POWER_BEYOND,
+            Request::Keep(_) => TaskCode::MEMORY,
         }
     }
 
@@ -81,6 +85,7 @@ impl Request {
                 [8, axis.index(), low, high, speed]
             }
             Request::Allow(Allowance { level, is_charging }) => [7, is_charging.into(), level as u8, 0, 0],
+            Request::Keep([a, b, c, d]) => [9, a, b, c, d],
         }
     }
 
@@ -109,6 +114,7 @@ impl Request {
                 let by = i16::from_le_bytes([low, high]);
                 Request::TurnBy { axis: Axis::from_index(device)?, by, speed }
             }
+            9 => Request::Keep([device, low, high, speed]),
             _ => return None,
         })
     }
@@ -134,6 +140,8 @@ pub enum Report {
     Charger(charger::State),
     /// What a device was asked for can't be now: the battery is too empty, or another dock's motor runs.
     Refused(TaskCode),
+    /// This was kept without power; told when the device's program starts.
+    Kept(Record),
 }
 
 impl Report {
@@ -151,6 +159,7 @@ impl Report {
             Report::Battery(level) => [0x15, 0, level as u8, 0, 0],
             Report::Charger(state) => [0x16, 0, state as u8, 0, 0],
             Report::Refused(task) => [0x17, task.code(), 0, 0, 0],
+            Report::Kept([a, b, c, d]) => [0x18, a, b, c, d],
         }
     }
 
@@ -165,6 +174,12 @@ impl Report {
     pub fn value_of(sensor: Sensor, payload: &[u8]) -> Option<i16> {
         let &[0x10, code, low, high, _] = payload else { return None };
         (code == sensor.code()).then_some(i16::from_le_bytes([low, high]))
+    }
+
+    /// What was kept, if that is what a payload tells: likewise.
+    pub fn kept(payload: &[u8]) -> Option<Record> {
+        let &[0x18, a, b, c, d] = payload else { return None };
+        Some([a, b, c, d])
     }
 
     /// The report in a payload; `None` if it is none.
@@ -185,6 +200,7 @@ impl Report {
             0x15 => Report::Battery(Level::from_code(low)?),
             0x16 => Report::Charger(charger::State::from_code(low)?),
             0x17 => Report::Refused(TaskCode::new(device)?),
+            0x18 => Report::Kept(Report::kept(payload)?),
             _ => return None,
         })
     }
@@ -233,8 +249,8 @@ mod tests {
                 }
             }
         }
-        assert_eq!(requests.len(), 19 + 2 * 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4);
-        assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32);
+        assert_eq!(requests.len(), 19 + 2 * 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4 + 256 * 256);
+        assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32 + 256 * 256);
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub struct Half {
     pub opposite: Axis,
     /// Whether the battery and its charger are here.
     pub has_battery: bool,
+    /// Whether what is to keep without power is kept here.
+    pub has_memory: bool,
 }
 
 /// The half with the docks Front, Left and Right.
@@ -51,6 +53,7 @@ pub const MASTER: Half = Half {
     timer3: Dock::Right,
     opposite: SLAVE_AXES[0],
     has_battery: false,
+    has_memory: true,
 };
 
 /// The half with the docks Back, Up and Down.
@@ -61,6 +64,7 @@ pub const SLAVE: Half = Half {
     timer3: Dock::Down,
     opposite: MASTER_AXES[0],
     has_battery: true,
+    has_memory: false,
 };
 
 impl Half {
@@ -110,6 +114,7 @@ pub const RESIDENCE: Residence = Residence {
             TaskCode::POWER_BEYOND,
             TaskCode::ACCELEROMETER,
             TaskCode::MASTER_TEMPERATURE,
+            TaskCode::MEMORY,
             TaskCode::MASTER_INSPECTOR,
         ]),
     },

@@ -13,6 +13,7 @@ use crate::gait::Gait;
 use crate::hormone::Hormone;
 use crate::module::Module;
 use crate::sense::Sense;
+use crate::standing::Standing;
 use crate::status::Status;
 use crate::time::{LONGEST, reached, until};
 use crate::topology;
@@ -52,7 +53,7 @@ impl Behaviour {
                     self.joints.hear(now, axis, state);
                 }
                 read(controller, letter.payload());
-                Some(NOTHING)
+                Some(recall(now, controller, letter.payload()))
             }
         };
         // Its buffer is needed for what goes out.
@@ -78,6 +79,7 @@ impl Behaviour {
         self.beat(now, module);
         let posture = self.posture(now);
         self.turn(now, posture, module);
+        self.keep(module);
         self.docks.ask(self.controller.status().action.docking(), module);
         self.ask_sensors(module);
         true
@@ -103,6 +105,16 @@ impl Behaviour {
     fn beat(&mut self, now: u16, module: &mut impl Module) {
         while let Some(response) = self.controller.timer(now) {
             follow(&mut self.controller, response, module);
+        }
+    }
+
+    /// Has what stands kept without power. What finds no room now is kept the next time.
+    #[inline(never)] // likewise
+    fn keep(&mut self, module: &mut impl Module) {
+        if let Some(record) = self.controller.to_keep()
+            && module.request(Request::Keep(record)).is_ok()
+        {
+            self.controller.kept();
         }
     }
 
@@ -151,6 +163,14 @@ fn read(controller: &mut Controller, payload: &[u8]) {
         if let Some(value) = Report::value_of(sense.sensor(), payload) {
             controller.read(sense, value);
         }
+    }
+}
+
+/// The memory told what it kept.
+fn recall(now: u16, controller: &mut Controller, payload: &[u8]) -> Response {
+    match Report::kept(payload).and_then(Standing::from_record) {
+        Some(standing) => controller.recall(standing, now),
+        None => NOTHING,
     }
 }
 

@@ -462,7 +462,7 @@ fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
     let _ = leg.received(Back, standing(0, GaitName::Centipede), 0);
     let response = leg.received(Up, Hormone::Order(walk(GaitName::FourLegs as u8, 0)), 10);
     assert_eq!(response.action, Some(Rest));
-    let now_stands = Standing { number: 1, ..Standing::none(GaitName::FourLegs as u8) };
+    let now_stands = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN);
     assert_eq!(told(&mut leg, 10), [(now_stands, false, DockSet::of(&[Back]))]);
     assert_eq!(leg.received(Back, cp(B), BEAT).action, None, "whoever walks as before");
     assert_eq!(told(&mut leg, BEAT), [(now_stands, false, DockSet::of(&[Back]))], "is told");
@@ -484,6 +484,25 @@ fn a_head_that_was_reset_learns_how_the_robot_walks_before_it_beats() {
     assert_eq!(told(&mut head, 3), [(stands, true, DockSet::of(&[Back]))], "and says that it knows");
     let response = head.timer(3 + GaitName::Caterpillar.gait().beat.get()).unwrap();
     assert_eq!(pace_of(response.send.unwrap()).name, GaitName::Caterpillar as u8);
+}
+
+#[test]
+fn what_was_kept_stands_where_nothing_was_given_since_and_what_is_given_is_to_be_kept() {
+    let caterpillar = Standing { number: 7, ..Standing::none(GaitName::Caterpillar as u8) };
+    let mut head = module(&HEAD);
+    assert_eq!(head.recall(caterpillar, 3).action, Some(Rest));
+    assert_eq!(told(&mut head, 3), [(caterpillar, false, DockSet::of(&[Back]))]);
+    assert_eq!((head.status().gait, head.to_keep()), (GaitName::Caterpillar as u8, None), "it is kept");
+    let _ = head.received(Back, standing(6, GaitName::FourLegs), 10);
+    assert_eq!(head.status().gait, GaitName::Caterpillar as u8, "an older one");
+    // One that was given since, whatever its number.
+    let given = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN);
+    let _ = head.received(Back, Hormone::Standing(given, false), 20);
+    assert_eq!(head.status().gait, GaitName::FourLegs as u8);
+    assert_eq!(head.recall(caterpillar, 30), NOTHING, "it comes late");
+    assert_eq!(head.to_keep().and_then(Standing::from_record), Some(Standing { number: 1, ..given }));
+    head.kept();
+    assert_eq!(head.to_keep(), None);
 }
 
 #[test]

@@ -169,7 +169,7 @@ fn a_robot_of_which_all_were_reset_goes_by_what_it_begins_with() {
 
 #[test]
 fn of_two_orders_one_supersedes_the_other_and_none_itself() {
-    let numbers = [0, 1, 2, 0x7FFF, 0x8000, 0x8001, 0xFFFE, 0xFFFF];
+    let numbers = [0, 1, 2, 0x3FFF, 0x4000, 0x4001, 0x7FFF, 0x8001, 0x8002, 0xC001, 0xC002, 0xFFFE, 0xFFFF];
     let orders = || {
         numbers.into_iter().flat_map(|number| [3, 4].map(|gait| Standing { number, ..Standing::none(gait) }))
     };
@@ -179,9 +179,27 @@ fn of_two_orders_one_supersedes_the_other_and_none_itself() {
         assert_eq!(wins, if is_same { [false; 2] } else { [wins[0], !wins[0]] }, "{one:?}, {other:?}");
         assert!(!(one.number == 0 && wins[0]), "what stands at power-up");
     }
-    assert!(
-        Standing { number: 2, ..Standing::none(3) }
-            .supersedes(Standing { number: 0xFFFF, ..Standing::none(3) })
+    let of = |number| Standing { number, ..Standing::none(3) };
+    assert!(of(0x8002).supersedes(of(0xFFFF)) && of(2).supersedes(of(0x7FFF)), "numbers wrap");
+    assert!(of(0x8001).supersedes(of(0x3FFF)), "what was given is newer than what was recalled");
+    assert_eq!(
+        [0xFFFF, 0x7FFF, 0, 7].map(|last| of(last).next(4, Period::OWN).number),
+        [0x8001, 0x8001, 0x8001, 0x8008]
     );
-    assert_eq!(Standing { number: 0xFFFF, ..Standing::none(3) }.next(4, Period::OWN).number, 1);
+}
+
+#[test]
+fn a_record_is_an_order_or_nothing() {
+    for gait in 0..=u8::MAX {
+        for (number, period) in [(0, 127), (1, 127), (0x7FFF, 5), (0x8001, 80), (3, 4), (3, 255)] {
+            let [low, high] = u16::to_le_bytes(number);
+            let record = [gait, low, high, period];
+            let order = Standing::from_record(record);
+            let is_one = usize::from(gait) <= GAITS.len() && [1, 0x7FFF].contains(&number);
+            assert_eq!(order.is_some(), is_one, "{record:?}");
+            assert!(order.is_none_or(|order| order.to_record() == record));
+        }
+    }
+    let given = Standing::none(0).next(4, Period::OWN);
+    assert_eq!(Standing::from_record(given.to_record()), Some(Standing { number: 1, ..given }));
 }

@@ -2,12 +2,14 @@
 //! to be and docks that do what they are asked for a while later; and of all sensors the accelerometer.
 
 use hormone::action::{Docking, Posture};
+use tasks::devices::memory::{Memory, Record};
 use tasks::docking::latch::End;
 use tasks::message::{Letter, Message, TaskCode};
 use tasks::request::Request;
 use tasks::router::Mcu;
 use tasks::sensor::Sensor;
 
+use super::eeprom::Eeprom;
 use super::embodied::Embodied;
 
 #[derive(Default)]
@@ -16,6 +18,8 @@ pub struct Devices {
     joints: [Option<i8>; 3],
     /// What docks were asked for, and when.
     pub dockings: Vec<(u64, Docking)>,
+    memory: Memory,
+    eeprom: Eeprom,
     /// In a world, what is in the place of these.
     pub embodied: Option<Box<Embodied>>,
 }
@@ -34,10 +38,20 @@ impl Devices {
                 self.joints[usize::from(axis.index())] = Some((angle / 10) as i8);
             }
             Request::Approach(dock) => self.dockings.push((now, Docking::Approach(dock))),
+            Request::Keep(record) => {
+                self.memory.keep(record);
+                while self.memory.step(&mut self.eeprom) {}
+            }
             Request::Latch(dock, End::Released) => self.dockings.push((now, Docking::Release(dock))),
             _ => {}
         }
         None
+    }
+
+    /// The master's program starts over. Returns what was kept, where no body keeps it.
+    pub fn recall(&mut self) -> Option<Record> {
+        self.memory = Memory::new();
+        self.memory.recall(&mut self.eeprom)
     }
 
     /// Where the joints are; `None` if they were told nothing yet.

@@ -53,10 +53,10 @@ impl Embodied {
     /// Programs start over.
     pub fn reset(&mut self, is_reset: impl Fn(Mcu) -> bool) {
         if is_reset(Mcu::Master) {
-            self.master = Half::new(MASTER_AXES, &self.body);
+            self.master.reset(&self.body);
         }
         if is_reset(Mcu::Slave) {
-            self.slave = Half::new(SLAVE_AXES, &self.body);
+            self.slave.reset(&self.body);
         }
     }
 }

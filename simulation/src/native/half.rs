@@ -2,6 +2,7 @@
 //! around these.
 
 use tasks::device::Quantity;
+use tasks::devices::memory::Cells;
 use tasks::devices::surroundings::Surroundings;
 use tasks::devices::{Devices, Mail};
 use tasks::dock::{Dock, DockSet};
@@ -14,6 +15,7 @@ use tasks::request::Payload;
 use tasks::sensor::Sensor;
 use tasks::superbot::{Half as Description, JOINT, MASTER, ROLL, SLAVE};
 
+use super::eeprom::Eeprom;
 use crate::body::{Body, Drives};
 
 /// The devices of the master, or of the slave.
@@ -36,6 +38,7 @@ struct Hands<const N: usize> {
     closed: DockSet,
     is_charging: bool,
     emitters: bool,
+    eeprom: Eeprom,
     /// What they have told.
     sent: Vec<Letter>,
 }
@@ -57,8 +60,19 @@ struct Around<'a, const N: usize, const IS_SLAVE: bool> {
 }
 
 impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
-    /// Devices at the start of the MCU's program.
+    /// Devices at power-up, which have kept nothing.
     pub fn new(axes: [Axis; N], body: &Body) -> Self {
+        Self::keeping(Eeprom::default(), axes, body)
+    }
+
+    /// The MCU's program starts over.
+    pub fn reset(&mut self, body: &Body) {
+        let eeprom = std::mem::take(&mut self.hands.eeprom);
+        *self = Self::keeping(eeprom, self.hands.axes, body);
+    }
+
+    /// Devices at the start of the MCU's program.
+    fn keeping(eeprom: Eeprom, axes: [Axis; N], body: &Body) -> Self {
         let panel = Panel { order: None, state: State::Off, position: None, drive: 0 };
         let mut hands = Hands {
             axes,
@@ -67,6 +81,7 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
             closed: DockSet::EMPTY,
             is_charging: false,
             emitters: false,
+            eeprom,
             sent: Vec::new(),
         };
         let joint = |axis| Joint::new(if axis == Axis::Roll { ROLL } else { JOINT });
@@ -158,6 +173,20 @@ impl<const N: usize, const IS_SLAVE: bool> joints::Surroundings for Around<'_, N
     fn show(&mut self, joint: usize, state: State, position: Option<Position>) {
         let panel = &mut self.hands.panels[joint];
         (panel.state, panel.position) = (state, position);
+    }
+}
+
+impl<const N: usize, const IS_SLAVE: bool> Cells for Around<'_, N, IS_SLAVE> {
+    fn is_ready(&mut self) -> bool {
+        self.hands.eeprom.is_ready()
+    }
+
+    fn recall(&mut self, address: u16) -> u8 {
+        self.hands.eeprom.recall(address)
+    }
+
+    fn store(&mut self, address: u16, byte: u8) {
+        self.hands.eeprom.store(address, byte);
     }
 }
 

@@ -9,6 +9,7 @@
 mod behaviours;
 pub(crate) mod devices;
 mod docking;
+mod eeprom;
 mod embodied;
 mod half;
 mod inside;

@@ -21,7 +21,7 @@ use super::devices::{Devices, value};
 use super::embodied::Embodied;
 use super::inside::{Input, Inside};
 use super::port::{Flight, Port};
-use super::time::{Clock, START, TICK, WAKE};
+use super::time::{Clock, RECALL, START, TICK, WAKE};
 use crate::change::Mcus;
 use crate::hardware::{CHARACTER, START_UP, is_on_pins, is_on_slave};
 use crate::pose::Angles;
@@ -291,6 +291,14 @@ impl Module {
             embodied.reset(is_reset);
         }
         self.inside.reset(is_reset, mcu_of);
+        if is_reset(Mcu::Master)
+            && let Some(record) = self.inside.devices.recall()
+        {
+            let (to, from) = (Address::here(TaskCode::HORMONE), Address::here(TaskCode::MEMORY));
+            if let Ok(message) = Message::new(to, from, &Report::Kept(record).to_payload()) {
+                self.inside.insert(live + RECALL, Input::Taken(Letter::of(message)));
+            }
+        }
     }
 
     fn port(&mut self, dock: Dock) -> &mut Port {

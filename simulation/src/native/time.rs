@@ -1,7 +1,9 @@
 //! What things take, in cycles.
 
-use crate::hardware::{CHARACTER, I2C_BIT, MILLISECOND};
 use hormone::time::until;
+use tasks::docking::latch::PERIOD_MS;
+
+use crate::hardware::{CHARACTER, I2C_BIT, MILLISECOND};
 
 /// A millisecond of a module's clock: the kernel's tick.
 pub const TICK: u64 = MILLISECOND;
@@ -87,6 +89,9 @@ pub const NEXT: u64 = micros(216);
 
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
+
+/// From the start of the master's program until HORMONE is told what was kept without power.
+pub const RECALL: u64 = (PERIOD_MS as u64 + 1) * TICK;
 
 /// From a sensor's being asked for until HORMONE has the answer.
 pub const READ: u64 = micros(3700);

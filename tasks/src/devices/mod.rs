@@ -1,5 +1,5 @@
 //! The tasks of an MCU's devices besides links, bus and the joints' control: docking motors, guidance,
-//! sensors, power.
+//! sensors, power, memory.
 //!
 //! Each is a small state machine that takes requests and is stepped, and runs to completion: they share one
 //! stack, one mailbox and one [task](task). Stacks of their own would take about 200 bytes each, and there
@@ -15,6 +15,7 @@
 //! | [`docks`] | the docking motors, guidance and power switches of three docks |
 //! | [`sensors`] | readings on demand |
 //! | [`supply`] | the battery and its charger, on the MCU that has them |
+//! | [`memory`] | a record that keeps without power, on the MCU that has it |
 //! | [`task`] | hands them their messages, and sleeps as long as none has anything to do |
 
 use kernel::Ticks;
@@ -27,11 +28,13 @@ use crate::motor::joints::Order;
 use crate::power::allowance::Allowance;
 use crate::request::{Report, Request};
 use docks::Docks;
+use memory::Memory;
 use sensors::Sensors;
 use supply::Supply;
 use surroundings::Surroundings;
 
 pub mod docks;
+pub mod memory;
 pub mod sensors;
 pub mod supply;
 pub mod surroundings;
@@ -80,6 +83,9 @@ pub struct Devices<const N: usize> {
     docks: Docks,
     sensors: Sensors,
     supply: Supply,
+    memory: Memory,
+    /// Whether what the memory keeps was told.
+    is_recalled: bool,
     allowance: Allowance,
     next_look: Ticks,
     next_step: Ticks,
@@ -99,10 +105,12 @@ impl<const N: usize> Devices<N> {
             docks: Docks::new(S::HALF.docks()),
             sensors: Sensors::new(),
             supply,
+            memory: Memory::new(),
+            is_recalled: false,
             allowance: Allowance::ALL,
             next_look: now.wrapping_add(LOOK),
-            next_step: now,
-            is_busy: false,
+            next_step: now.wrapping_add(PERIOD_MS),
+            is_busy: S::HALF.has_memory,
         }
     }
 
@@ -127,7 +135,8 @@ impl<const N: usize> Devices<N> {
         if self.is_busy && is_reached(self.next_step, now) {
             self.next_step = now.wrapping_add(PERIOD_MS);
             let is_docking = self.docks.step(around);
-            self.is_busy = self.sensors.step(around) || is_docking;
+            let is_storing = S::HALF.has_memory && self.remember(around);
+            self.is_busy = self.sensors.step(around) || is_docking || is_storing;
         }
         if S::HALF.has_battery && is_reached(self.next_look, now) {
             self.next_look = now.wrapping_add(LOOK);
@@ -165,7 +174,24 @@ impl<const N: usize> Devices<N> {
                 }
             }
             Request::Allow(allowance) => self.allow(allowance, around),
+            Request::Keep(record) => self.memory.keep(record),
         }
+    }
+
+    /// Tells HORMONE at first what was kept before, and then keeps what is to be. Returns whether there is
+    /// more to do.
+    #[inline(never)] // as `new`
+    fn remember(&mut self, around: &mut impl Surroundings) -> bool {
+        if !around.is_ready() {
+            return true;
+        }
+        if !self.is_recalled {
+            self.is_recalled = true;
+            if let Some(record) = self.memory.recall(around) {
+                around.report(TaskCode::MEMORY, TaskCode::HORMONE, Report::Kept(record));
+            }
+        }
+        self.memory.step(around)
     }
 
     /// The index of a joint among those of this MCU.

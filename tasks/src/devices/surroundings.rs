@@ -9,9 +9,11 @@ use crate::motor::joints::Order;
 use crate::request::{Payload, Report, Request};
 use crate::superbot::Half;
 
+use super::memory::Cells;
+
 /// The devices of an MCU, its joints and its mail, for [`Devices`](super::Devices). Joints are named by
-/// their indices.
-pub trait Surroundings {
+/// their indices. Where there is no memory nobody uses its cells.
+pub trait Surroundings: Cells {
     /// The half of the module that they are in.
     const HALF: Half;
 

@@ -2,6 +2,7 @@
 
 use kernel::{Never, Task, Ticks, now};
 
+use super::memory::Cells;
 use super::surroundings::Surroundings;
 use super::{Devices, Mail};
 use crate::counter::{self, Counter};
@@ -114,6 +115,20 @@ struct Here<'a, P, const N: usize> {
     task: &'a mut Task,
     board: &'a mut P,
     desk: &'static Desk<N>,
+}
+
+impl<P: Peripherals, const N: usize> Cells for Here<'_, P, N> {
+    fn is_ready(&mut self) -> bool {
+        self.board.is_memory_ready()
+    }
+
+    fn recall(&mut self, address: u16) -> u8 {
+        self.board.recall(address)
+    }
+
+    fn store(&mut self, address: u16, byte: u8) {
+        self.board.store(self.task, address, byte);
+    }
 }
 
 impl<P: Peripherals, const N: usize> Surroundings for Here<'_, P, N> {

@@ -50,6 +50,9 @@ struct World {
     battery_temperature: i16,
     /// Out of each dock here, in mA.
     dock_ma: i16,
+    /// What keeps without power, and how many milliseconds a byte is being written yet.
+    eeprom: [u8; 256],
+    writes: u8,
     /// How often the task has shown that it is alive.
     alive: u32,
 }
@@ -74,6 +77,8 @@ impl World {
             battery_mv: 7_400,
             battery_temperature: 250,
             dock_ma: 0,
+            eeprom: [0xFF; 256],
+            writes: 0,
             alive: 0,
         }))
     }
@@ -86,6 +91,7 @@ impl World {
         for (latch, driven) in self.latches.iter_mut().zip(self.driven) {
             latch.step(driven.map_or(0, |end| if end == End::Latched { 1 } else { -1 }), 0.001);
         }
+        self.writes = self.writes.saturating_sub(1);
         if let Some(period) = self.period {
             period.post(interrupt);
         }
@@ -165,6 +171,20 @@ impl<const BATTERY: bool> Peripherals for Board<BATTERY> {
 
     fn set_charger(&mut self, is_on: bool) {
         at(&self.0).charger = is_on;
+    }
+
+    fn is_memory_ready(&mut self) -> bool {
+        at(&self.0).writes == 0
+    }
+
+    fn recall(&mut self, address: u16) -> u8 {
+        at(&self.0).eeprom[usize::from(address)]
+    }
+
+    fn store(&mut self, _: &mut Task, address: u16, byte: u8) {
+        let mut world = at(&self.0);
+        world.eeprom[usize::from(address)] = byte;
+        world.writes = 9;
     }
 }
 

@@ -142,7 +142,7 @@ fn run(task: &mut Task, board: Board) -> Never {
         .with_roll(board.roll_pwm, board.roll_direction);
     let mut joints = Driver::new(&MOTORS, [Joint::new(JOINT), Joint::new(ROLL)], motors, DEVICES.semaphore());
     let peripherals: Peripherals<MasterSide> =
-        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
+        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger, board.eeprom);
     let mut devices = Serving::new(task, &DEVICES, peripherals, MASTER_AXES, &DESK);
 
     let api = Api::new(&OFFICE, mark);

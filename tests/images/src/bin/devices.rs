@@ -140,7 +140,7 @@ fn begin(boot: &mut Boot) -> Option<()> {
         })
         .ok()?;
     let peripherals: Peripherals<MasterSide> =
-        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger);
+        Peripherals::new(analog, board.latch_pwm, board.emitters, board.charger, board.eeprom);
     stack::DEVICES
         .start(boot, Priority::P3, move |task| {
             devices::run(task, &DEVICES, peripherals, MASTER_AXES, &DESK, |_| {})
