@@ -50,14 +50,15 @@ pub struct Pacemaker {
 }
 
 impl Pacemaker {
-    /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm.
-    pub const fn new(gait: Gait, now: u16) -> Self {
+    /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm. It counts its beats from
+    /// `number` on, another one than other modules: who led for a moment is told from who leads then.
+    pub const fn new(gait: Gait, number: u8, now: u16) -> Self {
         Pacemaker {
             gait,
             last: Data::A,
             last_at: now,
             rhythm: 0,
-            number: 0,
+            number,
             missed: MOST_MISSED,
             is_made_good: true,
             is_corrected: false,
@@ -151,11 +152,13 @@ impl Pacemaker {
         }
         let is_known = same_way && self.is_following();
         let is_same = is_known && pace.rhythm == self.rhythm;
+        // A link keeps the order of hormones: after one of this beat comes none of it or of one before, unless
+        // it was round a loop.
+        let is_in_order = self.missed > 0 || elapsed < beat / 4;
         match pace.ahead_of(self.number) {
+            0 if is_same && is_in_order => return self.hear_again(pace),
             // A module on the way was another type for a moment, and this beat was made good meanwhile.
-            0 if is_same || is_known && self.is_made_good && elapsed < beat / 4 => {
-                return self.hear_again(pace);
-            }
+            0 if is_known && self.is_made_good && elapsed < beat / 4 => return self.hear_again(pace),
             1 if is_same && elapsed < beat - beat / 8 => {
                 // As far as a step may be shortened. The timer acts when that is over.
                 self.last_at = self.last_at.wrapping_sub(beat / 8);
@@ -168,10 +171,10 @@ impl Pacemaker {
                 return true;
             }
             // The beat before, which is over; unless it is this module that counts wrong.
-            LATE if is_same && self.is_bound() => return false,
+            LATE if is_same && is_in_order && self.is_bound() => return false,
             _ => {}
         }
-        if self.is_beating(now) && (is_same || !self.succeeds(pace, now)) {
+        if self.is_beating(now) && !self.succeeds(pace, now) {
             return false;
         }
         self.take(pace, now);
