@@ -178,6 +178,7 @@ fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
             name: GaitName::Centipede as u8,
             data: Data::A,
             is_made_good: false,
+            number: count,
             rhythm: count,
             lifetime: None,
         };
