@@ -1,11 +1,11 @@
 //! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, for modules that are
 //! all attached alike can't do it otherwise (Angluin).
 //!
-//! Who hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round the ring. A
-//! candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
-//! coming back has been everywhere: its candidate leads, and the hops are the ring's size. A leader goes on with
-//! that, above all candidates, and draws its rank anew each time, so that a tie ends in the next round. So
-//! two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
+//! Who hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round the ring.
+//! A candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
+//! coming back has been everywhere: its candidate leads, and the hops are the ring's size. A leader goes on
+//! with that, above all candidates, and draws its rank anew each time, so that a tie ends in the next round.
+//! So two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
 //!
 //! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
 //! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
@@ -18,7 +18,8 @@ pub const ROUND: u16 = 1_000;
 /// In a longer ring it is so long for each of its modules: twice what a token takes to the next one.
 const HOP: u16 = 8;
 
-/// The most modules that a token passes, and that a ring can have: as far as the leader's rounds can be counted.
+/// The most modules that a token passes, and that a ring can have: as far as the leader's rounds can be
+/// counted.
 pub const LARGEST: u16 = 0xFFF;
 
 /// The most rounds in which a follower waits for a sign of whoever leads or stands: longer than a token takes

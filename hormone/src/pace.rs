@@ -28,9 +28,9 @@ pub struct Pace {
     /// The leader's beat that it is of, modulo [`NUMBERS`]: so the next beat is told from this one that comes
     /// late, whatever their data.
     pub number: u8,
-    /// Modulo [`RHYTHMS`]. Changes when the way from the leader to the receiver changes. Each module adds a number of its own
-    /// that is random at power-up and grows when its type changes: whose rhythm is another than before,
-    /// starts afresh.
+    /// Modulo [`RHYTHMS`]. Changes when the way from the leader to the receiver changes. Each module adds a
+    /// summand of its own that is random at power-up and grows when its type changes: whose rhythm is another
+    /// than before, starts afresh.
     pub rhythm: u8,
     /// The modules that it may still reach; no limit without it.
     pub lifetime: Option<NonZeroU16>,

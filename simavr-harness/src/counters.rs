@@ -2,6 +2,7 @@
 
 use tasks::bridge::protocol::BridgeCounters;
 use tasks::link::counters::LinkCounters;
+use tasks::motor::task as motor;
 
 use crate::mcu::Mcu;
 
@@ -32,6 +33,12 @@ pub(crate) fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
         no_buffer,
         freed,
     })
+}
+
+/// What the joints' control of an MCU has counted.
+pub(crate) fn motors(mcu: &Mcu) -> Option<motor::Counters> {
+    let [periods, missed] = words(mcu, "MOTORS")?;
+    Some(motor::Counters { periods, missed })
 }
 
 fn link_counters(words: &[u16; 12]) -> LinkCounters {

@@ -86,9 +86,9 @@ impl Docks {
         }
     }
 
-    /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that, it
-    /// stays where it came nearest. A latch that has closed on nothing opens instead, for the next time. Refused as [`latch`](Self::latch) is, and while nobody knows where the
-    /// joint is.
+    /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that,
+    /// it stays where it came nearest. A latch that has closed on nothing opens instead, for the next time.
+    /// Refused as [`latch`](Self::latch) is, and while nobody knows where the joint is.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
         let is_known = around.angle(JOINT).is_some();

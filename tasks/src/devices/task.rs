@@ -178,7 +178,7 @@ impl<P: Peripherals, const N: usize> Surroundings for Here<'_, P, N> {
         self.desk.motors.angle(self.task, joint)
     }
 
-    #[inline(never)] // it stands in many places: flash
+    #[inline(never)] // called from many places, each copy would take flash
     fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) {
         let Desk { office, counters, .. } = self.desk;
         let message = Message::new(Address::here(to), Address::here(from), &payload);

@@ -1,11 +1,11 @@
 //! How one dock finds another: the joints of its module move it to where most of its light is reflected.
 //!
-//! A search follows two lines, one after the other: it turns the dock with the joint behind it, and then shifts
-//! it, with that joint and the other one that bends the module the opposite way. On each it moves on for as long
-//! as more is reflected, looks to the other side unless it came from there, and returns until most is reflected on
-//! that way; but stops at once where it is near enough to latch. What one module can't mend, along the line between
-//! the docks above all, the module of the other dock can: both search in turn, and each begins where it has left
-//! off.
+//! A search follows two lines, one after the other: it turns the dock with the joint behind it, and then
+//! shifts it, with that joint and the other one that bends the module the opposite way. On each it moves on
+//! for as long as more is reflected, looks to the other side unless it came from there, and returns until
+//! most is reflected on that way; but stops at once where it is near enough to latch. What one module can't
+//! mend, along the line between the docks above all, the module of the other dock can: both search in turn,
+//! and each begins where it has left off.
 
 /// How much is reflected, in counts of the converter, where the docks face each other close enough to latch.
 const NEAR: u16 = 500;
@@ -13,8 +13,8 @@ const NEAR: u16 = 500;
 /// Both joints move this far to either side of where a line begins, in 0.1 degree.
 const REACH: i16 = 120;
 
-/// What joints push along yields when they turn round, by as much as this, in 0.1 degree: where most is reflected on
-/// the way there may be so far from where it is on the way back.
+/// What joints push along yields when they turn round, by as much as this, in 0.1 degree: where most is
+/// reflected on the way there may be so far from where it is on the way back.
 const SLACK: i16 = 30;
 
 /// Less than this is none of a dock's light, in counts of the converter.
@@ -39,7 +39,8 @@ pub enum Line {
 pub enum Next {
     /// Go on as before, and look again.
     GoOn,
-    /// Move along the line until the joint behind the dock is at this angle, in 0.1 degree, and look meanwhile.
+    /// Move along the line until the joint behind the dock is at this angle, in 0.1 degree, and look
+    /// meanwhile.
     Move(Line, i16),
     /// The docks face each other: latch.
     Latch,

@@ -149,7 +149,8 @@ impl Gap {
     }
 }
 
-/// So many millimetres along the tail's Back, across it and upwards; bent, tilted and twisted by so many degrees.
+/// So many millimetres along the tail's Back, across it and upwards; bent, tilted and twisted by so many
+/// degrees.
 fn missed(millimetres: [f64; 3], [bent, tilted, twisted]: [f64; 3]) -> DAffine3 {
     let [along, across, up] = millimetres;
     let turn = DQuat::from_rotation_y(bent.to_radians())
@@ -159,8 +160,8 @@ fn missed(millimetres: [f64; 3], [bent, tilted, twisted]: [f64; 3]) -> DAffine3 
     DAffine3::from_rotation_translation(turn, DVec3::new(along, up, across))
 }
 
-/// Ends that miss each other by up to 20 mm along, across, and 10 degrees; and by as much as the ground leaves
-/// beside, where nothing can turn them: tail and head in turn bring them together.
+/// Ends that miss each other by up to 20 mm along, across, and 10 degrees; and by as much as the ground
+/// leaves beside, where nothing can turn them: tail and head in turn bring them together.
 #[test]
 fn ends_that_miss_each_other_come_together() {
     let mut random = Random::new(1);
@@ -199,8 +200,8 @@ fn a_dock_out_of_reach_is_lost_at_once() {
     assert_eq!(Guidance::new().step(300, 8, true), Next::Move(Line::Turn, 420));
 }
 
-/// While something is dragged along, the best place on the way back is another than on the way there: it is found
-/// all the same. What a joint at 0 looks at lags behind its turns by 3 degrees.
+/// While something is dragged along, the best place on the way back is another than on the way there: it is
+/// found all the same. What a joint at 0 looks at lags behind its turns by 3 degrees.
 #[test]
 fn what_is_dragged_along_does_not_mislead_the_search() {
     for facing in (-90..=90_i16).step_by(5) {
@@ -265,7 +266,8 @@ fn a_turn_that_finds_no_more_goes_no_further_than_its_reach() {
 }
 
 proptest! {
-    /// Whatever is read, a search ends once its joint comes where it is told to, and not far from where it began.
+    /// Whatever is read, a search ends once its joint comes where it is told to, and not far from where it
+    /// began.
     #[test]
     fn a_search_ends(start in -900..=900_i16, readings in prop::collection::vec(0..=1023_u16, 50)) {
         let mut guidance = Guidance::new();

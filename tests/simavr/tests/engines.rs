@@ -26,8 +26,8 @@ const APART_PER_HOP: u64 = 3 * MILLISECOND;
 /// How far apart their mean hop latencies may be, in parts of the longer.
 const LATENCY_APART: f64 = 0.06;
 
-/// Of so many hormones no more than one is repeated in either engine, over all seeds: nothing is lost here but
-/// what ends that send at once drown, and when they do is left to chance.
+/// Of so many hormones no more than one is repeated in either engine, over all seeds: nothing is lost here
+/// but what ends that send at once drown, and when they do is left to chance.
 const FEW_REPEATED: u64 = 15;
 
 /// By what part of the way in simavr the ways may differ that a robot comes in a world, and in what time.

@@ -1,9 +1,10 @@
 //! A chain of six that lies on its side becomes a ring and a chain again, by its own docks and guided by
 //! infrared, in a physical world: robots/ring-on-side.toml.
 //!
-//! `SUPERBOT_ROBOTS=100` tries as many natively, and tells how each did: those whose potentiometers have slipped
-//! so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees; and those whose
-//! potentiometers sit turned on their shafts by chance, by `SUPERBOT_TURNED=0.4` percent of their travel at most.
+//! `SUPERBOT_ROBOTS=100` tries as many natively, and tells how each did: those whose potentiometers have
+//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees; and those
+//! whose potentiometers sit turned on their shafts by chance, by `SUPERBOT_TURNED=0.4` percent of their travel
+//! at most.
 
 use std::fmt;
 use std::str::FromStr;
@@ -19,8 +20,8 @@ const SECOND: u64 = 1000 * MILLISECOND;
 /// Modules get their power within this time.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
-/// So long after the order to close comes the one to open where the ends miss each other, and so long after that
-/// the robot has to be open.
+/// So long after the order to close comes the one to open where the ends miss each other, and so long after
+/// that the robot has to be open.
 const CLOSES: u64 = 30 * SECOND;
 const OPENS: u64 = 4 * SECOND;
 
@@ -101,11 +102,12 @@ fn told([along, across, askew]: [f64; 3]) -> String {
     format!("{along:.0} mm, {across:.0} mm, {askew:.0} degrees")
 }
 
-/// Potentiometers that have slipped so that the ends of a chain of six that curls miss each other by this much.
+/// Potentiometers that have slipped so that the ends of a chain of six that curls miss each other by this
+/// much.
 ///
-/// The joints that bend are the corners of a polygon of twelve sides, and the ends meet in the middle of one. Of
-/// all errors of theirs that do this the sum of squares is least for these: `even + near cos + aside sin` of the
-/// angle at which a joint is seen from the middle of the ring, 0 where the ends meet.
+/// The joints that bend are the corners of a polygon of twelve sides, and the ends meet in the middle of one.
+/// Of all errors of theirs that do this the sum of squares is least for these: `even + near cos + aside sin`
+/// of the angle at which a joint is seen from the middle of the ring, 0 where the ends meet.
 fn slips([along, across, askew]: [f64; 3]) -> impl Iterator<Item = Change> {
     let side = 84.0;
     let radius = side / (2.0 * 15_f64.to_radians().sin());

@@ -136,7 +136,8 @@ fn a_hormone_whose_frame_is_lost_is_repeated() {
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
     Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(3);
-    // Not before the wait for an ACK is over, but for what higher tasks delay HORMONE in the run without a loss.
+    // Not before the wait for an ACK is over, but for what higher tasks delay HORMONE in the run without a
+    // loss.
     let received = Behaviour::HormoneReceived(Dock::Front, HIT);
     let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
     assert!(late >= in_time + 7 * MILLISECOND / 2 && late <= in_time + 10 * MILLISECOND, "{late} {in_time}");

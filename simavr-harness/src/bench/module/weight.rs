@@ -10,6 +10,7 @@ use super::control::jitter;
 use super::{ModuleImages, SECOND};
 use crate::bench::{BenchError, unmeasurable};
 use crate::controller::Controller;
+use crate::counters;
 use crate::engine::Engine;
 use crate::mcu::Mcu;
 use crate::module::CONTROL_PROBE;
@@ -70,12 +71,8 @@ fn begins(mcu: &mut Mcu) -> Vec<u64> {
 
 /// The periods that were missed since power-up, of all MCUs.
 fn missed(engine: &mut Engine) -> Result<u64, BenchError> {
-    let counts = each_mcu(engine, |mcu| mcu.read_symbol("MOTORS"));
-    counts.into_iter().try_fold(0, |sum, counts| {
-        let counts = counts.map_err(|error| unmeasurable("firmware", error.to_string()))?;
-        // Behind the periods.
-        Ok(sum + counts.get(2..4).map_or(0, |missed| u64::from(missed[0]) | u64::from(missed[1]) << 8))
-    })
+    let counts = each_mcu(engine, |mcu| counters::motors(mcu).map(|counters| u64::from(counters.missed)));
+    counts.into_iter().sum::<Option<u64>>().ok_or_else(|| unmeasurable("firmware", "it has no MOTORS"))
 }
 
 /// What `ask` says of each MCU of the robot.
