@@ -190,6 +190,7 @@ test("a click on the map selects the nearest module", async () => {
 test("who listens and types has all modules in a tree, and the time as a slider", async () => {
     await browser.open(walk.page, "#t=2.4");
     await browser.run("document.getElementById('list').open = true");
+    await browser.drawn(); // the list says what modules are once it has been drawn
     const computed = async (selector) => {
         const element = await browser.find(selector);
         return [
