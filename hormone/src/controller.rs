@@ -103,7 +103,7 @@ impl Controller {
     /// module to module and from boot to boot.
     pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
-            pacemaker: Pacemaker::new(gait, (seed >> 8) as u8, now),
+            pacemaker: Pacemaker::new(gait, now),
             acting: ModuleType::Alone,
             connected: DockSet::EMPTY,
             source: None,
@@ -321,7 +321,7 @@ impl Controller {
         }
         self.status.gait = gait.name;
         self.rhythm = self.rhythm.wrapping_add(1);
-        self.pacemaker = Pacemaker::new(gait, self.pacemaker.number(), now);
+        self.pacemaker = Pacemaker::new(gait, now);
         self.expect_shape(now);
         self.rest()
     }

@@ -50,15 +50,14 @@ pub struct Pacemaker {
 }
 
 impl Pacemaker {
-    /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm. It counts its beats from
-    /// `number` on, another one than other modules: who led for a moment is told from who leads then.
-    pub const fn new(gait: Gait, number: u8, now: u16) -> Self {
+    /// A timer at the start of a Period of `gait` at `now`, which knows no rhythm.
+    pub const fn new(gait: Gait, now: u16) -> Self {
         Pacemaker {
             gait,
             last: Data::A,
             last_at: now,
             rhythm: 0,
-            number,
+            number: 0,
             missed: MOST_MISSED,
             is_made_good: true,
             is_corrected: false,
@@ -157,8 +156,11 @@ impl Pacemaker {
         let is_in_order = self.missed > 0 || elapsed < beat / 4;
         match pace.ahead_of(self.number) {
             0 if is_same && is_in_order => return self.hear_again(pace),
-            // A module on the way was another type for a moment, and this beat was made good meanwhile.
-            0 if is_known && self.is_made_good && elapsed < beat / 4 => return self.hear_again(pace),
+            // A module on the way was another type for a moment, and this beat was made good meanwhile. In a
+            // ring, where hormones have a lifetime, another rhythm is another leader's, at a moment of its own.
+            0 if is_known && self.is_made_good && pace.lifetime.is_none() && elapsed < beat / 4 => {
+                return self.hear_again(pace);
+            }
             1 if is_same && elapsed < beat - beat / 8 => {
                 // As far as a step may be shortened. The timer acts when that is over.
                 self.last_at = self.last_at.wrapping_sub(beat / 8);

@@ -5,7 +5,7 @@ use Data::{A, B};
 const BEAT: u16 = 500;
 
 fn pacemaker(now: u16) -> Pacemaker {
-    Pacemaker::new(GaitName::Centipede.gait(), 0, now)
+    Pacemaker::new(GaitName::Centipede.gait(), now)
 }
 
 /// The hormone of a beat: of the first, or of the second.
