@@ -58,14 +58,11 @@ impl Note for () {
 /// does not know. Returns whether the run has ended.
 pub(crate) fn run(cpu: Cpu, program: &[Instruction], notes: &mut impl Note) -> bool {
     cpu.with_cells(|data| {
-        let Some(registers) = data.first_chunk() else { return false };
-        let core = Core {
-            cpu,
-            registers,
-            data,
-            ram_start: cpu.ram_start(),
-            return_address: cpu.return_address_size(),
-        };
+        let ram_start = cpu.ram_start();
+        let ram = data.get(usize::from(ram_start)..);
+        let (Some(registers), Some(ram)) = (data.first_chunk(), ram) else { return false };
+        let return_address = cpu.return_address_size();
+        let core = Core { cpu, registers, data, ram, ram_start, return_address };
         let mut now = Now::load(cpu);
         let ended = core.run(&mut now, program, notes);
         now.store(cpu);
@@ -122,6 +119,18 @@ impl Now {
         self.stop = stop;
     }
 
+    /// After an access to an I/O register, whose handler may have halted the core, moved the end of the run, or
+    /// ended it. `None`: it was left undone.
+    #[inline(always)]
+    fn follow(&mut self, cpu: Cpu, access: Access) -> Option<()> {
+        match access {
+            Access::Plain => {}
+            Access::Handled => (self.left, self.stop) = cpu.run_left(),
+            Access::Special => return None,
+        }
+        Some(())
+    }
+
     fn store(self, cpu: Cpu) {
         let Self { pc, stop, status, .. } = self;
         cpu.set_core_state(CoreState { pc: pc << 1, cycle: self.cycle(), stop, status: status.byte() });
@@ -135,7 +144,8 @@ struct Core<'a> {
     registers: &'a [Cell<u8>; SREG as usize + 1],
     /// The whole data space.
     data: &'a [Cell<u8>],
-    /// First address of SRAM.
+    /// Its last part, SRAM, which begins at `ram_start`.
+    ram: &'a [Cell<u8>],
     ram_start: u16,
     /// Bytes of a return address.
     return_address: u8,
@@ -143,7 +153,7 @@ struct Core<'a> {
 
 impl Core<'_> {
     fn run(&self, now: &mut Now, program: &[Instruction], notes: &mut impl Note) -> bool {
-        while let Some(&instruction) = program.get(now.pc as usize) {
+        while let Some(instruction) = program.get(now.pc as usize) {
             let Some(Done { cycles, next }) = self.execute(now, instruction) else { return false };
             let at = std::mem::replace(&mut now.pc, next);
             now.left -= cycles;
@@ -160,8 +170,8 @@ impl Core<'_> {
 
     /// Executes an instruction. `None`: it was left undone, for simavr to do.
     #[inline(always)]
-    fn execute(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
-        match instruction {
+    fn execute(&self, now: &mut Now, instruction: &Instruction) -> Option<Done> {
+        match *instruction {
             Instruction::Transfer(transfer) => match transfer {
                 Transfer::Move(instruction) => self.moves(now, instruction),
                 Transfer::Memory(memory) => match memory {
@@ -518,80 +528,77 @@ impl Core<'_> {
 
     /// A place in SRAM.
     fn ram(&self, address: u16) -> Option<&Cell<u8>> {
-        self.data.get(usize::from(address)).filter(|_| address >= self.ram_start)
+        self.ram.get(usize::from(address.wrapping_sub(self.ram_start)))
     }
 
+    #[inline(always)]
     fn load(&self, now: &mut Now, address: u16) -> Option<u8> {
-        if address >= self.ram_start {
-            self.data.get(usize::from(address)).map(Cell::get)
-        } else if address < IO_START {
-            Some(self.get(address as u8))
-        } else {
-            self.load_io(now, address)
+        match self.ram(address) {
+            Some(place) => Some(place.get()),
+            None if address < IO_START => Some(self.get(address as u8)),
+            None => self.load_io(now, address),
         }
     }
 
+    #[inline(always)]
     fn store(&self, now: &mut Now, address: u16, value: u8) -> Option<()> {
-        if address >= self.ram_start {
-            self.data.get(usize::from(address))?.set(value);
-            Some(())
-        } else if address < IO_START {
-            self.set(address as u8, value);
-            Some(())
-        } else {
-            self.store_io(now, address, value)
+        match self.ram(address) {
+            Some(place) => place.set(value),
+            None if address < IO_START => self.set(address as u8, value),
+            None => self.store_io(now, address, value)?,
         }
+        Some(())
     }
 
+    #[inline(always)]
     fn load_io(&self, now: &mut Now, address: u16) -> Option<u8> {
-        let value;
-        (*now, value) = self.read_io(*now, address);
-        value
+        let (access, value) = self.read_io(*now, address);
+        now.follow(self.cpu, access)?;
+        Some(value)
     }
 
+    #[inline(always)]
     fn store_io(&self, now: &mut Now, address: u16, value: u8) -> Option<()> {
-        let done;
-        (*now, done) = self.write_io(*now, address, value);
-        done
+        let access = self.write_io(*now, address, value);
+        now.follow(self.cpu, access)?;
+        if address == SREG {
+            self.set_status(now, value);
+        }
+        Some(())
     }
 
-    /// Apart from the rest, and handed copies, so that what is needed for each instruction stays in the
+    /// Apart from the rest, and handed a copy, so that what is needed for each instruction stays in the
     /// host's registers.
     #[inline(never)]
-    fn read_io(&self, now: Now, address: u16) -> (Now, Option<u8>) {
-        let Some(register) = self.data.get(usize::from(address)) else { return (now, None) };
+    fn read_io(&self, now: Now, address: u16) -> (Access, u8) {
+        let Some(register) = self.data.get(usize::from(address)) else { return (Access::Special, 0) };
         if address == SREG {
             register.set(now.status.byte());
         }
-        match self.cpu.read_access(address) {
-            Access::Plain => (now, Some(register.get())),
-            Access::Handled => {
-                now.store(self.cpu);
-                let value = self.cpu.read_handled(address);
-                (self.after_handler(now), Some(value))
-            }
-            Access::Special => (now, None),
-        }
+        let access = self.cpu.read_access(address);
+        let value = if access == Access::Handled {
+            now.store(self.cpu);
+            self.cpu.read_handled(address)
+        } else {
+            register.get()
+        };
+        (access, value)
     }
 
+    /// Likewise.
     #[inline(never)]
-    fn write_io(&self, mut now: Now, address: u16, value: u8) -> (Now, Option<()>) {
-        let Some(register) = self.data.get(usize::from(address)) else { return (now, None) };
-        match self.cpu.write_access(address) {
-            Access::Plain => {
-                register.set(value);
-                if address == SREG {
-                    self.set_status(&mut now, value);
-                }
-            }
+    fn write_io(&self, now: Now, address: u16, value: u8) -> Access {
+        let Some(register) = self.data.get(usize::from(address)) else { return Access::Special };
+        let access = self.cpu.write_access(address);
+        match access {
+            Access::Plain => register.set(value),
             Access::Handled => {
                 now.store(self.cpu);
                 self.cpu.write_handled(address, value);
-                now = self.after_handler(now);
             }
-            Access::Special => return (now, None),
+            Access::Special => {}
         }
-        (now, Some(()))
+        access
     }
 
     /// Where a pointer that steps leads, and where it stands then.
@@ -610,13 +617,6 @@ impl Core<'_> {
         }
         let value = self.load_io(now, address)?;
         self.store_io(now, address, change(value))
-    }
-
-    /// A handler may have halted the core, moved the end of the run, or ended it.
-    fn after_handler(&self, now: Now) -> Now {
-        let CoreState { cycle, stop, .. } = self.cpu.core_state();
-        let stop = if self.cpu.must_pause() { cycle } else { stop };
-        Now { left: stop.wrapping_sub(cycle) as i64, stop, ..now }
     }
 
     // --- Stack ----------------------------------------------------------------------------------

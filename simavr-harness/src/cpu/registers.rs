@@ -67,6 +67,12 @@ impl Cpu {
         }
     }
 
+    /// How many cycles are left of the run after what a handler did, and the cycle at which it ends.
+    pub fn run_left(self) -> (i64, u64) {
+        let CoreState { cycle, stop, .. } = self.core_state();
+        if self.must_pause() { (0, cycle) } else { (stop.wrapping_sub(cycle) as i64, stop) }
+    }
+
     /// Whether the core does no more than one instruction before the harness has to look: it sleeps or has
     /// stopped, an interrupt waits, or the last instruction enabled interrupts.
     pub fn must_pause(self) -> bool {
