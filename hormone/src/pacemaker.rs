@@ -156,8 +156,8 @@ impl Pacemaker {
         let is_in_order = self.missed > 0 || elapsed < beat / 4;
         match pace.ahead_of(self.number) {
             0 if is_same && is_in_order => return self.hear_again(pace),
-            // A module on the way was another type for a moment, and this beat was made good meanwhile. In a
-            // ring, where hormones have a lifetime, another rhythm is another leader's, at a moment of its own.
+            // A module on the way was another type for a moment, and this beat was made good meanwhile.
+            // In a ring, where hormones have a lifetime, another rhythm is another leader's, at its own time.
             0 if is_known && self.is_made_good && pace.lifetime.is_none() && elapsed < beat / 4 => {
                 return self.hear_again(pace);
             }

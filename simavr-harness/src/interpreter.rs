@@ -119,8 +119,8 @@ impl Now {
         self.stop = stop;
     }
 
-    /// After an access to an I/O register, whose handler may have halted the core, moved the end of the run, or
-    /// ended it. `None`: it was left undone.
+    /// After an access to an I/O register, whose handler may have halted the core, moved the end of the run,
+    /// or ended it. `None`: it was left undone.
     #[inline(always)]
     fn follow(&mut self, cpu: Cpu, access: Access) -> Option<()> {
         match access {

@@ -1,7 +1,7 @@
 //! The status register, and what the arithmetic does to it (instruction set manual, "Status Register").
 //!
-//! Most flags are set anew before anybody reads them. So what they follow from is kept, and they are worked out when
-//! they are read.
+//! Most flags are set anew before anybody reads them. So what they follow from is kept, and they are
+//! worked out when they are read.
 
 pub const CARRY: u8 = 0x01;
 pub const ZERO: u8 = 0x02;
@@ -90,8 +90,8 @@ impl Status {
         self.sum(a, b, difference)
     }
 
-    /// The flags of a sum or a difference of `a` and `b`, but Z. Where a bit of it is not what the operands' own
-    /// would make there, a carry or a borrow came into it.
+    /// The flags of a sum or a difference of `a` and `b`, but Z; returns its low byte. Where a bit of it is
+    /// not what the operands' own would make there, a carry or a borrow came into it.
     fn sum(&mut self, a: u8, b: u8, result: u32) -> u8 {
         self.carries = u32::from(a) ^ u32::from(b) ^ result;
         self.overflow = self.carries;
