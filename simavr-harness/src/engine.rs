@@ -1,11 +1,13 @@
 //! Runs a robot on several threads, with one outcome for any number of them.
 //!
-//! Time passes in windows. Within a window each module runs alone; after it, what the modules sent is
-//! exchanged. A window is never longer than the shortest frame that any dock is set up to send, so
-//! that a character begun in a window ends after it and is delivered in time.
+//! Time passes in rounds. Within a round each module runs alone; after it, what the modules sent is
+//! exchanged. None gets further ahead of those at its docks than the shortest frame that any dock is set up to
+//! send, a window: so a character ends after whoever receives it has come there, and is delivered in time. Where no
+//! two modules of one half of the robot are joined, the halves take turns, and each passes the other by a window:
+//! that is half as many rounds for each module, and what it needs stays in the host's cache for twice as long.
 //!
-//! A program that sets up a shorter frame is noticed at the end of the window. Characters that it
-//! sends before that may be received late, by less than a window, and then too the same in every
+//! A program that sets up a shorter frame is noticed at the end of the round. Characters that it
+//! sends before that may be received late, by less than two windows, and then too the same in every
 //! run.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -17,6 +19,7 @@ use simulation::{Bodies, Environment, MILLISECOND};
 use crate::controller::Controller;
 use crate::physics::Physics;
 use crate::robot::{Delivery, Event, LONGEST_WINDOW, Member, Robot};
+use crate::rounds::{self, Halves, Round, Rounds};
 
 /// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms,
 /// whole windows.
@@ -89,7 +92,7 @@ impl Engine {
             }
             run.work();
         });
-        let end = run.end.into_inner();
+        let end = run.stop.into_inner();
         let mut events: Vec<Event> = self.robot.members.iter_mut().flat_map(take_events).collect();
         events.sort();
         self.events.append(&mut events);
@@ -102,20 +105,25 @@ impl Engine {
 struct Run<'a> {
     members: Vec<Mutex<&'a mut Member>>,
     step: Option<Step<'a>>,
-    /// What was sent in this window.
+    /// What was sent in this round.
     mail: Mutex<Vec<Delivery>>,
     target: u64,
-    /// End of the window.
+    halves: Halves,
+    rounds: Mutex<Rounds>,
+    /// Where all modules come together next, for docks to be looked at, or the world to take a step.
+    stop: AtomicU64,
+    /// The half that runs in this round, and up to where.
+    half: AtomicUsize,
     end: AtomicU64,
-    /// The next module to be run in this window; with none left, the window waits to be closed.
-    next: AtomicUsize,
-    /// Modules that have run.
+    /// How many of them nobody has taken yet; with none left, the round waits to be closed.
+    waiting: AtomicUsize,
+    /// How many have run.
     finished: AtomicUsize,
     /// The shortest frame seen among them.
     shortest_frame: AtomicU64,
     /// At a time when docks are looked at, one of them does something.
     is_docking: AtomicBool,
-    /// There are no more windows, or a thread panicked.
+    /// There are no more rounds, or a thread panicked.
     over: AtomicBool,
 }
 
@@ -135,21 +143,51 @@ impl<'a> Run<'a> {
     fn new(members: &'a mut [Member], physics: Option<&'a mut Physics>, from: u64, target: u64) -> Self {
         let frames = members.iter().filter_map(|member| member.module.shortest_frame());
         let window = frames.min().unwrap_or(LONGEST_WINDOW).min(LONGEST_WINDOW);
-        let has_world = physics.is_some();
+        let joined: Vec<_> = members.iter().enumerate().map(|(number, member)| member.joined(number)).collect();
+        let halves = rounds::halves(&joined);
         let run = Self {
             members: members.iter_mut().map(Mutex::new).collect(),
             step: physics.map(Step::new),
             mail: Mutex::default(),
             target,
-            end: AtomicU64::new(window_end(from, window, has_world).min(target)),
-            next: AtomicUsize::new(0),
+            rounds: Mutex::new(Rounds::new(&halves, from, window)),
+            halves,
+            stop: AtomicU64::new(from),
+            half: AtomicUsize::new(0),
+            end: AtomicU64::new(from),
+            waiting: AtomicUsize::new(0),
             finished: AtomicUsize::new(0),
             shortest_frame: AtomicU64::new(LONGEST_WINDOW),
             is_docking: AtomicBool::new(false),
             over: AtomicBool::new(false),
         };
-        run.begin_step(from);
+        run.go_on(&mut lock(&run.rounds), from);
         run
+    }
+
+    /// Goes on with all modules, which have come to `now`.
+    fn go_on(&self, rounds: &mut Rounds, now: u64) {
+        let next = |step: u64| (now + 1).next_multiple_of(step);
+        let docking = self.target.min(next(DOCKING_STEP));
+        let stop = if self.step.is_some() { docking.min(next(MILLISECOND)) } else { docking };
+        self.stop.store(stop, Ordering::Relaxed);
+        self.begin_step(now);
+        self.begin_round(rounds);
+    }
+
+    /// Returns whether there is a round before all modules come together.
+    fn begin_round(&self, rounds: &mut Rounds) -> bool {
+        let Some(Round { half, end }) = rounds.next(self.stop.load(Ordering::Relaxed)) else { return false };
+        self.half.store(half, Ordering::Relaxed);
+        self.end.store(end, Ordering::Relaxed);
+        self.finished.store(0, Ordering::Relaxed);
+        self.waiting.store(self.halves[half].len(), Ordering::Release);
+        true
+    }
+
+    /// The modules that run in this round.
+    fn modules(&self) -> &[usize] {
+        &self.halves[self.half.load(Ordering::Relaxed)]
     }
 
     /// Where a millisecond begins, shows modules where the world has them, and has the world take its next
@@ -197,34 +235,32 @@ impl<'a> Run<'a> {
     }
 
     fn take_module(&self) -> Option<usize> {
-        let is_there = |&number: &usize| number < self.members.len();
-        // A look first: to count on while there is none would only keep the others from theirs.
-        Some(self.next.load(Ordering::Relaxed))
-            .filter(is_there)
-            .map(|_| self.next.fetch_add(1, Ordering::Acquire))
-            .filter(is_there)
+        let (order, last) = (Ordering::Acquire, Ordering::Relaxed);
+        let waiting = self.waiting.fetch_update(order, last, |waiting| waiting.checked_sub(1)).ok()?;
+        Some(self.modules()[waiting - 1])
     }
 
     fn run_module(&self, number: usize) {
+        let end = self.end.load(Ordering::Relaxed);
         {
             let mut member = lock(&self.members[number]);
-            member.module.run_until(self.end.load(Ordering::Relaxed));
+            member.module.run_until(end);
             member.take_deliveries(number, |delivery| lock(&self.mail).push(delivery));
             member.collect_events(number);
             let frame = member.module.shortest_frame().unwrap_or(LONGEST_WINDOW);
             self.shortest_frame.fetch_min(frame, Ordering::Relaxed);
-            if self.end.load(Ordering::Relaxed).is_multiple_of(DOCKING_STEP) && member.module.is_docking() {
+            if end.is_multiple_of(DOCKING_STEP) && member.module.is_docking() {
                 self.is_docking.store(true, Ordering::Relaxed);
             }
         }
-        if self.finished.fetch_add(1, Ordering::AcqRel) + 1 == self.members.len() {
-            self.close_window();
+        if self.finished.fetch_add(1, Ordering::AcqRel) + 1 == self.modules().len() {
+            self.close_round();
         }
     }
 
-    /// Exchanges what was sent and opens the next window. Only the thread that ran the window's last
-    /// module comes here; the others find no module to run until `next` is set back.
-    fn close_window(&self) {
+    /// Exchanges what was sent and begins the next round. Only the thread that ran the round's last
+    /// module comes here; the others find no module to run until then.
+    fn close_round(&self) {
         let mut mail = std::mem::take(&mut *lock(&self.mail));
         mail.sort_by_key(|delivery| {
             (delivery.character.end, delivery.from.module, delivery.from.dock.index())
@@ -232,16 +268,17 @@ impl<'a> Run<'a> {
         for Delivery { to, character, .. } in mail {
             lock(&self.members[to.module]).module.receive(to.dock, character);
         }
-        let window = self.shortest_frame.swap(LONGEST_WINDOW, Ordering::Relaxed);
-        self.finished.store(0, Ordering::Relaxed);
-        let end = self.end.load(Ordering::Relaxed);
-        let goes_on = end < self.target && !self.is_docking.load(Ordering::Relaxed);
+        let mut rounds = lock(&self.rounds);
+        rounds.bear(self.shortest_frame.swap(LONGEST_WINDOW, Ordering::Relaxed));
+        if self.begin_round(&mut rounds) {
+            return;
+        }
+        let now = self.stop.load(Ordering::Relaxed);
+        let goes_on = now < self.target && !self.is_docking.load(Ordering::Relaxed);
         // A step ends with its millisecond, and no run ends before it.
-        let is_whole = (goes_on && !end.is_multiple_of(MILLISECOND)) || self.end_step();
+        let is_whole = (goes_on && !now.is_multiple_of(MILLISECOND)) || self.end_step();
         if goes_on && is_whole {
-            self.begin_step(end);
-            self.end.store(window_end(end, window, self.step.is_some()).min(self.target), Ordering::Relaxed);
-            self.next.store(0, Ordering::Release);
+            self.go_on(&mut rounds, now);
         } else {
             self.over.store(true, Ordering::Release);
         }
@@ -264,14 +301,6 @@ impl<'a> Step<'a> {
         self.is_done.store(true, Ordering::Release);
         true
     }
-}
-
-/// Where a window ends that begins at `from`: no later than docks are to be looked at, or a world takes its
-/// next step.
-fn window_end(from: u64, window: u64, has_world: bool) -> u64 {
-    let next = |step: u64| (from + 1).next_multiple_of(step);
-    let end = (from + window).min(next(DOCKING_STEP));
-    if has_world { end.min(next(MILLISECOND)) } else { end }
 }
 
 impl Member {

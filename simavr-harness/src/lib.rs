@@ -42,6 +42,7 @@ mod physics;
 mod probe;
 mod repair;
 mod robot;
+mod rounds;
 mod serial_pins;
 mod terrain;
 mod tilt;
