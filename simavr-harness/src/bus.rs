@@ -75,6 +75,8 @@ pub struct Bus {
     next: NextByte,
     /// Pulses on SCL until something lets go of SDA, which it holds low.
     data_held_for: u32,
+    /// Cycles of a bit of the node whose bits are the shortest.
+    shortest_bit: u64,
     counts: BusCounts,
     /// What was on the wires, where that is to be noted.
     signals: Option<Vec<Slice<BusSignal>>>,
@@ -139,6 +141,7 @@ impl Bus {
             phase: Phase::Free { since: 0, in_byte: false },
             next: NextByte::Address,
             data_held_for: 0,
+            shortest_bit: 0,
             counts: BusCounts::default(),
             signals: None,
         }
@@ -218,28 +221,38 @@ impl Bus {
     }
 
     /// How many cycles pass at least from what one node does to its effect on another.
-    pub(crate) fn lookahead(&self, nodes: &[Mcu]) -> u64 {
-        let bit = nodes.iter().map(bit_cycles).min().unwrap_or(u64::MAX);
+    pub(crate) fn lookahead(&self) -> u64 {
         let quiet = !self.roles.iter().any(|role| matches!(role, Role::Slave { .. }));
         match self.phase {
-            Phase::Free { .. } if quiet => bit * START_AND_ADDRESS_BITS,
-            _ => bit,
+            Phase::Free { .. } if quiet => self.shortest_bit * START_AND_ADDRESS_BITS,
+            _ => self.shortest_bit,
         }
     }
 
     /// Takes notice of what the nodes have done, and acts if all of them have come to the cycle at
     /// which the bus is due.
     pub(crate) fn advance(&mut self, nodes: &mut [Mcu]) {
+        if self.is_as_before(nodes) {
+            return;
+        }
         self.see_departures(nodes);
         self.see_clock_pulses(nodes);
         loop {
             self.plan(nodes);
-            let Some(due) = self.due() else { return };
-            if nodes.iter().any(|node| node.is_alive() && node.cycle() < due) {
-                return;
+            match self.due() {
+                Some(due) if have_come_to(nodes, due) => self.act(nodes, due),
+                _ => break,
             }
-            self.act(nodes, due);
         }
+        self.shortest_bit = nodes.iter().map(bit_cycles).min().unwrap_or(u64::MAX);
+        nodes.iter_mut().for_each(Mcu::tell_twi_was_seen);
+    }
+
+    /// Whether there is nothing to notice, nor to do yet: as most of the time.
+    fn is_as_before(&self, nodes: &[Mcu]) -> bool {
+        let is_new = |node: &Mcu| !node.is_alive() || node.twi(|twi, _| twi.is_new());
+        let is_due = self.due().is_some_and(|due| have_come_to(nodes, due));
+        !is_due && self.data_held_for == 0 && !nodes.iter().any(is_new)
     }
 
     // --- Planning -------------------------------------------------------------------------------
@@ -529,6 +542,11 @@ impl Role {
     fn is_slave(&self) -> bool {
         matches!(self, Self::Slave { .. })
     }
+}
+
+/// Whether all nodes that are alive have come to a cycle.
+fn have_come_to(nodes: &[Mcu], cycle: u64) -> bool {
+    nodes.iter().all(|node| !node.is_alive() || node.cycle() >= cycle)
 }
 
 fn holds_clock(node: &Mcu) -> bool {

@@ -143,7 +143,8 @@ impl<'a> Run<'a> {
     fn new(members: &'a mut [Member], physics: Option<&'a mut Physics>, from: u64, target: u64) -> Self {
         let frames = members.iter().filter_map(|member| member.module.shortest_frame());
         let window = frames.min().unwrap_or(LONGEST_WINDOW).min(LONGEST_WINDOW);
-        let joined: Vec<_> = members.iter().enumerate().map(|(number, member)| member.joined(number)).collect();
+        let joined: Vec<_> =
+            members.iter().enumerate().map(|(number, member)| member.joined(number)).collect();
         let halves = rounds::halves(&joined);
         let run = Self {
             members: members.iter_mut().map(Mutex::new).collect(),

@@ -19,7 +19,7 @@ pub fn run_until(mcus: &mut [Mcu], bus: &mut Bus, target: u64, quantum: u64) {
         let Some(last) = last else { return };
         let others = mcus.iter().enumerate().filter(|&(index, _)| index != last);
         let earliest = others.map(|(_, other)| other.earliest_action()).min().unwrap_or(u64::MAX);
-        let horizon = earliest.saturating_add(bus.lookahead(mcus));
+        let horizon = earliest.saturating_add(bus.lookahead());
         let turn = mcus[last].cycle().saturating_add(quantum);
         mcus[last].run_slice(limit.min(horizon).min(turn));
     }

@@ -654,12 +654,17 @@ impl Mcu {
     pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
         let cpu = self.cpu;
         let sent = match number.checked_sub(self.usarts.len()) {
-            None => self.usarts[number].with(cpu, Usart::take_sent),
+            None => self
+                .usarts
+                .get_mut(number)
+                .filter(|usart| usart.get().has_sent())
+                .map(|usart| usart.with(cpu, Usart::take_sent)),
             Some(number) => {
-                let serial = self.serial_pins.get_mut(number);
-                serial.map(|serial| serial.with(cpu, PinSerial::take_sent)).unwrap_or_default()
+                let serial = self.serial_pins.get_mut(number).filter(|serial| serial.get().has_sent());
+                serial.map(|serial| serial.with(cpu, PinSerial::take_sent))
             }
         };
+        let Some(sent) = sent else { return Vec::new() };
         if let Some(tracer) = &mut self.tracer {
             tracer.sent(number, &sent);
         }
@@ -690,6 +695,11 @@ impl Mcu {
     /// Reads the node's state.
     pub(crate) fn twi<R>(&self, look: impl FnOnce(&Twi, Cpu) -> R) -> R {
         look(self.twi.get(), self.cpu)
+    }
+
+    /// The bus has seen all that is new there.
+    pub(crate) fn tell_twi_was_seen(&mut self) {
+        self.twi.with(self.cpu, Twi::all_was_seen);
     }
 
     /// Takes the pulses that the program has given on SCL by its pin.

@@ -70,6 +70,11 @@ impl PinSerial {
         self.sender.start = None;
     }
 
+    /// Whether there are characters to be taken.
+    pub fn has_sent(&self) -> bool {
+        !self.sender.sent.is_empty()
+    }
+
     /// Takes the characters that have ended since the last call, in order.
     pub fn take_sent(&mut self) -> Vec<Character> {
         std::mem::take(&mut self.sender.sent)

@@ -40,6 +40,8 @@ pub(crate) struct Twi {
     left_at: Option<u64>,
     /// The program gave up the part of an addressed slave (TWSTO without being master).
     recovered: bool,
+    /// The program wrote a register, or the interface was reset, and the bus has yet to look.
+    is_new: bool,
 }
 
 /// What the program wants of the bus next.
@@ -64,6 +66,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attac
         start_asked_at: 0,
         left_at: None,
         recovered: false,
+        is_new: true,
     };
     Some(Attached::new(cpu, node, &[twbr, twsr, twdr, twcr], &[]))
 }
@@ -80,6 +83,7 @@ impl Twi {
     }
 
     fn leave(&mut self, cpu: Cpu) {
+        self.is_new = true;
         self.left_at = Some(cpu.cycle());
         self.release_clock(cpu);
         interrupt::refresh(cpu, self.vector);
@@ -145,6 +149,15 @@ impl Twi {
     pub fn bit_cycles(&self, cpu: Cpu) -> u64 {
         let prescaler = 1 << (2 * (cpu.data(self.registers.twsr) & 3));
         16 + 2 * u64::from(cpu.data(self.registers.twbr)) * prescaler
+    }
+
+    /// Whether anything is new to the bus since it was last told that all was seen.
+    pub fn is_new(&self) -> bool {
+        self.is_new
+    }
+
+    pub fn all_was_seen(&mut self) {
+        self.is_new = false;
     }
 
     /// The cycle at which the node left the bus, if it did since the last call.
@@ -224,6 +237,7 @@ impl Twi {
 
 impl Device for Twi {
     fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        self.is_new = true;
         if address == self.registers.twcr {
             self.write_control(cpu, value);
         } else if address == self.registers.twdr {

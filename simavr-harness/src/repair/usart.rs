@@ -106,6 +106,11 @@ impl Usart {
         self.refresh(cpu);
     }
 
+    /// Whether there are characters to be taken.
+    pub fn has_sent(&self) -> bool {
+        !self.transmitter.sent.is_empty()
+    }
+
     /// Takes the characters whose frames began since the last call, in order.
     pub fn take_sent(&mut self) -> Vec<Character> {
         std::mem::take(&mut self.transmitter.sent)
