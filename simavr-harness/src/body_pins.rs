@@ -10,8 +10,8 @@ use crate::mcu::Mcu;
 use crate::part::Pin;
 use crate::repair::adc::Multiplexer;
 
-/// The body follows the pins in steps of so many cycles: 0.25 ms, four to a period of the joints' control. Both MCUs
-/// stop for each.
+/// The body follows the pins in steps of so many cycles: 0.25 ms, four to a period of the joints' control.
+/// Both MCUs stop for each.
 pub const STEP: u64 = 4000;
 
 /// A step, in s.

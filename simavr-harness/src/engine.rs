@@ -1,10 +1,11 @@
 //! Runs a robot on several threads, with one outcome for any number of them.
 //!
 //! Time passes in rounds. Within a round each module runs alone; after it, what the modules sent is
-//! exchanged. None gets further ahead of those at its docks than the shortest frame that any dock is set up to
-//! send, a window: so a character ends after whoever receives it has come there, and is delivered in time. Where no
-//! two modules of one half of the robot are joined, the halves take turns, and each passes the other by a window:
-//! that is half as many rounds for each module, and what it needs stays in the host's cache for twice as long.
+//! exchanged. None gets further ahead of those at its docks than the shortest frame that any dock is set
+//! up to send, a window: no character ends before whoever receives it has come there, and each is
+//! delivered in time. Where no two modules of one half of the robot are joined, the halves take turns, and
+//! each passes the other by a window: that is half as many rounds for each module, and what it needs stays
+//! in the host's cache for twice as long.
 //!
 //! A program that sets up a shorter frame is noticed at the end of the round. Characters that it
 //! sends before that may be received late, by less than two windows, and then too the same in every
@@ -242,7 +243,8 @@ impl<'a> Run<'a> {
     }
 
     fn run_module(&self, number: usize) {
-        let end = self.end.load(Ordering::Relaxed);
+        // Before this module has run: then another thread may begin the next round.
+        let (end, modules) = (self.end.load(Ordering::Relaxed), self.modules().len());
         {
             let mut member = lock(&self.members[number]);
             member.module.run_until(end);
@@ -254,7 +256,7 @@ impl<'a> Run<'a> {
                 self.is_docking.store(true, Ordering::Relaxed);
             }
         }
-        if self.finished.fetch_add(1, Ordering::AcqRel) + 1 == self.modules().len() {
+        if self.finished.fetch_add(1, Ordering::AcqRel) + 1 == modules {
             self.close_round();
         }
     }

@@ -467,13 +467,13 @@ impl Robot {
 }
 
 impl Member {
-    /// Takes what the module, number `number` of the robot, has sent, as far as it arrives anywhere.
-    /// The modules that may hear this one, which is the one of this number.
+    /// The modules that may hear this one, which has this number.
     pub fn joined(&self, number: usize) -> Vec<usize> {
         let echo = (self.echoes != DockSet::default()).then_some(number);
         self.ports.iter().flatten().map(|port| port.peer.module).chain(echo).collect()
     }
 
+    /// Takes what the module, number `number` of the robot, has sent, as far as it arrives anywhere.
     pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             let from = Face { module: number, dock };

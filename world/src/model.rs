@@ -27,9 +27,9 @@ pub const SPEEDS: usize = 9;
 pub const HINGE_POSITION: usize = 7;
 pub const HINGE_SPEED: usize = 6;
 
-/// How soon dry friction stops a joint that it holds, as MuJoCo takes it: within a step, which is the soonest.
-/// So the constraint may give way more (0.9 of it holds, not 0.95) for the same creep under load, and Newton's
-/// method takes 6 to 7 rounds a step for 100 modules, not 9.
+/// How soon dry friction stops a joint that it holds, as MuJoCo takes it: within a step, which is the
+/// soonest. So the constraint may give way more (0.9 of it holds, not 0.95) for the same creep under load,
+/// and Newton's method takes 6 to 7 rounds a step for 100 modules, not 9.
 const STOPPING_SECONDS: f64 = 2.0 * STEP_SECONDS;
 
 /// Millimetres in a metre.
