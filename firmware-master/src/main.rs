@@ -103,10 +103,10 @@ mod stack {
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<215> = Stack::new();
     pub static DEVICES: Stack<266> = Stack::new();
-    pub static BRIDGE: Stack<154> = Stack::new();
+    pub static BRIDGE: Stack<156> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
     pub static AC_SEND: Stack<122> = Stack::new();
-    pub static HORMONE: Stack<363> = Stack::new();
+    pub static HORMONE: Stack<370> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
 }
 

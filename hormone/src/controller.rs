@@ -83,6 +83,9 @@ pub struct Controller {
     lifetime: Option<NonZeroU16>,
     /// What this module adds to the rhythm of what it sends.
     rhythm: u8,
+    /// The rhythm that it followed when it sent last, if it did not lead, and the one that it sent.
+    followed: Option<u8>,
+    sent: u8,
     part: Part,
     /// Where the last rule that was followed stands in its table.
     last_rule: u8,
@@ -109,6 +112,8 @@ impl Controller {
             source: None,
             lifetime: None,
             rhythm: seed as u8,
+            followed: None,
+            sent: seed as u8 % RHYTHMS,
             part: Part { before: 0, of: 1 },
             last_rule: 0,
             senses: Senses::NONE,
@@ -165,7 +170,8 @@ impl Controller {
             let data = self.pacemaker.lead(now)?;
             self.status.hormone = data as u8;
             let lifetime = self.election.ring().and_then(NonZeroU16::new);
-            let response = self.act(Source::Timer, data, self.rhythm, lifetime);
+            let rhythm = self.onward(None);
+            let response = self.act(Source::Timer, data, rhythm, lifetime);
             return Some(Response { event: Some(Event::HormoneGenerated(data)), ..response });
         }
         let data = self.pacemaker.make_good(now)?;
@@ -500,9 +506,21 @@ impl Controller {
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 
+    /// The rhythm of what this module sends, where it follows this one, or leads. After a change the two summands
+    /// may make up what it was before: then who is behind would wait for the old one.
+    fn onward(&mut self, followed: Option<u8>) -> u8 {
+        let mut rhythm = followed.unwrap_or(0).wrapping_add(self.rhythm) % RHYTHMS;
+        if followed != self.followed && rhythm == self.sent {
+            self.rhythm = self.rhythm.wrapping_add(1);
+            rhythm = (rhythm + 1) % RHYTHMS;
+        }
+        (self.followed, self.sent) = (followed, rhythm);
+        rhythm
+    }
+
     /// Does what the rule for a received letter says, be it made good.
     fn relay(&mut self, data: Data) -> Response {
-        let rhythm = self.pacemaker.rhythm().wrapping_add(self.rhythm);
+        let rhythm = self.onward(Some(self.pacemaker.rhythm()));
         let pace = self.pace(data, self.pacemaker.is_made_good(), rhythm, self.lifetime);
         match pace.aged() {
             Some(Pace { lifetime, .. }) => self.act(Source::Hormone, data, rhythm, lifetime),
@@ -550,7 +568,7 @@ impl Controller {
     /// A hormone of the last beat.
     fn pace(&self, data: Data, is_made_good: bool, rhythm: u8, lifetime: Option<NonZeroU16>) -> Pace {
         let number = self.pacemaker.number();
-        Pace { name: self.gait().name, data, is_made_good, number, rhythm: rhythm % RHYTHMS, lifetime }
+        Pace { name: self.gait().name, data, is_made_good, number, rhythm, lifetime }
     }
 
     /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.

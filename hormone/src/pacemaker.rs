@@ -176,18 +176,21 @@ impl Pacemaker {
             LATE if is_same && is_in_order && self.is_bound() => return false,
             _ => {}
         }
-        if self.is_beating(now) && !self.succeeds(pace, now) {
+        let is_too_soon = self.is_beating(now) && !self.succeeds(pace, now);
+        // The module before this one may follow another beat than before, as this one is to do at once.
+        if is_too_soon && (!is_known || pace.lifetime.is_some() || !self.may_be_corrected()) {
             return false;
         }
         self.take(pace, now);
+        self.is_corrected = is_too_soon;
         true
     }
 
     /// Takes in a hormone of the last beat. Returns whether it is news: a beat that was made good by another
-    /// letter is corrected, once, for round a loop two could correct each other.
+    /// letter is corrected.
     fn hear_again(&mut self, pace: Pace) -> bool {
         if pace.data != self.last {
-            let is_correction = self.is_made_good && !self.is_corrected;
+            let is_correction = self.may_be_corrected();
             if is_correction {
                 self.take(pace, self.last_at);
                 self.is_corrected = true;
@@ -212,6 +215,12 @@ impl Pacemaker {
         self.gait = gait;
         self.take(pace, now);
         true
+    }
+
+    /// Whether the module that the last beat came from may know better: once, for round a loop two could
+    /// correct each other.
+    fn may_be_corrected(&self) -> bool {
+        self.is_made_good && !self.is_corrected
     }
 
     /// Whether the hormone of the last beat came, and the next one is not due yet.

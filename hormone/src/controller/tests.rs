@@ -219,6 +219,22 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
 }
 
 #[test]
+fn behind_a_module_that_led_for_a_moment_the_rhythm_is_another_whatever_it_follows_and_back() {
+    let rhythm_of = |response: Response| pace_of(response.send.unwrap()).rhythm;
+    for rhythm in 0..RHYTHMS {
+        let mut controller = module(&HEAD);
+        let led = rhythm_of(controller.timer(BEAT).unwrap());
+        let _ = attach(&mut controller, &SPINE, 600);
+        let one = |data| Hormone::Pace(Pace { rhythm, ..pace(data) });
+        let followed = rhythm_of(controller.received(Front, one(A), 700));
+        assert_ne!(followed, led, "{rhythm}");
+        assert_eq!(rhythm_of(controller.received(Front, one(B), 700 + BEAT)), followed, "{rhythm}");
+        let _ = attach(&mut controller, &HEAD, 1_300);
+        assert_ne!(rhythm_of(controller.timer(2_000).unwrap()), followed, "{rhythm}");
+    }
+}
+
+#[test]
 fn behind_a_module_that_changed_its_type_the_rhythm_is_another() {
     let mut controller = module(&SPINE);
     let before = pace_of(controller.received(Front, cp(A), 0).send.unwrap()).rhythm;

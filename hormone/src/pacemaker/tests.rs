@@ -166,6 +166,27 @@ fn a_beat_made_good_is_corrected_once_by_who_knows_better() {
     assert_eq!(timer.make_good(2 * BEAT + PATIENCE), Some(B));
 }
 
+/// The module that the rhythm comes from has been without a leader, and follows one now that is a beat behind.
+#[test]
+fn a_beat_made_good_gives_way_once_to_a_rhythm_that_counts_otherwise() {
+    let made_good = |number, data, rhythm| Pace { number, rhythm, is_made_good: true, ..cp(data) };
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, cp(A), 0));
+    assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
+    assert!(!hear(&mut timer, made_good(1, B, 7), 515));
+    assert!(hear(&mut timer, made_good(0, A, 8), 545), "else it gets on by one module a beat");
+    assert_eq!((timer.rhythm(), timer.last()), (8, (A, 545)));
+    assert!(!hear(&mut timer, made_good(7, B, 9), 560), "else hormones could race round a loop");
+    assert!(hear(&mut timer, made_good(1, B, 8), 545 + BEAT));
+
+    let in_ring = |pace| Pace { lifetime: core::num::NonZeroU16::new(9), ..pace };
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, in_ring(cp(A)), 0));
+    assert_eq!(timer.make_good(BEAT + PATIENCE), Some(B));
+    assert!(!hear(&mut timer, in_ring(made_good(1, B, 7)), 515));
+    assert!(!hear(&mut timer, in_ring(made_good(0, A, 8)), 545), "another leader's, at its own time");
+}
+
 #[test]
 fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_another() {
     let other = Pace { rhythm: 8, ..cp(A) };
