@@ -217,12 +217,15 @@ pub struct Letter {
 
 impl Letter {
     /// Nothing is written on it yet.
-    pub(crate) const BLANK: Letter =
-        Letter { to: Address(0), from: Address(0), length: 0, payload: [MaybeUninit::uninit(); MAX_PAYLOAD] };
+    #[inline(always)] // a constant would be copied whole, from RAM
+    pub(crate) fn blank() -> Letter {
+        let payload = [const { MaybeUninit::uninit() }; MAX_PAYLOAD];
+        Letter { to: Address(0), from: Address(0), length: 0, payload }
+    }
 
     /// A letter that says `message`.
     pub fn of(message: Message) -> Letter {
-        let mut letter = Letter::BLANK;
+        let mut letter = Letter::blank();
         letter.write(message);
         letter
     }

@@ -38,7 +38,7 @@ impl PostOffice {
     /// [`Undelivered`]; whoever calls counts it.
     pub fn deliver(&self, task: &mut Task, message: Message, source: Source) -> Result<(), Undelivered> {
         let mailbox = self.mailbox(message.to(), source)?;
-        let mut letter = Owned::new(task, Letter::BLANK).map_err(|_| Undelivered::NoRoom)?;
+        let mut letter = Owned::new(task, Letter::blank()).map_err(|_| Undelivered::NoRoom)?;
         letter.write(message);
         mailbox.put(task, letter).map_err(|_| Undelivered::NoRoom)
     }

@@ -116,7 +116,6 @@ pub struct Interface(());
 impl Bus for Interface {
     /// While a transfer is under way, or its outcome was not taken, `bytes` are ignored.
     fn send(&mut self, task: &mut Task, bytes: &[u8]) {
-        task.mask(|masked| PACKETS.settle(masked));
         if !task.mask(|masked| PACKETS.engine.get(masked).is_idle()) {
             return;
         }

@@ -8,6 +8,7 @@ use super::{Here, Shared};
 use crate::behaviours::hormone::Behaviour;
 use crate::gait::GaitName;
 use crate::status::Status;
+use crate::time::{reached, until};
 
 /// How often the task shows at least that it is alive, in ticks of 1 ms.
 pub const ALIVE: u16 = 50;
@@ -26,6 +27,7 @@ pub fn run(
 ) -> Never {
     let mut hormone = Behaviour::new(gait.gait(), seed, now(task));
     let mut malformed = 0;
+    let mut alarm = now(task);
     loop {
         while let Some(message) = mailbox.take(task) {
             let time = now(task);
@@ -33,13 +35,20 @@ pub fn run(
         }
         let time = now(task);
         let has_acted = hormone.act(time, &mut Here { task, api });
-        let unread = shared.with(task, |state| state.malformed());
-        if has_acted || unread != malformed {
-            malformed = unread;
-            status.with(task, |status| *status = hormone.status(malformed));
+        if has_acted || reached(alarm, time) {
+            let unread = shared.with(task, |state| state.malformed());
+            if has_acted || unread != malformed {
+                malformed = unread;
+                status.with(task, |status| *status = hormone.status(malformed));
+            }
         }
         let time = now(task);
-        mailbox.wake_in(task, hormone.next_due(time).min(ALIVE));
+        let left = hormone.next_due(time).min(ALIVE);
+        // One that rings too soon does no harm, and to set it anew with each message would take 400 cycles.
+        if left < until(alarm, time) || reached(alarm, time) {
+            mailbox.wake_in(task, left);
+            alarm = time.wrapping_add(left);
+        }
         alive(task);
         mailbox.wait(task);
     }

@@ -172,11 +172,16 @@ impl Next {
     }
 
     /// Makes a packet of the first message that waits, unless there is one already.
-    #[inline(never)] // it is called twice
+    #[inline(always)]
     fn prepare(&mut self, task: &mut Task, bridge: &'static Bridge) {
-        if self.length == 0
-            && let Some(message) = bridge.mailbox().take(task)
-        {
+        if self.length == 0 {
+            self.make(task, bridge);
+        }
+    }
+
+    #[inline(never)] // it is called twice
+    fn make(&mut self, task: &mut Task, bridge: &'static Bridge) {
+        if let Some(message) = bridge.mailbox().take(task) {
             self.length = protocol::encode(message.message(), &mut self.packet).len();
         }
     }

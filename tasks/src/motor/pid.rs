@@ -12,8 +12,9 @@ const LARGEST_ERROR: i16 = 12 * DEGREE;
 /// The integral is kept in 1/64 of a drive.
 const INTEGRAL_FRACTION: u32 = 6;
 
-/// The integral's share of the drive: at most full drive.
+/// The integral's share of the drive: at most full drive. What an error adds fits above it.
 const LARGEST_INTEGRAL: i16 = FULL_DRIVE << INTEGRAL_FRACTION;
+const _: () = assert!(LARGEST_INTEGRAL <= i16::MAX - (i16::MAX >> FRACTION) - 1);
 
 /// The position is smoothed over 2 to this power periods.
 const SMOOTHING: u32 = 3;
@@ -82,7 +83,7 @@ impl Pid {
         let drive = sought.min(ceiling).max(-ceiling); // `clamp` panics where the ceiling is below 0
         let winds_up = sought != drive && (sought < 0) == (error < 0);
         if !winds_up && error.abs() >= tolerance {
-            let integral = self.integral.saturating_add((error * gains.integral) >> FRACTION);
+            let integral = self.integral + ((error * gains.integral) >> FRACTION);
             self.integral = integral.clamp(-LARGEST_INTEGRAL, LARGEST_INTEGRAL);
         }
         drive
@@ -90,8 +91,11 @@ impl Pid {
 }
 
 /// `one - other`, as far as it counts.
+#[inline(always)]
 fn difference(one: Position, other: Position) -> i16 {
-    one.saturating_sub(other).clamp(-LARGEST_ERROR, LARGEST_ERROR)
+    // Half of what `saturating_sub` and `clamp` take.
+    let counts = one.abs_diff(other).min(LARGEST_ERROR.unsigned_abs()) as i16;
+    if one < other { -counts } else { counts }
 }
 
 #[cfg(test)]
@@ -157,6 +161,13 @@ mod tests {
                 let drive = pid.step(gains, setpoint, position, TOLERANCE, forward, ceiling);
                 prop_assert!((-ceiling..=ceiling).contains(&drive));
             }
+        }
+
+        #[test]
+        fn a_difference_counts_up_to_the_largest_error(one: i16, other: i16) {
+            let largest = i32::from(LARGEST_ERROR);
+            let expected = (i32::from(one) - i32::from(other)).clamp(-largest, largest);
+            prop_assert_eq!(i32::from(difference(one, other)), expected);
         }
 
         /// A mirrored world is driven the mirrored way, but for what shifts round down.
