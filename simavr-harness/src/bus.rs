@@ -8,6 +8,8 @@
 //! A simplification: a node that leaves in mid-transfer releases both wires at once. The nodes that
 //! it addressed learn of it at the next START, as a bus error if a byte was under way.
 
+use std::num::NonZeroU32;
+
 use crate::mcu::Mcu;
 use crate::repair::twi::Command;
 use crate::trace::{BusSignal, Slice};
@@ -170,11 +172,11 @@ impl Bus {
 
     /// Something, as a slave that lost count, holds SDA low until it has seen so many pulses on SCL. A master
     /// that sends loses the bus by that, a STOP does not come through, and no START is possible.
-    pub(crate) fn hold_data(&mut self, nodes: &mut [Mcu], clocks: u32) {
-        self.data_held_for = clocks;
+    pub(crate) fn hold_data(&mut self, nodes: &mut [Mcu], clocks: NonZeroU32) {
+        self.data_held_for = clocks.get();
         for node in nodes {
             node.take_clock_pulses();
-            node.set_data_wire(clocks == 0);
+            node.set_data_wire(false);
         }
     }
 

@@ -1,5 +1,6 @@
 //! One module of the robot: two MCUs joined by a two-wire bus, and six docks.
 
+use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use simulation::{Body, Random, fnv_1a};
@@ -148,7 +149,7 @@ impl Module {
     }
 
     /// Has something hold SDA of the bus low until it has seen so many pulses on SCL.
-    pub fn hold_data_wire(&mut self, clocks: u32) {
+    pub fn hold_data_wire(&mut self, clocks: NonZeroU32) {
         self.bus.hold_data(&mut self.mcus, clocks);
     }
 

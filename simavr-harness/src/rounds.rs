@@ -34,7 +34,7 @@ impl Rounds {
         if self.reached[half] >= target {
             return None;
         }
-        let window = self.windows.into_iter().min().unwrap_or(1);
+        let window = self.windows[0].min(self.windows[1]);
         let end = (self.reached[other] + window).min(target);
         self.reached[half] = end;
         self.last = half;

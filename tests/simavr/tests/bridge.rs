@@ -1,6 +1,7 @@
 //! The bridge between the MCUs of a module: how much it carries, and what it survives.
 
 use std::mem::offset_of;
+use std::num::NonZeroU32;
 
 use simavr_harness::bench::module::bridge_efficiency;
 use simavr_harness::{Controller, Engine, Images, Reset, RobotBuilder};
@@ -51,7 +52,7 @@ fn assert_in_service(engine: &mut Engine, when: &str) {
 fn a_bus_that_is_stuck_is_freed() {
     let mut engine = pair();
     engine.run_until(50 * MILLISECOND);
-    for clocks in 1..=9 {
+    for clocks in (1..=9).filter_map(NonZeroU32::new) {
         // At any moment of a transfer.
         engine.run_until(engine.cycle() + 12_345);
         engine.robot_mut().module_mut(0).expect("there is one").hold_data_wire(clocks);

@@ -1,6 +1,7 @@
 //! What the console tells at a dock, beside what can be seen from outside.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU32;
 use std::ops::RangeInclusive;
 
 use simavr_harness::{Controller, Engine, Face, Module, RobotBuilder};
@@ -247,7 +248,7 @@ fn every_dock_tells_the_same() {
 #[test]
 fn a_master_that_does_not_answer_is_told_of() {
     let mut engine = lone_module();
-    engine.robot_mut().module_mut(0).expect("it is there").hold_data_wire(u32::MAX);
+    engine.robot_mut().module_mut(0).expect("it is there").hold_data_wire(NonZeroU32::MAX);
     ask(&mut engine, 0, Dock::Up);
     let text = listen(&mut engine).text;
     assert!(text.contains("\nno answer from the master\nslave: awake for "), "{text}");
