@@ -98,7 +98,7 @@ impl JointMotors for Joints {
     fn drive(&self, masked: &Masked, joint: usize, drive: i16) {
         if let Some(speed) = PERIOD.speeds.get(joint) {
             speed.set(masked, drive.unsigned_abs());
-            let bit = 1 << (joint & 1);
+            let bit = if joint == 0 { 0b01 } else { 0b10 }; // the AVR would shift it in a loop
             let others = PERIOD.directions.get(masked) & !bit;
             PERIOD.directions.set(masked, if drive >= 0 { others | bit } else { others });
         }

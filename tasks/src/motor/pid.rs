@@ -81,7 +81,7 @@ impl Pid {
             + (self.integral >> INTEGRAL_FRACTION)
             + feed_forward;
         let drive = sought.min(ceiling).max(-ceiling); // `clamp` panics where the ceiling is below 0
-        let winds_up = sought != drive && (sought < 0) == (error < 0);
+        let winds_up = if error < 0 { sought < drive } else { sought > drive };
         if !winds_up && error.abs() >= tolerance {
             let integral = self.integral + ((error * gains.integral) >> FRACTION);
             self.integral = integral.clamp(-LARGEST_INTEGRAL, LARGEST_INTEGRAL);

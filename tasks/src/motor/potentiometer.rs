@@ -41,7 +41,8 @@ impl Potentiometer {
         }
         // No more than 16 bits, as `new` has made sure. The converter rounds down: the middle of all that it
         // reads so is half a count higher.
-        Some((reading as i16).wrapping_sub(self.zero).wrapping_mul(self.scale).wrapping_add(self.scale / 2))
+        // A shift, for the scale is above 0 and the AVR does not know.
+        Some((reading as i16).wrapping_sub(self.zero).wrapping_mul(self.scale).wrapping_add(self.scale >> 1))
     }
 }
 
