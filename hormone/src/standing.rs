@@ -22,7 +22,7 @@ pub const STOP: u8 = 0;
 const GIVEN: u16 = 0x8000;
 
 /// How long a neighbour that has not answered is waited for before it is told again, in milliseconds.
-const PATIENCE: u16 = 500;
+const PATIENCE: u16 = 100;
 
 /// An order as modules keep it.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -439,6 +439,7 @@ fn a_neighbour_that_starts_while_the_robot_turns_is_told_the_course() {
     let _ = (spine.topology(&HEAD, 100), spine.topology(&SPINE, 100));
     let [(order, docks)] = told(&mut spine, 100)[..] else { panic!("it is told once") };
     assert_eq!(docks, DockSet::of(&[Front]));
+    assert!(!spine.ledger.hear(Front, spine.ledger.standing(), true, 101), "it knows");
     let mut started = module(&LEFT_LEG);
     let _ = started.received(Back, Hormone::Order(order), 102);
     assert_eq!(started.course(), Course::Left);
@@ -487,6 +488,7 @@ fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
     let mut head = module(&HEAD);
     let _ = head.order(None, walk(GaitName::FourLegs as u8, 0), 10);
     assert_eq!(told(&mut head, 10).len(), 1);
+    assert!(!head.ledger.hear(Back, head.ledger.standing(), true, 20), "it knows");
     assert_eq!(head.timer(10 + GaitName::FourLegs.gait().beat.get()).unwrap().action, Some(Straight));
 }
 
