@@ -68,7 +68,8 @@ pub trait Bus {
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer>;
 
     /// Copies what came from the other MCU to the start of `buffer`, and returns its length, once.
-    /// Until then further transfers from there are refused.
+    /// Until then further transfers from there are refused. Ask for the [`outcome`](Self::outcome) before: what
+    /// has come since then waits for the next signal.
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
 }
 

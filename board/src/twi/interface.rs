@@ -183,7 +183,6 @@ impl Bus for Interface {
     }
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
-        task.mask(|masked| PACKETS.settle(masked));
         let length = usize::from(task.mask(|masked| PACKETS.engine.get(masked).received())?);
         // Likewise: a packet that is whole stays so until it is released.
         for (slot, cell) in buffer.iter_mut().zip(&PACKETS.incoming).take(length) {

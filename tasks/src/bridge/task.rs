@@ -140,22 +140,25 @@ fn look_after(
     sender: &mut Sender,
     mut outcome: Option<Transfer>,
 ) {
+    let counters = &bridge.counters;
     loop {
-        let counters = &bridge.counters;
-        match sender.poll(now(task), outcome) {
-            Step::Nothing => {}
-            Step::Arrived => counters.messages_sent.count(task),
-            Step::Failed => counters.retries.count(task),
-            Step::GaveUp => counters.gave_up.count(task),
-            Step::SendAgain => bus.send_again(task),
+        let step = sender.poll(now(task), outcome);
+        let counter = match step {
+            Step::Nothing => return,
+            Step::SendAgain => return bus.send_again(task),
+            Step::Arrived => &counters.messages_sent,
+            Step::Failed => &counters.retries,
+            Step::GaveUp => &counters.gave_up,
             Step::Free => {
                 bus.free(task);
-                counters.freed.count(task);
-                outcome = Some(Transfer::Fault);
-                continue;
+                &counters.freed
             }
+        };
+        counter.count(task);
+        if step != Step::Free {
+            return;
         }
-        return;
+        outcome = Some(Transfer::Fault);
     }
 }
 
