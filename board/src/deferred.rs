@@ -58,7 +58,7 @@ pub fn raise(masked: &Masked, source: u8) {
 #[inline(always)]
 pub fn next(interrupt: &mut Interrupt) -> u8 {
     interrupt.mask(|masked| {
-        joints::begin_if_due(masked);
+        joints::begin_if_due_by_call(masked);
         let raised = RAISED.get(masked);
         let others = raised & raised.wrapping_sub(1);
         RAISED.set(masked, others);

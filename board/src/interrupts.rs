@@ -52,6 +52,7 @@ macro_rules! deferred_interrupt {
             fn __vector_34(interrupt) {
                 let source = $crate::deferred::next(interrupt);
                 $($crate::serve!($device, source, interrupt);)+
+                $crate::joints::begin_before_leaving(interrupt);
             }
         }
     };
@@ -131,7 +132,10 @@ macro_rules! vectors {
             fn $transmit(masked) { $crate::usart::data_register_empty::<$usart>(masked) }
         }
         $crate::kernel::interrupt! {
-            fn $transmit_complete(interrupt) { $crate::usart::transmit_complete::<$usart>(interrupt) }
+            fn $transmit_complete(interrupt) {
+                $crate::usart::transmit_complete::<$usart>(interrupt);
+                $crate::joints::begin_before_leaving(interrupt);
+            }
         }
         // SAFETY: the lines before define its three vectors: RX, UDRE and TX.
         unsafe impl $crate::interrupts::Serves<$usart> for $name {}

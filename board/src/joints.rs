@@ -6,7 +6,7 @@
 
 use avr_device::atmega128a::{PORTB, PORTC, TC1, TC2};
 use embedded_hal::digital::OutputPin;
-use kernel::{Context, Masked, MaskedCell, Semaphore, Task};
+use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::JointMotors;
 use tasks::motor::FULL_DRIVE;
 use tasks::motor::joint::Reading;
@@ -132,10 +132,35 @@ pub(crate) fn await_next(masked: &Masked) {
 /// Begins the period where its interrupt waits for the vector that calls this.
 #[inline(always)]
 pub(crate) fn begin_if_due(masked: &Masked) {
-    // SAFETY: reading TIFR changes nothing.
-    if unsafe { TC2::steal() }.tifr().read().ocf2().bit_is_set() {
+    if is_due() {
         begin_period(masked);
     }
+}
+
+/// As [`begin_if_due`], for handlers of the kernel's, which may call.
+#[inline(always)]
+pub(crate) fn begin_if_due_by_call(masked: &Masked) {
+    #[inline(never)]
+    fn begin(masked: &Masked) {
+        begin_period(masked);
+    }
+    if is_due() {
+        begin(masked);
+    }
+}
+
+/// The last thing that a handler of the kernel's does: a period that has become due since need not wait until
+/// the interrupt is left, and for what is masked behind it.
+#[doc(hidden)]
+#[inline(always)]
+pub fn begin_before_leaving(interrupt: &mut Interrupt) {
+    interrupt.mask(begin_if_due_by_call);
+}
+
+#[inline(always)]
+fn is_due() -> bool {
+    // SAFETY: reading TIFR changes nothing.
+    unsafe { TC2::steal() }.tifr().read().ocf2().bit_is_set()
 }
 
 /// Begins the period, if it has not begun: raises the probe, and puts the drives into effect.

@@ -101,7 +101,6 @@ pub fn pulse_begins(masked: &Masked) {
 #[doc(hidden)]
 #[inline(always)]
 pub fn line_rises(masked: &Masked) {
-    joints::begin_if_due(masked);
     rises(masked);
 }
 
@@ -169,6 +168,7 @@ pub fn character_ends(masked: &Masked) {
         return deferred::raise(masked, source::SOFT_UART_SENT);
     }
     take(masked, DECODER.get(masked).ended(!registers::expects_rising()));
+    joints::begin_if_due(masked); // as above
 }
 
 /// A character has come.

@@ -229,7 +229,7 @@ pub fn serve(interrupt: &mut Interrupt) {
     let turned = interrupt.mask(|masked| {
         let streams = STREAMS.get(masked);
         set_control(masked, streams.turn(status)?);
-        joints::begin_if_due(masked); // the kernel takes as long again
+        joints::begin_if_due_by_call(masked); // the kernel takes as long again
         Some(if streams.has_ended() { PACKETS.signal.get(masked) } else { None })
     });
     match turned {
