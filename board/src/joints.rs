@@ -153,8 +153,9 @@ pub(crate) fn begin_if_due_by_call(masked: &Masked) {
 /// the interrupt is left, and for what is masked behind it.
 #[doc(hidden)]
 #[inline(always)]
+#[expect(clippy::redundant_closure, reason = "without, the compiler makes a function of it")]
 pub fn begin_before_leaving(interrupt: &mut Interrupt) {
-    interrupt.mask(begin_if_due_by_call);
+    interrupt.mask(|masked| begin_if_due_by_call(masked));
 }
 
 #[inline(always)]
