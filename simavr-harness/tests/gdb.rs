@@ -90,7 +90,8 @@ fn a_watchpoint_is_hit_forward_and_back_and_the_run_ends_as_without_gdb() {
     assert!((second - 4..second).contains(&further), "{told}\n{error}");
     assert!(step < further, "{told}\n{error}");
     assert_eq!(again, second, "{told}\n{error}");
-    assert_eq!(end, 16_000_000, "{told}\n{error}");
+    // An instruction that has begun before is carried out.
+    assert!((16_000_000..16_000_004).contains(&end), "{told}\n{error}");
     let alone = run(&[&["sim"], &ROBOT[..], &["--json", "-"]].concat());
     let report: Value = serde_json::from_slice(&alone.stdout).expect("the report is JSON");
     let hash = report["state_hash"].as_str().expect("it has the hash");

@@ -68,8 +68,7 @@ pub trait Bus {
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer>;
 
     /// Copies what came from the other MCU to the start of `buffer`, and returns its length, once.
-    /// Until then further transfers from there are refused. Ask for the [`outcome`](Self::outcome) before: what
-    /// has come since then waits for the next signal.
+    /// Until then further transfers from there are refused.
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
 }
 
