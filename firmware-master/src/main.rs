@@ -97,12 +97,12 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<287> = Stack::new();
+    pub static RECEIVE: Stack<289> = Stack::new();
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<215> = Stack::new();
-    pub static DEVICES: Stack<266> = Stack::new();
+    pub static DEVICES: Stack<268> = Stack::new();
     pub static BRIDGE: Stack<156> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
     pub static AC_SEND: Stack<122> = Stack::new();

@@ -457,7 +457,12 @@ impl Mcu {
             self.crash();
         }
         self.enabled_just_now = self.cpu.enabled_just_now();
-        self.serve_interrupts()
+        let accepted = self.serve_interrupts();
+        // The address to return to may have found no stack.
+        if self.ended.is_none() && self.cpu.has_fault() {
+            self.crash();
+        }
+        accepted
     }
 
     fn crash(&mut self) {
@@ -733,3 +738,6 @@ impl Drop for Mcu {
         unsafe { self.cpu.destroy() }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,24 @@
+use super::*;
+
+/// LDI r16, 0x80; STS SPMCSR, r16; EOR r1, r1; OUT SPH, r1; OUT SPL, r1; SEI; NOP; RJMP to itself.
+const PROGRAM: [u16; 9] = [0xe800, 0x9300, 0x0068, 0x2411, 0xbe1e, 0xbe1d, 0x9478, 0x0000, 0xcfff];
+
+#[test]
+fn an_interrupt_without_a_stack_ends_the_run_at_once_whoever_watches() {
+    let record = std::env::temp_dir().join(format!("superbot-no-stack-{}", std::process::id()));
+    let ends = [(true, false), (true, true), (false, false)].map(|(decoded, is_watched)| {
+        let mut flash: Vec<u8> = PROGRAM.into_iter().flat_map(u16::to_le_bytes).collect();
+        flash.resize(0x2000, 0);
+        let mut image = Image::of_flash(flash, decoded);
+        if is_watched {
+            image.record_coverage(&record).expect("it can be written");
+        }
+        let mut mcu = Mcu::new(Part::ATMEGA128, Arc::new(image), 1).expect("the image fits");
+        mcu.run_until(1_000);
+        assert!(matches!(mcu.state(), State::Crashed(_)), "{:?}", mcu.state());
+        (mcu.state(), mcu.cycle(), mcu.pc())
+    });
+    std::fs::remove_file(record).expect("it was written");
+    assert_eq!(ends[1..], [ends[0].clone(), ends[0].clone()]);
+    assert_eq!(ends[0].2, 4 * 34, "at the vector SPM READY");
+}
