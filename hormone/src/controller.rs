@@ -506,8 +506,8 @@ impl Controller {
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 
-    /// The rhythm of what this module sends, where it follows this one, or leads. After a change the two summands
-    /// may make up what it was before: then who is behind would wait for the old one.
+    /// The rhythm of what this module sends, where it follows this one, or leads. After a change the two
+    /// summands may make up what it was before: then who is behind would wait for the old one.
     fn onward(&mut self, followed: Option<u8>) -> u8 {
         let mut rhythm = followed.unwrap_or(0).wrapping_add(self.rhythm) % RHYTHMS;
         if followed != self.followed && rhythm == self.sent {

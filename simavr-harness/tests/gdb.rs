@@ -90,7 +90,9 @@ fn a_watchpoint_is_hit_forward_and_back_and_the_run_ends_as_without_gdb() {
     assert!((second - 4..second).contains(&further), "{told}\n{error}");
     assert!(step < further, "{told}\n{error}");
     assert_eq!(again, second, "{told}\n{error}");
-    // An instruction that has begun before is carried out.
+    // Behind the instruction in which the second ends, as where nobody stopped it.
+    let unstopped = text(&debug(&["0.master", "--at=0.25"], &["continue", "monitor time"]).stderr);
+    assert_eq!(cycles(&unstopped), [end], "{told}\n{error}");
     assert!((16_000_000..16_000_004).contains(&end), "{told}\n{error}");
     let alone = run(&[&["sim"], &ROBOT[..], &["--json", "-"]].concat());
     let report: Value = serde_json::from_slice(&alone.stdout).expect("the report is JSON");

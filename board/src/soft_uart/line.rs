@@ -168,7 +168,7 @@ pub fn character_ends(masked: &Masked) {
         return deferred::raise(masked, source::SOFT_UART_SENT);
     }
     take(masked, DECODER.get(masked).ended(!registers::expects_rising()));
-    joints::begin_if_due(masked); // as above
+    joints::begin_if_due(masked); // as at the end of `line_changes`
 }
 
 /// A character has come.

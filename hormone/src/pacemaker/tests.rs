@@ -166,7 +166,8 @@ fn a_beat_made_good_is_corrected_once_by_who_knows_better() {
     assert_eq!(timer.make_good(2 * BEAT + PATIENCE), Some(B));
 }
 
-/// The module that the rhythm comes from has been without a leader, and follows one now that is a beat behind.
+/// The module that the rhythm comes from has been without a leader, and follows one now that is a beat
+/// behind.
 #[test]
 fn a_beat_made_good_gives_way_once_to_a_rhythm_that_counts_otherwise() {
     let made_good = |number, data, rhythm| Pace { number, rhythm, is_made_good: true, ..cp(data) };
