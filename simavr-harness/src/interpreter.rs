@@ -6,10 +6,8 @@
 
 use std::cell::Cell;
 
-use instruction_set::{
-    Arithmetic, Bits, Branch, Compare, Flow, Instruction, Jump, Load, Memory, Move, Rare, Special, Stack,
-    Step, Store, Sum, Transfer, Z,
-};
+use instruction_set::Instruction::{self, *};
+use instruction_set::{Step, Z};
 
 use crate::cpu::{Access, CoreState, Cpu, IO_START};
 use status::{INTERRUPT, Status, TRANSFER};
@@ -21,6 +19,14 @@ const SPL: u16 = 0x5d;
 const SPH: u16 = 0x5e;
 const SREG: u16 = 0x5f;
 
+/// The first number of each group of instructions, behind the moves.
+const LOADS: u8 = Ldd { to: 0, pointer: 0, displacement: 0 }.number();
+const STORES: u8 = Std { from: 0, pointer: 0, displacement: 0 }.number();
+const STACK: u8 = Push { from: 0 }.number();
+const COMPARISONS: u8 = Cpi { one: 0, value: 0 }.number();
+const BRANCHES: u8 = Brbs { mask: 0, by: 0 }.number();
+const OTHERS: u8 = Subi { to: 0, value: 0 }.number();
+
 /// Decodes what is in flash, word by word: any of them may be jumped to. Nothing of a program that may write
 /// its own flash. What leads out of the program, as round the end of the flash, is left to simavr.
 pub(crate) fn decode(flash: &[u8]) -> Vec<Instruction> {
@@ -30,14 +36,10 @@ pub(crate) fn decode(flash: &[u8]) -> Vec<Instruction> {
     let mut program = Vec::with_capacity(words.len());
     for ((&opcode, second), at) in words.iter().zip(followers).zip(0..) {
         let instruction = instruction_set::decode(at, opcode, second);
-        if instruction == Rare::Spm.into() {
+        if instruction == Spm {
             return Vec::new();
         }
-        program.push(if instruction.target().is_some_and(leads_out) {
-            Instruction::NONE
-        } else {
-            instruction
-        });
+        program.push(if instruction.target(at).is_some_and(leads_out) { Invalid } else { instruction });
     }
     program
 }
@@ -154,7 +156,7 @@ struct Core<'a> {
 impl Core<'_> {
     fn run(&self, now: &mut Now, program: &[Instruction], notes: &mut impl Note) -> bool {
         while let Some(instruction) = program.get(now.pc as usize) {
-            let Some(Done { cycles, next }) = self.execute(now, instruction) else { return false };
+            let Some(Done { cycles, next }) = self.execute(now, *instruction) else { return false };
             let at = std::mem::replace(&mut now.pc, next);
             now.left -= cycles;
             notes.note(at, now);
@@ -169,305 +171,292 @@ impl Core<'_> {
     }
 
     /// Executes an instruction. `None`: it was left undone, for simavr to do.
+    ///
+    /// What is frequent is told apart by a few decisions, which the host predicts better than the target of one
+    /// jump to all.
     #[inline(always)]
-    fn execute(&self, now: &mut Now, instruction: &Instruction) -> Option<Done> {
-        match *instruction {
-            Instruction::Transfer(transfer) => match transfer {
-                Transfer::Move(instruction) => self.moves(now, instruction),
-                Transfer::Memory(memory) => match memory {
-                    Memory::Load(instruction) => self.loads(now, instruction),
-                    Memory::Store(instruction) => self.stores(now, instruction),
-                },
-                Transfer::Stack(instruction) => self.stack(now, instruction),
-            },
-            Instruction::Arithmetic(arithmetic) => match arithmetic {
-                Arithmetic::Compare(instruction) => self.compare(now, instruction),
-                Arithmetic::Sum(instruction) => self.sum(now, instruction),
-                Arithmetic::Bits(instruction) => self.bits(now, instruction),
-            },
-            Instruction::Flow(flow) => match flow {
-                Flow::Branch(instruction) => self.branch(now, instruction),
-                Flow::Jump(instruction) => self.jump(instruction),
-                Flow::Special(instruction) => self.special(now, instruction),
-            },
+    fn execute(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
+        let number = instruction.number();
+        if number < BRANCHES {
+            if number < STACK {
+                if number < LOADS {
+                    self.moves(now, instruction)
+                } else if number < STORES {
+                    self.loads(now, instruction)
+                } else {
+                    self.stores(now, instruction)
+                }
+            } else if number < COMPARISONS {
+                self.stack(now, instruction)
+            } else {
+                self.compare(now, instruction)
+            }
+        } else if number < OTHERS {
+            self.branch(now, instruction)
+        } else {
+            self.others(now, instruction)
         }
     }
 
     #[inline(always)]
-    fn moves(&self, now: &mut Now, instruction: Move) -> Option<Done> {
+    fn moves(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         match instruction {
-            Move::Movw { to, from } => self.set_pair(to, self.pair(from)),
-            Move::Ldi { to, value } => self.set(to, value),
-            Move::Mov { to, from } => self.set(to, self.get(from)),
+            Movw { to, from } => self.set_pair(to, self.pair(from)),
+            Ldi { to, value } => self.set(to, value),
+            Mov { to, from } => self.set(to, self.get(from)),
+            _ => return None,
         }
         now.done(1)
     }
 
     #[inline(always)]
-    fn loads(&self, now: &mut Now, instruction: Load) -> Option<Done> {
+    fn loads(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         match instruction {
-            Load::Ldd { to, pointer, displacement } => {
+            Ldd { to, pointer, displacement } => {
                 let value = self.load(now, self.pair(pointer).wrapping_add(displacement.into()))?;
                 self.set(to, value);
                 now.done(2)
             }
-            Load::Lds { to, address } => {
+            Lds { to, address } => {
                 let value = self.load(now, address)?;
                 self.set(to, value);
                 Some(Done { cycles: 2, next: now.pc.wrapping_add(2) })
             }
-            Load::LdStep { to, pointer, step } => {
+            LdStep { to, pointer, step } => {
                 let (address, stepped) = self.step(pointer, step);
                 let value = self.load(now, address)?;
                 self.set_pair(pointer, stepped);
                 self.set(to, value);
                 now.done(2)
             }
+            _ => return None,
         }
     }
 
     #[inline(always)]
-    fn stores(&self, now: &mut Now, instruction: Store) -> Option<Done> {
+    fn stores(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         match instruction {
-            Store::Std { from, pointer, displacement } => {
+            Std { from, pointer, displacement } => {
                 self.store(now, self.pair(pointer).wrapping_add(displacement.into()), self.get(from))?;
                 now.done(2)
             }
-            Store::Sts { from, address } => {
+            Sts { from, address } => {
                 self.store(now, address, self.get(from))?;
                 Some(Done { cycles: 2, next: now.pc.wrapping_add(2) })
             }
-            Store::StStep { from, pointer, step } => {
+            StStep { from, pointer, step } => {
                 let (address, stepped) = self.step(pointer, step);
                 self.store(now, address, self.get(from))?;
                 self.set_pair(pointer, stepped);
                 now.done(2)
             }
+            _ => return None,
         }
     }
 
     #[inline(always)]
-    fn stack(&self, now: &mut Now, instruction: Stack) -> Option<Done> {
+    fn stack(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         match instruction {
-            Stack::Push { from } => {
+            Push { from } => {
                 let stack = self.stack_pointer();
                 self.ram(stack)?.set(self.get(from));
                 self.set_stack_pointer(stack.wrapping_sub(1));
             }
-            Stack::Pop { to } => {
+            Pop { to } => {
                 let stack = self.stack_pointer().wrapping_add(1);
                 let value = self.ram(stack)?.get();
                 self.set_stack_pointer(stack);
                 self.set(to, value);
             }
+            _ => return None,
         }
         now.done(2)
     }
 
     #[inline(always)]
-    fn compare(&self, now: &mut Now, instruction: Compare) -> Option<Done> {
+    fn compare(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         match instruction {
-            Compare::Cpi { one, value } => drop(now.status.subtract(self.get(one), value)),
-            Compare::Cp { one, other } => drop(now.status.subtract(self.get(one), self.get(other))),
-            Compare::Cpc { one, other } => {
+            Cpi { one, value } => drop(now.status.subtract(self.get(one), value)),
+            Cp { one, other } => drop(now.status.subtract(self.get(one), self.get(other))),
+            Cpc { one, other } => {
                 now.status.subtract_with_carry(self.get(one), self.get(other));
             }
+            _ => return None,
         }
         now.done(1)
     }
 
     #[inline(always)]
-    fn sum(&self, now: &mut Now, instruction: Sum) -> Option<Done> {
+    fn others(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         let mut cycles = 1;
+        let mut next = now.pc.wrapping_add(1);
         match instruction {
-            Sum::Subi { to, value } => self.set(to, now.status.subtract(self.get(to), value)),
-            Sum::Sbci { to, value } => self.set(to, now.status.subtract_with_carry(self.get(to), value)),
-            Sum::Adiw { to, value } => {
+            Subi { to, value } => self.set(to, now.status.subtract(self.get(to), value)),
+            Sbci { to, value } => self.set(to, now.status.subtract_with_carry(self.get(to), value)),
+            Adiw { to, value } => {
                 let word = self.pair(to);
                 let result = word.wrapping_add(value.into());
                 now.status.word(result, !result & word & 0x8000 != 0, !word & result & 0x8000 != 0);
                 self.set_pair(to, result);
                 cycles = 2;
             }
-            Sum::Sbiw { to, value } => {
+            Sbiw { to, value } => {
                 let word = self.pair(to);
                 let result = word.wrapping_sub(value.into());
                 now.status.word(result, !word & result & 0x8000 != 0, !result & word & 0x8000 != 0);
                 self.set_pair(to, result);
                 cycles = 2;
             }
-            Sum::Add { to, from } => self.set(to, now.status.add(self.get(to), self.get(from), 0)),
-            Sum::Adc { to, from } => {
+            Add { to, from } => self.set(to, now.status.add(self.get(to), self.get(from), 0)),
+            Adc { to, from } => {
                 let carry = now.status.carry();
                 self.set(to, now.status.add(self.get(to), self.get(from), carry));
             }
-            Sum::Sub { to, from } => self.set(to, now.status.subtract(self.get(to), self.get(from))),
-            Sum::Sbc { to, from } => {
+            Sub { to, from } => self.set(to, now.status.subtract(self.get(to), self.get(from))),
+            Sbc { to, from } => {
                 self.set(to, now.status.subtract_with_carry(self.get(to), self.get(from)));
             }
-        }
-        now.done(cycles)
-    }
-
-    #[inline(always)]
-    fn bits(&self, now: &mut Now, instruction: Bits) -> Option<Done> {
-        let mut cycles = 1;
-        match instruction {
-            Bits::And { to, from } => self.logic(now, to, self.get(to) & self.get(from)),
-            Bits::Or { to, from } => self.logic(now, to, self.get(to) | self.get(from)),
-            Bits::Eor { to, from } => self.logic(now, to, self.get(to) ^ self.get(from)),
-            Bits::Andi { to, value } => self.logic(now, to, self.get(to) & value),
-            Bits::Ori { to, value } => self.logic(now, to, self.get(to) | value),
-            Bits::Com { to } => {
+            And { to, from } => self.logic(now, to, self.get(to) & self.get(from)),
+            Or { to, from } => self.logic(now, to, self.get(to) | self.get(from)),
+            Eor { to, from } => self.logic(now, to, self.get(to) ^ self.get(from)),
+            Andi { to, value } => self.logic(now, to, self.get(to) & value),
+            Ori { to, value } => self.logic(now, to, self.get(to) | value),
+            Com { to } => {
                 self.logic(now, to, !self.get(to));
                 now.status.set(status::CARRY, true);
             }
-            Bits::Neg { to } => {
+            Neg { to } => {
                 let value = self.get(to);
                 let result = value.wrapping_neg();
                 now.status.negate(value, result);
                 self.set(to, result);
             }
-            Bits::Inc { to } => {
+            Inc { to } => {
                 let result = self.get(to).wrapping_add(1);
                 now.status.result(result, result == 0x80);
                 self.set(to, result);
             }
-            Bits::Dec { to } => {
+            Dec { to } => {
                 let result = self.get(to).wrapping_sub(1);
                 now.status.result(result, result == 0x7f);
                 self.set(to, result);
             }
-            Bits::Swap { to } => self.set(to, self.get(to).rotate_left(4)),
-            Bits::Asr { to } => self.shift(now, to, self.get(to) & 0x80),
-            Bits::Lsr { to } => self.shift(now, to, 0),
-            Bits::Ror { to } => self.shift(now, to, now.status.carry() << 7),
-            Bits::Mul { one, other } => {
+            Swap { to } => self.set(to, self.get(to).rotate_left(4)),
+            Asr { to } => self.shift(now, to, self.get(to) & 0x80),
+            Lsr { to } => self.shift(now, to, 0),
+            Ror { to } => self.shift(now, to, now.status.carry() << 7),
+            Mul { one, other } => {
                 self.product(now, u16::from(self.get(one)) * u16::from(self.get(other)));
                 cycles = 2;
             }
-            Bits::Muls { one, other } => {
+            Muls { one, other } => {
                 self.product(now, (self.signed(one) * self.signed(other)) as u16);
                 cycles = 2;
             }
-            Bits::Mulsu { one, other } => {
+            Mulsu { one, other } => {
                 self.product(now, (self.signed(one) * i16::from(self.get(other))) as u16);
                 cycles = 2;
             }
-            Bits::Bst { from, mask } => now.status.set(TRANSFER, self.get(from) & mask != 0),
-            Bits::Bld { to, mask } => {
+            Bst { from, mask } => now.status.set(TRANSFER, self.get(from) & mask != 0),
+            Bld { to, mask } => {
                 let bit = if now.status.has(TRANSFER) { mask } else { 0 };
                 self.set(to, self.get(to) & !mask | bit);
             }
-            Bits::Bset { mask } => now.status.set(mask, true),
-            Bits::Bclr { mask } => now.status.set(mask, false),
-        }
-        now.done(cycles)
-    }
-
-    #[inline(always)]
-    fn branch(&self, now: &Now, instruction: Branch) -> Option<Done> {
-        let mut cycles = 1;
-        let mut next = now.pc.wrapping_add(1);
-        match instruction {
-            Branch::Brbs { mask, to } => {
-                if now.status.has(mask) {
-                    (cycles, next) = (2, to.into());
-                }
-            }
-            Branch::Brbc { mask, to } => {
-                if !now.status.has(mask) {
-                    (cycles, next) = (2, to.into());
-                }
-            }
-        }
-        Some(Done { cycles, next })
-    }
-
-    #[inline(always)]
-    fn jump(&self, instruction: Jump) -> Option<Done> {
-        match instruction {
-            Jump::Rjmp { to } => Some(Done { cycles: 2, next: to.into() }),
-            Jump::Jmp { to } => Some(Done { cycles: 3, next: to.into() }),
-            Jump::Ijmp => Some(Done { cycles: 2, next: self.pair(Z).into() }),
-        }
-    }
-
-    #[inline(always)]
-    fn special(&self, now: &mut Now, instruction: Special) -> Option<Done> {
-        let mut cycles = 1;
-        let mut next = now.pc.wrapping_add(1);
-        match instruction {
-            Special::Rcall { to } => {
+            Bset { mask } => now.status.set(mask, true),
+            Bclr { mask } => now.status.set(mask, false),
+            Rjmp { to } => (cycles, next) = (2, to.into()),
+            Jmp { to } => (cycles, next) = (3, to.into()),
+            Ijmp => (cycles, next) = (2, self.pair(Z).into()),
+            Rcall { to } => {
                 self.push_address(next)?;
                 (cycles, next) = (1 + i64::from(self.return_address), to.into());
             }
-            Special::Call { to } => {
+            Call { to } => {
                 self.push_address(now.pc.wrapping_add(2))?;
                 (cycles, next) = (2 + i64::from(self.return_address), to.into());
             }
-            Special::Icall => {
+            Icall => {
                 self.push_address(next)?;
                 (cycles, next) = (1 + i64::from(self.return_address), self.pair(Z).into());
             }
-            Special::Ret => {
+            Ret => {
                 next = self.pop_address()?;
                 cycles = 2 + i64::from(self.return_address);
             }
-            Special::Sbrs { from, mask, skip } => {
+            Sbrs { from, mask, skip } => {
                 let words = if self.get(from) & mask != 0 { skip } else { 0 };
                 (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Special::Sbrc { from, mask, skip } => {
+            Sbrc { from, mask, skip } => {
                 let words = if self.get(from) & mask == 0 { skip } else { 0 };
                 (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Special::Cpse { one, other, skip } => {
+            Cpse { one, other, skip } => {
                 let words = if self.get(one) == self.get(other) { skip } else { 0 };
                 (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Special::Sbis { address, mask, skip } => {
+            Sbis { address, mask, skip } => {
                 let words = if self.load_io(now, address.into())? & mask != 0 { skip } else { 0 };
                 (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Special::Sbic { address, mask, skip } => {
+            Sbic { address, mask, skip } => {
                 let words = if self.load_io(now, address.into())? & mask == 0 { skip } else { 0 };
                 (cycles, next) = (1 + i64::from(words), next.wrapping_add(words.into()));
             }
-            Special::In { to, address } => {
+            In { to, address } => {
                 let value = self.load_io(now, address.into())?;
                 self.set(to, value);
             }
-            Special::Out { from, address } => self.store_io(now, address.into(), self.get(from))?,
-            Special::Cbi { address, mask } => {
+            Out { from, address } => self.store_io(now, address.into(), self.get(from))?,
+            Cbi { address, mask } => {
                 self.change_bit(now, address.into(), |value| value & !mask)?;
                 cycles = 2;
             }
-            Special::Sbi { address, mask } => {
+            Sbi { address, mask } => {
                 self.change_bit(now, address.into(), |value| value | mask)?;
                 cycles = 2;
             }
-            Special::Sei => self.set_status(now, now.status.byte() | INTERRUPT),
-            Special::Cli => now.status.set(INTERRUPT, false),
-            Special::Reti => {
+            Sei => self.set_status(now, now.status.byte() | INTERRUPT),
+            Cli => now.status.set(INTERRUPT, false),
+            Reti => {
                 next = self.pop_address()?;
                 cycles = 2 + i64::from(self.return_address);
                 self.set_status(now, now.status.byte() | INTERRUPT);
             }
-            Special::Lpm { to } => {
+            Lpm { to } => {
                 let value = self.cpu.read_flash(self.pair(Z));
                 self.set(to, value);
                 cycles = 3;
             }
-            Special::LpmIncrement { to } => {
+            LpmIncrement { to } => {
                 let address = self.pair(Z);
                 let value = self.cpu.read_flash(address);
                 self.set(to, value);
                 self.set_pair(Z, address.wrapping_add(1));
                 cycles = 3;
             }
-            Special::Nop => {}
-            Special::Rare(_) => return None,
+            Nop => {}
+            _ => return None,
+        }
+        Some(Done { cycles, next })
+    }
+
+    #[inline(always)]
+    fn branch(&self, now: &Now, instruction: Instruction) -> Option<Done> {
+        let mut cycles = 1;
+        let mut next = now.pc.wrapping_add(1);
+        match instruction {
+            Brbs { mask, by } => {
+                if now.status.has(mask) {
+                    (cycles, next) = (2, next.wrapping_add_signed(by.into()));
+                }
+            }
+            Brbc { mask, by } => {
+                if !now.status.has(mask) {
+                    (cycles, next) = (2, next.wrapping_add_signed(by.into()));
+                }
+            }
+            _ => return None,
         }
         Some(Done { cycles, next })
     }

@@ -1,9 +1,7 @@
 //! Instructions, as far as they matter to a stack.
 
-use instruction_set::{
-    Arithmetic, Bits, Branch, Compare, Flow, Instruction, Jump, Load, Memory, Move, Rare, Special, Stack,
-    Store, Sum, Transfer, Word, Y, Z, has_two_words,
-};
+use instruction_set::Instruction::{self, *};
+use instruction_set::{Word, Y, Z, branch, has_two_words};
 
 /// What an instruction does, or two that belong together. Registers are given by number, addresses in bytes of flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,7 +76,7 @@ pub fn effect(flash: &[u8], address: u32) -> Option<(Effect, u32)> {
     let next = self::instruction(flash, address + 2);
     match next.and_then(|next| on_pair(instruction, next)) {
         Some(effect) => Some((effect, 4)),
-        None => Some((of(instruction), length(flash, address))),
+        None => Some((of(instruction, address), length(flash, address))),
     }
 }
 
@@ -87,24 +85,20 @@ pub fn instruction(flash: &[u8], address: u32) -> Option<Instruction> {
     let (opcode, second) = (word(flash, address)?, word(flash, address + 2));
     let is_whole = second.is_some() || !has_two_words(opcode);
     let instruction = instruction_set::decode(address / 2, opcode, second.unwrap_or(u16::MAX));
-    Some(instruction).filter(|&instruction| is_whole && instruction != Instruction::NONE)
+    Some(instruction).filter(|&instruction| is_whole && instruction != Invalid)
 }
 
 /// The address in the data space that the instruction at an address names: a variable's, in `lds` and `sts`,
 /// or that of an I/O register, in `in` and `out`, and where a bit of it is set, cleared or asked for.
 pub fn named_address(flash: &[u8], address: u32) -> Option<u16> {
     match instruction(flash, address)? {
-        Instruction::Transfer(Transfer::Memory(
-            Memory::Load(Load::Lds { address, .. }) | Memory::Store(Store::Sts { address, .. }),
-        )) => Some(address),
-        Instruction::Flow(Flow::Special(
-            Special::In { address, .. }
-            | Special::Out { address, .. }
-            | Special::Sbi { address, .. }
-            | Special::Cbi { address, .. }
-            | Special::Sbis { address, .. }
-            | Special::Sbic { address, .. },
-        )) => Some(address.into()),
+        Lds { address, .. } | Sts { address, .. } => Some(address),
+        In { address, .. }
+        | Out { address, .. }
+        | Sbi { address, .. }
+        | Cbi { address, .. }
+        | Sbis { address, .. }
+        | Sbic { address, .. } => Some(address.into()),
         _ => None,
     }
 }
@@ -121,116 +115,72 @@ fn word(flash: &[u8], address: u32) -> Option<u16> {
 
 /// What two instructions in a row do to a pair of registers: `subi` and `sbci`, or `cpi` and `cpc`.
 fn on_pair(first: Instruction, second: Instruction) -> Option<Effect> {
-    let (Instruction::Arithmetic(first), Instruction::Arithmetic(second)) = (first, second) else {
-        return None;
-    };
     let (low, high, effect) = match (first, second) {
-        (
-            Arithmetic::Sum(Sum::Subi { to: low, value: amount }),
-            Arithmetic::Sum(Sum::Sbci { to: high, value: high_amount }),
-        ) => (low, high, Effect::AddPair(low, i16::from_le_bytes([amount, high_amount]).wrapping_neg())),
-        (
-            Arithmetic::Compare(Compare::Cpi { one: low, value }),
-            Arithmetic::Compare(Compare::Cpc { one: high, other }),
-        ) => (low, high, Effect::ComparePair(low, value, other)),
+        (Subi { to: low, value: amount }, Sbci { to: high, value: high_amount }) => {
+            (low, high, Effect::AddPair(low, i16::from_le_bytes([amount, high_amount]).wrapping_neg()))
+        }
+        (Cpi { one: low, value }, Cpc { one: high, other }) => {
+            (low, high, Effect::ComparePair(low, value, other))
+        }
         _ => return None,
     };
     (low.is_multiple_of(2) && high == low + 1).then_some(effect)
 }
 
-fn of(instruction: Instruction) -> Effect {
+fn of(instruction: Instruction, address: u32) -> Effect {
     match instruction {
-        Instruction::Transfer(transfer) => match transfer {
-            Transfer::Move(Move::Movw { to, from }) => Effect::CopyPair(to, from),
-            Transfer::Move(Move::Ldi { to, value }) => Effect::Load(to, value),
-            Transfer::Move(Move::Mov { to, from }) => Effect::Copy(to, from),
-            Transfer::Memory(Memory::Load(load)) => of_load(load),
-            Transfer::Memory(Memory::Store(Store::Sts { from, address })) => written(address, from),
-            Transfer::Memory(Memory::Store(Store::Std { .. })) => NOTHING,
-            Transfer::Memory(Memory::Store(Store::StStep { pointer, .. })) => Effect::Other(pair(pointer)),
-            Transfer::Stack(Stack::Push { from }) => Effect::Push(from),
-            Transfer::Stack(Stack::Pop { to }) => Effect::Pop(to),
-        },
-        Instruction::Arithmetic(Arithmetic::Compare(_)) => NOTHING,
-        Instruction::Arithmetic(Arithmetic::Sum(sum)) => match sum {
-            Sum::Adiw { to, value } => Effect::AddPair(to, value.into()),
-            Sum::Sbiw { to, value } => Effect::AddPair(to, -i16::from(value)),
-            Sum::Subi { to, .. }
-            | Sum::Sbci { to, .. }
-            | Sum::Add { to, .. }
-            | Sum::Adc { to, .. }
-            | Sum::Sub { to, .. }
-            | Sum::Sbc { to, .. } => changes(to),
-        },
-        Instruction::Arithmetic(Arithmetic::Bits(bits)) => of_bits(bits),
-        Instruction::Flow(Flow::Branch(branch)) => match branch {
-            Branch::Brbc { mask: CARRY, to } => Effect::BranchIfSameOrHigher(bytes(to)),
-            Branch::Brbs { to, .. } | Branch::Brbc { to, .. } => Effect::Branch(bytes(to)),
-        },
-        Instruction::Flow(Flow::Jump(jump)) => match jump {
-            Jump::Rjmp { to } | Jump::Jmp { to } => Effect::Jump(bytes(to)),
-            Jump::Ijmp => Effect::JumpIndirect,
-        },
-        Instruction::Flow(Flow::Special(special)) => of_special(special),
-    }
-}
-
-fn of_load(load: Load) -> Effect {
-    match load {
-        Load::Ldd { to, pointer: Y, displacement } => Effect::LoadAboveY(to, displacement),
-        Load::Ldd { to, .. } => changes(to),
-        Load::Lds { to, address: STATUS } => Effect::ReadStatus(to),
-        Load::Lds { to, .. } => changes(to),
-        Load::LdStep { to, pointer, .. } => Effect::Other(1 << to | pair(pointer)),
-    }
-}
-
-fn of_bits(bits: Bits) -> Effect {
-    match bits {
-        Bits::And { to, .. }
-        | Bits::Or { to, .. }
-        | Bits::Eor { to, .. }
-        | Bits::Andi { to, .. }
-        | Bits::Ori { to, .. }
-        | Bits::Com { to }
-        | Bits::Neg { to }
-        | Bits::Inc { to }
-        | Bits::Dec { to }
-        | Bits::Swap { to }
-        | Bits::Asr { to }
-        | Bits::Lsr { to }
-        | Bits::Ror { to }
-        | Bits::Bld { to, .. } => changes(to),
-        Bits::Mul { .. } | Bits::Muls { .. } | Bits::Mulsu { .. } => PRODUCT,
-        Bits::Bst { .. } | Bits::Bset { .. } | Bits::Bclr { .. } => NOTHING,
-    }
-}
-
-fn of_special(special: Special) -> Effect {
-    match special {
-        Special::Rcall { to } | Special::Call { to } => Effect::Call(bytes(to)),
-        Special::Icall => Effect::CallIndirect,
-        Special::Ret | Special::Reti => Effect::Return,
-        Special::Sbrs { .. }
-        | Special::Sbrc { .. }
-        | Special::Cpse { .. }
-        | Special::Sbis { .. }
-        | Special::Sbic { .. } => Effect::Skip,
-        Special::In { to, address } => read(address.into(), to),
-        Special::Out { from, address } => written(address.into(), from),
-        Special::Sei => Effect::EnableInterrupts,
-        Special::Cli => Effect::DisableInterrupts,
-        Special::Lpm { to } => changes(to),
-        Special::LpmIncrement { to } => Effect::Other(1 << to | pair(Z)),
-        Special::Cbi { .. } | Special::Sbi { .. } | Special::Nop => NOTHING,
-        Special::Rare(rare) => match rare {
-            Rare::Elpm { to } => changes(to),
-            Rare::ElpmIncrement { to } => Effect::Other(1 << to | pair(Z)),
-            Rare::FractionalProduct => PRODUCT,
-            Rare::Eijmp => Effect::JumpIndirect,
-            Rare::Eicall => Effect::CallIndirect,
-            Rare::Sleep | Rare::Wdr | Rare::Break | Rare::Spm | Rare::None => NOTHING,
-        },
+        Movw { to, from } => Effect::CopyPair(to, from),
+        Ldi { to, value } => Effect::Load(to, value),
+        Mov { to, from } => Effect::Copy(to, from),
+        Ldd { to, pointer: Y, displacement } => Effect::LoadAboveY(to, displacement),
+        Lds { to, address: STATUS } => Effect::ReadStatus(to),
+        Sts { from, address } => written(address, from),
+        LdStep { to, pointer, .. } => Effect::Other(1 << to | pair(pointer)),
+        StStep { pointer, .. } => Effect::Other(pair(pointer)),
+        Push { from } => Effect::Push(from),
+        Pop { to } => Effect::Pop(to),
+        Adiw { to, value } => Effect::AddPair(to, value.into()),
+        Sbiw { to, value } => Effect::AddPair(to, -i16::from(value)),
+        Brbc { mask: CARRY, by } => Effect::BranchIfSameOrHigher(bytes(branch(address / 2, by))),
+        Brbs { by, .. } | Brbc { by, .. } => Effect::Branch(bytes(branch(address / 2, by))),
+        Rjmp { to } | Jmp { to } => Effect::Jump(bytes(to)),
+        Ijmp | Eijmp => Effect::JumpIndirect,
+        Rcall { to } | Call { to } => Effect::Call(bytes(to)),
+        Icall | Eicall => Effect::CallIndirect,
+        Ret | Reti => Effect::Return,
+        Sbrs { .. } | Sbrc { .. } | Cpse { .. } | Sbis { .. } | Sbic { .. } => Effect::Skip,
+        In { to, address } => read(address.into(), to),
+        Out { from, address } => written(address.into(), from),
+        Sei => Effect::EnableInterrupts,
+        Cli => Effect::DisableInterrupts,
+        LpmIncrement { to } | ElpmIncrement { to } => Effect::Other(1 << to | pair(Z)),
+        Mul { .. } | Muls { .. } | Mulsu { .. } | FractionalProduct => PRODUCT,
+        Ldd { to, .. }
+        | Lds { to, .. }
+        | Subi { to, .. }
+        | Sbci { to, .. }
+        | Add { to, .. }
+        | Adc { to, .. }
+        | Sub { to, .. }
+        | Sbc { to, .. }
+        | And { to, .. }
+        | Or { to, .. }
+        | Eor { to, .. }
+        | Andi { to, .. }
+        | Ori { to, .. }
+        | Com { to }
+        | Neg { to }
+        | Inc { to }
+        | Dec { to }
+        | Swap { to }
+        | Asr { to }
+        | Lsr { to }
+        | Ror { to }
+        | Bld { to, .. }
+        | Lpm { to }
+        | Elpm { to } => changes(to),
+        Std { .. } | Cpi { .. } | Cp { .. } | Cpc { .. } | Bst { .. } | Bset { .. } | Bclr { .. } => NOTHING,
+        Cbi { .. } | Sbi { .. } | Nop | Sleep | Wdr | Break | Spm | Invalid => NOTHING,
     }
 }
 

@@ -1,6 +1,6 @@
 //! How long instructions take (ATmega128 datasheet, "Instruction Set Summary"; AVR Instruction Set Manual).
 
-use instruction_set::{Arithmetic, Bits, Flow, Instruction, Jump, Rare, Special, Sum, Transfer};
+use instruction_set::Instruction::*;
 
 use crate::effect::{Effect, instruction};
 
@@ -10,44 +10,18 @@ use crate::effect::{Effect, instruction};
 ///
 /// A call pushes `return_address` bytes.
 pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
-    let return_address = return_address.into();
+    let return_address = u32::from(return_address);
     Some(match instruction(flash, address)? {
-        Instruction::Transfer(Transfer::Move(_)) => 1,
-        Instruction::Transfer(Transfer::Memory(_) | Transfer::Stack(_)) => 2,
-        Instruction::Arithmetic(Arithmetic::Sum(Sum::Adiw { .. } | Sum::Sbiw { .. })) => 2,
-        Instruction::Arithmetic(Arithmetic::Bits(
-            Bits::Mul { .. } | Bits::Muls { .. } | Bits::Mulsu { .. },
-        )) => 2,
-        Instruction::Arithmetic(_) | Instruction::Flow(Flow::Branch(_)) => 1,
-        Instruction::Flow(Flow::Jump(Jump::Rjmp { .. } | Jump::Ijmp)) => 2,
-        Instruction::Flow(Flow::Jump(Jump::Jmp { .. })) => 3,
-        Instruction::Flow(Flow::Special(special)) => of_special(special, return_address)?,
-    })
-}
-
-fn of_special(special: Special, return_address: u32) -> Option<u32> {
-    Some(match special {
-        Special::Rcall { .. } | Special::Icall => 1 + return_address,
-        Special::Call { .. } | Special::Ret | Special::Reti => 2 + return_address,
-        Special::Cbi { .. } | Special::Sbi { .. } => 2,
-        Special::Lpm { .. } | Special::LpmIncrement { .. } => 3,
-        Special::Rare(rare) => match rare {
-            Rare::Elpm { .. } | Rare::ElpmIncrement { .. } => 3,
-            Rare::FractionalProduct | Rare::Eijmp => 2,
-            Rare::Eicall => 4,
-            Rare::Sleep | Rare::Wdr | Rare::Break => 1,
-            Rare::Spm | Rare::None => return None,
-        },
-        Special::Sbrs { .. }
-        | Special::Sbrc { .. }
-        | Special::Cpse { .. }
-        | Special::Sbis { .. }
-        | Special::Sbic { .. }
-        | Special::In { .. }
-        | Special::Out { .. }
-        | Special::Sei
-        | Special::Cli
-        | Special::Nop => 1,
+        Ldd { .. } | Lds { .. } | LdStep { .. } | Std { .. } | Sts { .. } | StStep { .. } => 2,
+        Push { .. } | Pop { .. } | Adiw { .. } | Sbiw { .. } | Cbi { .. } | Sbi { .. } => 2,
+        Mul { .. } | Muls { .. } | Mulsu { .. } | FractionalProduct => 2,
+        Rjmp { .. } | Ijmp | Eijmp => 2,
+        Jmp { .. } | Lpm { .. } | LpmIncrement { .. } | Elpm { .. } | ElpmIncrement { .. } => 3,
+        Rcall { .. } | Icall => 1 + return_address,
+        Call { .. } | Ret | Reti => 2 + return_address,
+        Eicall => 4,
+        Spm | Invalid => return None,
+        _ => 1,
     })
 }
 
@@ -63,10 +37,10 @@ pub fn more_cycles(effect: Effect, behind: u32, to: u32) -> u32 {
 
 /// Whether the core sleeps from the instruction at an address on, until an interrupt comes.
 pub fn is_sleep(flash: &[u8], address: u32) -> bool {
-    instruction(flash, address) == Some(Rare::Sleep.into())
+    instruction(flash, address) == Some(Sleep)
 }
 
 /// Whether that is `reti`, which enables interrupts.
 pub fn is_return_from_interrupt(flash: &[u8], address: u32) -> bool {
-    instruction(flash, address) == Some(Special::Reti.into())
+    instruction(flash, address) == Some(Reti)
 }

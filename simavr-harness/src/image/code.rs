@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
-use instruction_set::{
-    Arithmetic, Branch, Compare, Flow, Instruction, Jump, Move, Rare, Special, Sum, Transfer, Word, decode,
-    has_two_words,
-};
+use instruction_set::Instruction::{self, *};
+use instruction_set::{Word, decode, has_two_words};
 
 use super::Image;
 
@@ -61,40 +59,29 @@ impl Image {
         let number = |word: Word| starts.binary_search(&(u32::from(word).checked_sub(first)? as usize)).ok();
         let code = |&at: &usize| {
             let (word, second) = (first + at as u32, words.get(at + 1).copied().unwrap_or(u16::MAX));
-            let (form, kind) = classify(words[at], decode(word, words[at], second), number);
+            let (form, kind) = classify(words[at], decode(word, words[at], second), word, number);
             Code { address: 2 * word, form, kind }
         };
         starts.iter().map(code).collect()
     }
 }
 
-fn classify(opcode: u16, instruction: Instruction, number: impl Fn(Word) -> Option<usize>) -> (Form, Kind) {
-    let plain = |opcode| (Form { opcode, target: None }, Kind::Other);
-    let indirect = (Form { opcode, target: None }, Kind::Indirect);
+fn classify(
+    opcode: u16,
+    instruction: Instruction,
+    at: u32,
+    number: impl Fn(Word) -> Option<usize>,
+) -> (Form, Kind) {
+    let plain = |opcode| Form { opcode, target: None };
+    let leading = |opcode| Form { opcode, target: instruction.target(at).and_then(number) };
     match instruction {
-        Instruction::Transfer(Transfer::Move(Move::Ldi { .. }))
-        | Instruction::Arithmetic(Arithmetic::Sum(Sum::Subi { .. } | Sum::Sbci { .. }))
-        | Instruction::Arithmetic(Arithmetic::Compare(Compare::Cpi { .. })) => plain(opcode & 0xf0f0),
-        Instruction::Flow(Flow::Branch(Branch::Brbs { to, .. } | Branch::Brbc { to, .. })) => {
-            (Form { opcode: opcode & 0xfc07, target: number(to) }, Kind::Branch)
-        }
-        Instruction::Flow(Flow::Jump(Jump::Rjmp { to })) => {
-            (Form { opcode: RJMP, target: number(to) }, Kind::Other)
-        }
-        Instruction::Flow(Flow::Jump(Jump::Jmp { .. })) => plain(RJMP),
-        Instruction::Flow(Flow::Jump(Jump::Ijmp)) => indirect,
-        Instruction::Flow(Flow::Special(special)) => match special {
-            Special::Rcall { .. } | Special::Call { .. } => plain(RCALL),
-            Special::Ret | Special::Reti | Special::Icall | Special::Rare(Rare::Eijmp | Rare::Eicall) => {
-                indirect
-            }
-            Special::Sbrs { .. }
-            | Special::Sbrc { .. }
-            | Special::Cpse { .. }
-            | Special::Sbis { .. }
-            | Special::Sbic { .. } => (Form { opcode, target: None }, Kind::Skip),
-            _ => plain(opcode),
-        },
-        _ => plain(opcode),
+        Ldi { .. } | Subi { .. } | Sbci { .. } | Cpi { .. } => (plain(opcode & 0xf0f0), Kind::Other),
+        Brbs { .. } | Brbc { .. } => (leading(opcode & 0xfc07), Kind::Branch),
+        Rjmp { .. } => (leading(RJMP), Kind::Other),
+        Jmp { .. } => (plain(RJMP), Kind::Other),
+        Rcall { .. } | Call { .. } => (plain(RCALL), Kind::Other),
+        Ijmp | Eijmp | Icall | Eicall | Ret | Reti => (plain(opcode), Kind::Indirect),
+        Sbrs { .. } | Sbrc { .. } | Cpse { .. } | Sbis { .. } | Sbic { .. } => (plain(opcode), Kind::Skip),
+        _ => (plain(opcode), Kind::Other),
     }
 }

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use instruction_set::{Flow, Instruction, Load, Memory, Special, Stack, Step, Transfer};
+use instruction_set::Instruction::*;
+use instruction_set::Step;
 
 use super::{Mcu, SREG};
 use crate::cpu::{CoreState, Registers};
@@ -66,22 +67,17 @@ impl Mcu {
         };
         let byte = |address: u16| address..address.saturating_add(1);
         match instruction {
-            Instruction::Transfer(Transfer::Memory(Memory::Load(load))) => byte(match load {
-                Load::Ldd { pointer: by, displacement, .. } => pointer(by).wrapping_add(displacement.into()),
-                Load::Lds { address, .. } => address,
-                Load::LdStep { pointer: by, step: Step::On, .. } => pointer(by),
-                Load::LdStep { pointer: by, step: Step::Back, .. } => pointer(by).wrapping_sub(1),
-            }),
-            Instruction::Transfer(Transfer::Stack(Stack::Pop { .. })) => from_stack(1),
-            Instruction::Flow(Flow::Special(special)) => match special {
-                Special::Ret | Special::Reti => from_stack(self.part().return_address),
-                Special::In { address, .. }
-                | Special::Sbis { address, .. }
-                | Special::Sbic { address, .. }
-                | Special::Sbi { address, .. }
-                | Special::Cbi { address, .. } => byte(address.into()),
-                _ => 0..0,
-            },
+            Ldd { pointer: by, displacement, .. } => byte(pointer(by).wrapping_add(displacement.into())),
+            Lds { address, .. } => byte(address),
+            LdStep { pointer: by, step: Step::On, .. } => byte(pointer(by)),
+            LdStep { pointer: by, step: Step::Back, .. } => byte(pointer(by).wrapping_sub(1)),
+            Pop { .. } => from_stack(1),
+            Ret | Reti => from_stack(self.part().return_address),
+            In { address, .. }
+            | Sbis { address, .. }
+            | Sbic { address, .. }
+            | Sbi { address, .. }
+            | Cbi { address, .. } => byte(address.into()),
             _ => 0..0,
         }
     }

@@ -1,6 +1,7 @@
 //! Which instructions and which bytes of SRAM are looked at.
 
-use instruction_set::{Flow, Instruction, Memory, Rare, Special, Step, Store, Transfer};
+use instruction_set::Instruction::{self, *};
+use instruction_set::Step;
 
 use crate::cpu::Cpu;
 use crate::image::{Image, Place};
@@ -62,31 +63,28 @@ impl Watch {
 
     /// Where the instruction at a word, the last that was executed, has stored.
     pub fn stored_at(&self, cpu: Cpu, at: u32) -> Option<u16> {
-        let store = match self.program.get(at as usize)? {
-            Instruction::Transfer(Transfer::Memory(Memory::Store(store))) => store,
-            Instruction::Flow(Flow::Special(
-                Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
-            )) => return Some((*address).into()),
-            _ => return None,
-        };
         let pair = |low: u8| u16::from_le_bytes([cpu.data(low.into()), cpu.data(u16::from(low) + 1)]);
-        Some(match *store {
-            Store::Std { pointer, displacement, .. } => pair(pointer).wrapping_add(displacement.into()),
-            Store::Sts { address, .. } => address,
-            Store::StStep { pointer, step: Step::On, .. } => pair(pointer).wrapping_sub(1),
-            Store::StStep { pointer, step: Step::Back, .. } => pair(pointer),
+        Some(match *self.program.get(at as usize)? {
+            Std { pointer, displacement, .. } => pair(pointer).wrapping_add(displacement.into()),
+            Sts { address, .. } => address,
+            StStep { pointer, step: Step::On, .. } => pair(pointer).wrapping_sub(1),
+            StStep { pointer, step: Step::Back, .. } => pair(pointer),
+            Out { address, .. } | Sbi { address, .. } | Cbi { address, .. } => address.into(),
+            _ => return None,
         })
     }
 }
 
 fn meaning(instruction: &Instruction) -> Meaning {
-    match instruction {
-        Instruction::Transfer(Transfer::Memory(Memory::Store(_))) => Meaning::Store,
-        Instruction::Flow(Flow::Special(Special::Reti)) => Meaning::Return,
-        Instruction::Flow(Flow::Special(Special::Rare(Rare::Sleep))) => Meaning::Sleep,
-        Instruction::Flow(Flow::Special(
-            Special::Out { address, .. } | Special::Sbi { address, .. } | Special::Cbi { address, .. },
-        )) if REGISTERS.contains(&(*address).into()) => Meaning::Output,
+    match *instruction {
+        Std { .. } | Sts { .. } | StStep { .. } => Meaning::Store,
+        Reti => Meaning::Return,
+        Sleep => Meaning::Sleep,
+        Out { address, .. } | Sbi { address, .. } | Cbi { address, .. }
+            if REGISTERS.contains(&address.into()) =>
+        {
+            Meaning::Output
+        }
         _ => Meaning::Nothing,
     }
 }

@@ -14,7 +14,7 @@ const INTEGRAL_FRACTION: u32 = 6;
 
 /// The integral's share of the drive: at most full drive. What an error adds fits above it.
 const LARGEST_INTEGRAL: i16 = FULL_DRIVE << INTEGRAL_FRACTION;
-const _: () = assert!(LARGEST_INTEGRAL <= i16::MAX - (i16::MAX >> FRACTION) - 1);
+const _: () = assert!(LARGEST_INTEGRAL < i16::MAX - (i16::MAX >> FRACTION));
 
 /// The position is smoothed over 2 to this power periods.
 const SMOOTHING: u32 = 3;
