@@ -172,8 +172,8 @@ impl Core<'_> {
 
     /// Executes an instruction. `None`: it was left undone, for simavr to do.
     ///
-    /// What is frequent is told apart by a few decisions, which the host predicts better than the target of one
-    /// jump to all.
+    /// What is frequent is told apart by a few decisions, which the host predicts better than the target of
+    /// one jump to all.
     #[inline(always)]
     fn execute(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         let number = instruction.number();

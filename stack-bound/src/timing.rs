@@ -21,7 +21,14 @@ pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
         Call { .. } | Ret | Reti => 2 + return_address,
         Eicall => 4,
         Spm | Invalid => return None,
-        _ => 1,
+        Movw { .. } | Ldi { .. } | Mov { .. } => 1,
+        Cpi { .. } | Cp { .. } | Cpc { .. } | Brbs { .. } | Brbc { .. } => 1,
+        Subi { .. } | Sbci { .. } | Add { .. } | Adc { .. } | Sub { .. } | Sbc { .. } => 1,
+        And { .. } | Or { .. } | Eor { .. } | Andi { .. } | Ori { .. } | Com { .. } | Neg { .. } => 1,
+        Inc { .. } | Dec { .. } | Swap { .. } | Asr { .. } | Lsr { .. } | Ror { .. } => 1,
+        Bst { .. } | Bld { .. } | Bset { .. } | Bclr { .. } => 1,
+        Sbrs { .. } | Sbrc { .. } | Cpse { .. } | Sbis { .. } | Sbic { .. } => 1,
+        In { .. } | Out { .. } | Sei | Cli | Nop | Sleep | Wdr | Break => 1,
     })
 }
 
