@@ -107,6 +107,26 @@ fn a_hundred_modules_walk_while_three_frames_of_four_are_lost() {
     assert!(run.observer.gait.beats > 50 * 2 * 99, "{}", run.observer.gait.beats);
 }
 
+/// Seeds with which a hop fails again and again, and the first beats after the order come no further.
+#[test]
+fn a_hundred_modules_take_up_another_period_in_time_while_three_frames_of_four_are_lost() {
+    let events =
+        "[[event]]\nat = 0\nloss = 0.75\n[[event]]\nat = 20\ncommand = [0xd1, 1, 40]\nto = '0.Front'";
+    for seed in [31, 75, 77, 123, 128] {
+        let run = run(robot(Shape::Centipede, 100, seed), events, 34);
+        assert_eq!(faults(&run), [""; 0], "seed {seed}");
+    }
+}
+
+/// What is lost from the start is a matter of the links, not of who is there.
+#[test]
+fn a_hundred_modules_lose_nobody_while_they_find_each_other_and_three_frames_of_four_are_lost() {
+    for seed in 1..=10 {
+        let run = run(robot(Shape::Centipede, 100, seed), "[[event]]\nat = 0\nloss = 0.75", 3);
+        assert_eq!(run.observer.discovery.lapses, 0, "seed {seed}");
+    }
+}
+
 #[test]
 fn the_outcome_depends_on_the_seed_only() {
     let outcome = |seed, tile, step: u64| {

@@ -14,7 +14,7 @@ use crate::mailbox::Mailbox;
 pub const ROOM: u8 = 4;
 
 /// How often a message is repeated before it is given up.
-pub const RETRY_LIMIT: u8 = 8;
+pub const RETRY_LIMIT: u8 = 12;
 
 /// A dock's link. A `static`: its tasks run on it, and readers of RAM find the [`LinkCounters`] at its start.
 #[repr(C)]

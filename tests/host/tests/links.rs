@@ -252,7 +252,8 @@ fn what_is_lost_or_spoilt_is_repeated_and_arrives_once_and_in_order() {
 
 #[test]
 fn where_nobody_hears_a_message_is_given_up() {
-    let outcome = run(|_| Fate::Lost, [5, 6]);
+    let pauses = [0; 2].map(|_| vec![100; MESSAGES.into()]);
+    let outcome = run_with(|_| Fate::Lost, [5, 6], pauses);
     assert_eq!(outcome.heard, [vec![], vec![]]);
     for counters in outcome.counters {
         assert!(counters.gave_up > 5, "{counters:?}");

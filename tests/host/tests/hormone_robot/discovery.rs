@@ -3,6 +3,7 @@
 use hormone::gait::GaitName::Centipede;
 use hormone::module_type::ModuleType;
 use hormone::schedule::PROBE_PERIOD;
+use hormone::topology::UNKNOWN_FOR;
 use tasks::dock::Dock::{Back, Front};
 
 use crate::robot::{Robot, hundred_modules};
@@ -71,6 +72,7 @@ fn with_a_dock_blind_in_one_direction_neither_end_counts_the_other() {
 
         robot.blind.clear();
         robot.discover(FOUND).expect("found once both directions carry");
+        robot.run(2 * u32::from(UNKNOWN_FOR));
 
         robot.blind.push(blind);
         robot.run(LOST);

@@ -28,7 +28,7 @@ fn a_hundred_modules_walk() {
     let branches_first = [[Segment::Branch; 24].as_slice(), &[Segment::Spine; 26]].concat();
     let spines_first = [[Segment::Spine; 26].as_slice(), &[Segment::Branch; 24]].concat();
     for body in [alternating, branches_first, spines_first, hundred_modules(7), hundred_modules(8)] {
-        let mut robot = Robot::with_body(Centipede.gait(), &body, 9);
+        let mut robot = Robot::with_body(Centipede.gait(), &body, 2);
         robot.longest_delay = 5;
         robot.frame_loss = 5;
         robot.discover(1_000).unwrap();

@@ -16,6 +16,7 @@ use hormone::pace::Pace;
 use hormone::time::until;
 use hormone::topology::Neighbours;
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
+use tasks::link::port::RETRY_LIMIT;
 use tasks::message::{Address, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
@@ -487,11 +488,11 @@ impl Robot {
     }
 
     /// When the frame of a hormone sent now gets through, if it does. As the link does, it repeats the frame
-    /// until the ACK comes, and gives up after eight repetitions; meanwhile the next hormone waits.
+    /// until the ACK comes, or gives up; meanwhile the next hormone waits.
     fn arrival(&mut self, from: Port) -> Option<u32> {
         let mut time = self.now.max(self.busy_until.get(&from).copied().unwrap_or_default());
         let mut arrival = None;
-        for _ in 0..9 {
+        for _ in 0..=RETRY_LIMIT {
             let is_through = !self.is_lost();
             if is_through {
                 arrival = arrival.or(Some(time));

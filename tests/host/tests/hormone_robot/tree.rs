@@ -5,7 +5,7 @@ use std::num::NonZeroU16;
 
 use hormone::gait::Gait;
 use hormone::gait::GaitName::Centipede;
-use hormone::topology::LOSSY_TIMEOUT;
+use hormone::topology::{LOSSY_TIMEOUT, UNKNOWN_FOR};
 use proptest::prelude::*;
 use tasks::dock::Dock;
 
@@ -49,6 +49,7 @@ proptest! {
         let mut robot = tree(&shape, seed);
         robot.longest_delay = 5;
         prop_assert!(robot.discover(150).is_some());
+        robot.run(2 * u32::from(UNKNOWN_FOR));
         for (module, dock) in changes {
             let port = (module % robot.len(), Dock::ALL[dock]);
             let other = robot.wire(port);
@@ -57,6 +58,7 @@ proptest! {
             if let Some(other) = other {
                 robot.attach(port, other);
                 prop_assert!(robot.discover(150).is_some());
+                robot.run(2 * u32::from(UNKNOWN_FOR));
             }
         }
     }
