@@ -9,7 +9,7 @@
 //! be often enough to lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of
 //! a good link.
 //!
-//! Of a new link nobody knows what it loses. It counts as lossy for half a second, and is given the time of a
+//! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second, and is given the time of a
 //! lossy one until twelve quick probes have come in a row, 120 ms.
 
 use tasks::dock::{Dock, DockSet};
@@ -47,7 +47,7 @@ const GAP: u16 = 100;
 const LOSSY_FOR: u16 = 8_000;
 
 /// How long a new link counts as lossy at least, in milliseconds.
-const NEW_FOR: u16 = 500;
+const NEW_FOR: u16 = 200;
 
 /// For each of the module's docks, by index, the neighbour's dock that is attached to it.
 pub type Neighbours = [Option<Dock>; 6];
