@@ -9,8 +9,8 @@
 //! be often enough to lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of
 //! a good link.
 //!
-//! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second, and is given the time of a
-//! lossy one until twelve quick probes have come in a row, 120 ms.
+//! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
+//! given the time of a lossy one until twelve quick probes have come in a row, 120 ms.
 
 use tasks::dock::{Dock, DockSet};
 
@@ -197,8 +197,8 @@ impl Topology {
 
     /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy or new link for up to
     /// [`LOSSY_TIMEOUT`]; whether a neighbour was lost by it. Call at least every 20 ms: then a loss over a
-    /// link that loses no more than one probe of six is noticed within 300 ms at both ends, even if only one of
-    /// them went deaf; but not in the first [`UNKNOWN_FOR`] of the link.
+    /// link that loses no more than one probe of six is noticed within 300 ms at both ends, even if only one
+    /// of them went deaf; but not in the first [`UNKNOWN_FOR`] of the link.
     pub fn expire(&mut self, now: u16) -> bool {
         let mut changed = false;
         for link in &mut self.links {
@@ -259,8 +259,8 @@ mod tests {
     const CALLING: Probe = Probe { dock: Back, hears: None, wants_more: false };
     const ATTACHED: Probe = Probe { dock: Back, hears: Some(Front), wants_more: false };
 
-    /// What is known of neighbours at this dock at a time, when a good link has been there for a second. Its last
-    /// probe came then.
+    /// What is known at `now`, when a good link at this dock has been there for a second. Its last probe came
+    /// then.
     fn good_since_a_second(dock: Dock, now: u16) -> Topology {
         let mut topology = Topology::new();
         for before in (0..=1_000).rev().step_by(10) {
