@@ -100,9 +100,12 @@ fn a_human_moves_each_arm_with_the_leg_across() {
     }
 }
 
+/// Three frames of four are lost.
+const LOSSY: &str = "[[event]]\nat = 0\nloss = 0.75";
+
 #[test]
 fn a_hundred_modules_walk_while_three_frames_of_four_are_lost() {
-    let run = run(robot(Shape::Centipede, 100, 1), "[[event]]\nat = 0\nloss = 0.75", 60);
+    let run = run(robot(Shape::Centipede, 100, 1), LOSSY, 60);
     assert_eq!(faults(&run), [""; 0]);
     assert!(run.observer.gait.beats > 50 * 2 * 99, "{}", run.observer.gait.beats);
 }
@@ -110,10 +113,9 @@ fn a_hundred_modules_walk_while_three_frames_of_four_are_lost() {
 /// Seeds with which a hop fails again and again, and the first beats after the order come no further.
 #[test]
 fn a_hundred_modules_take_up_another_period_in_time_while_three_frames_of_four_are_lost() {
-    let events =
-        "[[event]]\nat = 0\nloss = 0.75\n[[event]]\nat = 20\ncommand = [0xd1, 1, 40]\nto = '0.Front'";
+    let events = format!("{LOSSY}\n[[event]]\nat = 20\ncommand = [0xd1, 1, 40]\nto = '0.Front'");
     for seed in [31, 75, 77, 123, 128] {
-        let run = run(robot(Shape::Centipede, 100, seed), events, 34);
+        let run = run(robot(Shape::Centipede, 100, seed), &events, 34);
         assert_eq!(faults(&run), [""; 0], "seed {seed}");
     }
 }
@@ -122,7 +124,7 @@ fn a_hundred_modules_take_up_another_period_in_time_while_three_frames_of_four_a
 #[test]
 fn a_hundred_modules_lose_nobody_while_they_find_each_other_and_three_frames_of_four_are_lost() {
     for seed in 1..=10 {
-        let run = run(robot(Shape::Centipede, 100, seed), "[[event]]\nat = 0\nloss = 0.75", 3);
+        let run = run(robot(Shape::Centipede, 100, seed), LOSSY, 3);
         assert_eq!(run.observer.discovery.lapses, 0, "seed {seed}");
     }
 }
