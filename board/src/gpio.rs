@@ -84,6 +84,7 @@ impl<P, const BIT: u8> ErrorType for Output<P, BIT> {
 }
 
 impl<P: Port, const BIT: u8> OutputPin for Output<P, BIT> {
+    #[inline(always)]
     fn set_low(&mut self) -> Result<(), Infallible> {
         P::set_output(Pin::<P, BIT>::MASK, false);
         Ok(())

@@ -1,6 +1,6 @@
 //! What the system tasks ask of their devices. The board implements it.
 
-use kernel::{Masked, Semaphore, Task};
+use kernel::{Semaphore, Task};
 
 use crate::dock::Dock;
 use crate::docking::latch::{End, EndSwitches};
@@ -88,7 +88,7 @@ pub trait JointMotors {
     fn reading(&self, task: &mut Task, joint: usize) -> Reading;
 
     /// The drive from the next period on, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.
-    fn drive(&self, masked: &Masked, joint: usize, drive: i16);
+    fn drive(&mut self, task: &mut Task, joint: usize, drive: i16);
 
     /// All drives of the next period have been given.
     fn done(&mut self);

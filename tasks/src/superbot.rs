@@ -10,7 +10,7 @@
 use crate::dock::{Dock, DockSet};
 use crate::message::TaskCode;
 use crate::motor::Axis;
-use crate::motor::joint::Description;
+use crate::motor::joint::EndStops;
 use crate::motor::potentiometer::Potentiometer;
 use crate::router::{Residence, Residents, TaskSet};
 use crate::sensor::Scale;
@@ -84,17 +84,18 @@ pub const MOTOR_CURRENT: Scale = Scale { zero: 0, slope: 312 };
 /// What the current of a joint's motor is kept below, in mA.
 const MOTOR_CURRENT_LIMIT: i16 = 800;
 
-/// The joints in the halves turn 90 degrees to either side. Their potentiometers have 300.8 degrees over the
-/// converter's range, and their middle at 0 degrees: 47/16 of 0.1 degree a count.
-pub const JOINT: Description = Description {
-    potentiometer: Potentiometer::new(512, 47),
-    lowest: -900,
-    highest: 900,
-    current_limit: MOTOR_CURRENT.reading(MOTOR_CURRENT_LIMIT),
-};
+/// The same as the converter reads it.
+pub const JOINT_CURRENT_LIMIT: u16 = MOTOR_CURRENT.reading(MOTOR_CURRENT_LIMIT);
+
+/// The joints' potentiometers have 300.8 degrees over the converter's range, and their middle at 0 degrees:
+/// 47/16 of 0.1 degree a count.
+pub const POTENTIOMETER: Potentiometer = Potentiometer::new(512, 47);
+
+/// The joints in the halves turn 90 degrees to either side.
+pub const JOINT: EndStops = EndStops::new(-900, 900);
 
 /// The roll joint turns 135 degrees to either side.
-pub const ROLL: Description = Description { lowest: -1350, highest: 1350, ..JOINT };
+pub const ROLL: EndStops = EndStops::new(-1350, 1350);
 
 /// What a docking motor's current is kept below, in mA.
 pub const LATCH_CURRENT_LIMIT: i16 = 500;

@@ -1,7 +1,7 @@
 //! What HORMONE tells the joints.
 
 use tasks::motor::Axis;
-use tasks::motor::joint::{Fault, State};
+use tasks::motor::joint::State;
 use tasks::request::Request;
 
 use crate::action::Posture;
@@ -38,7 +38,7 @@ impl Joints {
         };
         match state {
             State::Off => *told = None,
-            State::Failed(Fault::Stall) => {
+            State::Stalled => {
                 *stalled = true;
                 self.retry_at = now.wrapping_add(RETRY);
             }

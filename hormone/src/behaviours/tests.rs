@@ -1,7 +1,7 @@
 use tasks::dock::Dock;
 use tasks::message::{Address, Letter, Message};
 use tasks::motor::Axis;
-use tasks::motor::joint::{Fault, State};
+use tasks::motor::joint::State;
 use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 
@@ -205,7 +205,7 @@ fn a_joint_that_has_stalled_is_told_again_after_a_while_also_where_no_beat_comes
             .collect::<Vec<_>>()
     };
     let before = [Axis::Front, Axis::Roll, Axis::Back].map(|axis| turned(&here, axis).len());
-    let report = Report::Joint(Axis::Roll, State::Failed(Fault::Stall)).to_payload();
+    let report = Report::Joint(Axis::Roll, State::Stalled).to_payload();
     let joint = Address::here(TaskCode::joint(Axis::Roll));
     behaviours.receive(now, letter(TaskCode::HORMONE, joint, &report), &mut here);
     behaviours.poll(now, &mut here);

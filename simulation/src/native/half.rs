@@ -117,7 +117,7 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
             Awaited::Measurement => self.joints.measurement(&mut around),
             Awaited::Period => {
                 self.look_at = self.ticks.wrapping_add(WATCH);
-                is_news = self.joints.period(&mut around);
+                is_news = self.joints.period(is_ordered, &mut around);
             }
         }
         let due = self.devices.next_due::<Around<N, IS_SLAVE>>(self.ticks);
@@ -170,9 +170,12 @@ impl<const N: usize, const IS_SLAVE: bool> joints::Surroundings for Around<'_, N
         self.hands.panels[joint].order.take()
     }
 
-    fn show(&mut self, joint: usize, state: State, position: Option<Position>) {
-        let panel = &mut self.hands.panels[joint];
-        (panel.state, panel.position) = (state, position);
+    fn show_position(&mut self, joint: usize, position: Option<Position>) {
+        self.hands.panels[joint].position = position;
+    }
+
+    fn show_state(&mut self, joint: usize, state: State) {
+        self.hands.panels[joint].state = state;
     }
 }
 

@@ -1,12 +1,11 @@
 //! One joint: its target, its limits, and what may go wrong with it.
 
-use super::pid::{Gains, Pid};
-use super::potentiometer::Potentiometer;
+use super::pid::Pid;
 use super::{DEGREE, FULL_DRIVE, Position, TENTH};
+use crate::superbot::{JOINT_CURRENT_LIMIT, POTENTIOMETER};
 
-/// Of the controller of every joint, found by trial on the assumed plant; `tests/host/tests/joint.rs` holds
-/// them to it.
-const GAINS: Gains = Gains::new(12, 4, 12);
+/// Less than this makes no difference to where a joint is: half a count of the converter.
+const TOLERANCE: Position = POTENTIOMETER.resolution() / 2;
 
 /// The setpoint waits for a joint that lags further behind than this.
 const LARGEST_LAG: u16 = 5 * DEGREE as u16;
@@ -46,63 +45,61 @@ const SETTLED: u8 = 12;
 /// Looks in a row that find a joint at rest off its target, after which it is at rest no longer: 256 ms.
 const CREPT: u8 = 8;
 
-/// How one joint is built and what it may do: the board says so.
+/// How far a joint may turn.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct Description {
-    pub potentiometer: Potentiometer,
-    /// The soft end stops, in 0.1 degree.
-    pub lowest: i16,
-    pub highest: i16,
-    /// What the motor's current is kept below, as the converter reads it, 0 to 1023.
-    pub current_limit: u16,
+pub struct EndStops {
+    lowest: Position,
+    highest: Position,
 }
 
-/// Why a joint does not do what it was told. A new target makes it try again.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
+impl EndStops {
+    /// From `lowest` to `highest`, in 0.1 degree.
+    ///
+    /// Panics, when it is evaluated as a constant, if a position does not hold them.
+    pub const fn new(lowest: i16, highest: i16) -> Self {
+        EndStops { lowest: lowest * TENTH, highest: highest * TENTH }
+    }
+
+    /// The position at `angle`, in 0.1 degree, or of the stop if that is beyond it.
+    fn position(&self, angle: i16) -> Position {
+        // Between the stops, so the product fits.
+        angle.min(self.highest / TENTH).max(self.lowest / TENTH).wrapping_mul(TENTH)
+    }
+}
+
+/// What a joint is doing. The number of each is its code in a report.
 #[repr(u8)]
-pub enum Fault {
-    /// The potentiometer reads what no working one does: out of range, or further than the joint can have
-    /// turned.
-    Potentiometer = 0,
-    /// The motor drives and the joint does not move.
-    Stall = 1,
-}
-
-/// What a joint is doing.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub enum State {
     /// The motor is off.
-    Off,
+    Off = 0,
     /// On its way to the target.
-    Moving,
+    Moving = 1,
     /// At the target, and kept there.
-    Arrived,
-    /// The motor is off, because of this.
-    Failed(Fault),
+    Arrived = 2,
+    /// The motor is off until there is a new target: the potentiometer reads what no working one does, out of
+    /// range, or further than the joint can have turned.
+    BrokenPotentiometer = 3,
+    /// Likewise: the motor drives and the joint does not move.
+    Stalled = 4,
 }
 
 impl State {
     /// The state's code in a report.
-    pub fn code(self) -> u8 {
-        match self {
-            State::Off => 0,
-            State::Moving => 1,
-            State::Arrived => 2,
-            State::Failed(fault) => 3 + fault as u8,
-        }
+    pub const fn code(self) -> u8 {
+        self as u8
     }
 
     /// The state with this code; `None` above 4.
-    pub fn from_code(code: u8) -> Option<State> {
+    pub const fn from_code(code: u8) -> Option<State> {
         match code {
             0 => Some(State::Off),
             1 => Some(State::Moving),
             2 => Some(State::Arrived),
-            3 => Some(State::Failed(Fault::Potentiometer)),
-            4 => Some(State::Failed(Fault::Stall)),
+            3 => Some(State::BrokenPotentiometer),
+            4 => Some(State::Stalled),
             _ => None,
         }
     }
@@ -119,7 +116,7 @@ pub struct Reading {
 
 /// One joint, to be stepped each millisecond.
 pub struct Joint {
-    description: Description,
+    stops: EndStops,
     state: State,
     target: Position,
     /// Where the joint should be by now, and 1/256 units more.
@@ -147,9 +144,9 @@ pub struct Joint {
 
 impl Joint {
     /// A joint whose motor is off.
-    pub const fn new(description: Description) -> Self {
+    pub const fn new(stops: EndStops) -> Self {
         Joint {
-            description,
+            stops,
             state: State::Off,
             target: 0,
             setpoint: 0,
@@ -171,15 +168,13 @@ impl Joint {
     /// Turns the joint to `angle`, in 0.1 degree, at no more than `speed`, in degrees per second. An angle
     /// beyond an end stop counts as that stop.
     pub fn turn_to(&mut self, angle: i16, speed: u8) {
-        // Positions hold both end stops, so the product fits.
-        let Description { lowest, highest, .. } = self.description;
-        self.target = angle.min(highest).max(lowest).wrapping_mul(TENTH);
+        self.target = self.stops.position(angle);
         self.settled = 0;
         // 41/256 is a degree per second in units per millisecond: 0.16.
         self.speed = u16::from(speed) * 41;
         match self.state {
             State::Moving | State::Arrived => self.state = State::Moving,
-            State::Off | State::Failed(_) => {
+            State::Off | State::BrokenPotentiometer | State::Stalled => {
                 self.state = State::Moving;
                 self.bad_readings = 0;
                 self.in_vain = 0;
@@ -219,26 +214,25 @@ impl Joint {
     /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer; nor is one
     /// that a load has moved by no more than the converter's noise, but for good.
     pub fn watch(&mut self, reading: Reading) {
-        let position = self.description.potentiometer.position(reading.potentiometer);
+        let position = POTENTIOMETER.position(reading.potentiometer);
         let Some(at) = position.filter(|position| self.rests_at(*position)) else {
             self.settled = 0;
             // Since the last look it may have turned further than in a period.
             self.position = position.or(self.position);
             return;
         };
-        self.off = if self.target.abs_diff(at) <= self.tolerance().unsigned_abs() { 0 } else { self.off + 1 };
+        self.off = if self.target.abs_diff(at) <= TOLERANCE.unsigned_abs() { 0 } else { self.off + 1 };
         if self.off >= CREPT {
             (self.off, self.settled) = (0, 0);
         }
     }
 
     /// One period. Returns the drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
-    #[inline(never)] // in a loop over joints the AVR would compute the address of each field anew
     pub fn step(&mut self, reading: Reading) -> i16 {
         let Some(position) = self.plausible(reading.potentiometer) else {
             self.bad_readings = self.bad_readings.saturating_add(1);
             if self.bad_readings >= BAD_READINGS && self.is_driven() {
-                self.state = State::Failed(Fault::Potentiometer);
+                self.state = State::BrokenPotentiometer;
             }
             return 0;
         };
@@ -252,8 +246,7 @@ impl Joint {
         }
         let feed_forward = self.advance_setpoint(position);
         self.limit_current(reading.current);
-        let tolerance = self.tolerance();
-        let sought = self.pid.step(GAINS, self.setpoint, position, tolerance, feed_forward, self.ceiling);
+        let sought = self.pid.step(self.setpoint, position, TOLERANCE, feed_forward, self.ceiling);
         let drive = self.stop_at_ends(position, sought);
         self.period = self.period.wrapping_add(1);
         if self.period & (REVIEW - 1) == 0 && !self.review(position, drive, reading.current) {
@@ -264,7 +257,7 @@ impl Joint {
 
     /// The position, if it can be that of the joint.
     fn plausible(&self, reading: u16) -> Option<Position> {
-        let position = self.description.potentiometer.position(reading)?;
+        let position = POTENTIOMETER.position(reading)?;
         match self.position {
             Some(last) if position.abs_diff(last) > LARGEST_STEP => None,
             _ => Some(position),
@@ -279,14 +272,9 @@ impl Joint {
         self.mark = position;
     }
 
-    /// Less than this makes no difference to where the joint is.
-    fn tolerance(&self) -> Position {
-        self.description.potentiometer.resolution() >> 1
-    }
-
     /// Whether a position is where the joint has come to rest, but for the converter's noise.
     fn rests_at(&self, position: Position) -> bool {
-        self.rest.abs_diff(position) <= self.description.potentiometer.resolution().unsigned_abs()
+        self.rest.abs_diff(position) <= POTENTIOMETER.resolution().unsigned_abs()
     }
 
     /// Moves the setpoint towards the target. Returns the drive that its motion takes.
@@ -312,18 +300,16 @@ impl Joint {
     /// Lowers the ceiling by a sixteenth in each period with too much current, and raises it slowly in the
     /// others.
     fn limit_current(&mut self, current: u16) {
-        self.ceiling = if current > self.description.current_limit {
-            self.ceiling - (self.ceiling >> 4)
-        } else {
-            (self.ceiling + 1).min(FULL_DRIVE)
-        };
+        if current > JOINT_CURRENT_LIMIT {
+            self.ceiling -= self.ceiling >> 4;
+        } else if self.ceiling < FULL_DRIVE {
+            self.ceiling += 1;
+        }
     }
 
     /// No drive over an end stop.
     fn stop_at_ends(&self, position: Position, drive: i16) -> i16 {
-        // As in `turn_to`.
-        let lowest = self.description.lowest.wrapping_mul(TENTH);
-        let highest = self.description.highest.wrapping_mul(TENTH);
+        let EndStops { lowest, highest } = self.stops;
         if (position >= highest && drive > 0) || (position <= lowest && drive < 0) { 0 } else { drive }
     }
 
@@ -339,10 +325,10 @@ impl Joint {
         if position.abs_diff(self.mark) > WAY {
             self.mark = position;
             self.in_vain = 0;
-        } else if is_strong || current > self.description.current_limit {
+        } else if is_strong || current > JOINT_CURRENT_LIMIT {
             self.in_vain += 1;
             if self.in_vain >= STALL {
-                self.state = State::Failed(Fault::Stall);
+                self.state = State::Stalled;
                 return false;
             }
         } else {
@@ -352,7 +338,7 @@ impl Joint {
     }
 
     fn settle(&mut self, position: Position, error: u16) {
-        let is_there = self.setpoint == self.target && error <= self.tolerance().unsigned_abs();
+        let is_there = self.setpoint == self.target && error <= TOLERANCE.unsigned_abs();
         if is_there && self.rests_at(position) {
             self.settled = self.settled.saturating_add(1);
         } else {

@@ -53,8 +53,11 @@ pub trait Surroundings {
     /// The order that this joint was given last, once.
     fn take_order(&mut self, joint: usize) -> Option<Order>;
 
-    /// Shows what has become of the joint, unless an order has come meanwhile.
-    fn show(&mut self, joint: usize, state: State, position: Option<Position>);
+    /// Shows where the joint is.
+    fn show_position(&mut self, joint: usize, position: Option<Position>);
+
+    /// Shows what the joint has come to do by itself, unless an order has come meanwhile.
+    fn show_state(&mut self, joint: usize, state: State);
 }
 
 /// What joints wait for.
@@ -80,6 +83,7 @@ pub struct Joints<const N: usize> {
 impl<const N: usize> Joints<N> {
     /// Joints that are off.
     pub const fn new(joints: [Joint; N]) -> Self {
+        const { assert!(N <= 2, "an MCU drives two joints at most") };
         Joints { joints, awaited: Awaited::Order }
     }
 
@@ -93,6 +97,7 @@ impl<const N: usize> Joints<N> {
     #[inline(always)] // a frame of its own would take stack
     pub fn order_or_look(&mut self, is_ordered: bool, around: &mut impl Surroundings) {
         if is_ordered {
+            self.take_orders(around);
             self.begin(around);
         } else {
             for (index, joint) in self.joints.iter_mut().enumerate() {
@@ -109,22 +114,15 @@ impl<const N: usize> Joints<N> {
         self.awaited = Awaited::Period;
     }
 
-    /// A period has begun. Returns whether a joint has changed its state by itself.
+    /// A period has begun, and an order has come since the last if `is_ordered`. Returns whether a joint has
+    /// changed its state by itself.
     #[inline(always)]
-    pub fn period(&mut self, around: &mut impl Surroundings) -> bool {
-        let mut is_news = false;
-        for (index, joint) in self.joints.iter_mut().enumerate() {
-            match around.take_order(index) {
-                Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
-                Some(Order::Relax) => joint.release(),
-                None => {}
-            }
-            let before = joint.state();
-            let drive = joint.step(around.reading(index));
-            around.drive(index, drive);
-            around.show(index, joint.state(), joint.position());
-            is_news |= joint.state() != before;
+    pub fn period(&mut self, is_ordered: bool, around: &mut impl Surroundings) -> bool {
+        if is_ordered {
+            self.take_orders(around);
         }
+        // No loop: so each joint's addresses are constants.
+        let is_news = self.control(0, around) | self.control(1, around);
         around.done();
         if self.are_at_rest() {
             around.end();
@@ -133,8 +131,36 @@ impl<const N: usize> Joints<N> {
         is_news
     }
 
+    /// Controls a joint, if there is one with this index. Returns whether it has changed its state by itself.
+    #[inline(always)]
+    fn control(&mut self, index: usize, around: &mut impl Surroundings) -> bool {
+        let Some(joint) = self.joints.get_mut(index) else { return false };
+        let before = joint.state();
+        let drive = joint.step(around.reading(index));
+        around.drive(index, drive);
+        around.show_position(index, joint.position());
+        let is_news = joint.state() != before;
+        if is_news {
+            around.show_state(index, joint.state());
+        }
+        is_news
+    }
+
+    #[inline(never)] // seldom called, and from two places
+    fn take_orders(&mut self, around: &mut impl Surroundings) {
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            match around.take_order(index) {
+                Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
+                Some(Order::Relax) => joint.release(),
+                None => {}
+            }
+        }
+    }
+
+    #[inline(always)]
     fn are_at_rest(&self) -> bool {
-        self.joints.iter().all(Joint::is_at_rest)
+        let rests = |index: usize| self.joints.get(index).is_none_or(Joint::is_at_rest);
+        rests(0) && rests(1)
     }
 
     /// Rests as long as all joints do: their drives stay as they are, and need no computing.

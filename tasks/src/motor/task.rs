@@ -178,11 +178,13 @@ impl<const N: usize> Motors<N> {
         news: &'static Semaphore,
     ) {
         self.count(task);
-        if joints.period(&mut Here { task, motors: self, devices }) {
+        let mut is_ordered = false;
+        while self.ordered.try_wait(task) {
+            is_ordered = true;
+        }
+        if joints.period(is_ordered, &mut Here { task, motors: self, devices }) {
             news.post(task);
         }
-        // Signals of orders that have been carried out, or will be in the next period.
-        while joints.awaited() == Awaited::Period && self.ordered.try_wait(task) {}
     }
 
     /// Counts a period, and those that have passed meanwhile.
@@ -227,8 +229,7 @@ impl<D: JointMotors, const N: usize> Surroundings for Here<'_, D, N> {
 
     #[inline(always)]
     fn drive(&mut self, joint: usize, drive: i16) {
-        let devices = &self.devices;
-        self.task.mask(|masked| devices.drive(masked, joint, drive));
+        self.devices.drive(self.task, joint, drive);
     }
 
     #[inline(always)]
@@ -243,15 +244,19 @@ impl<D: JointMotors, const N: usize> Surroundings for Here<'_, D, N> {
     }
 
     #[inline(always)]
-    fn show(&mut self, joint: usize, state: State, position: Option<Position>) {
+    fn show_position(&mut self, joint: usize, position: Option<Position>) {
         let Some(panel) = self.motors.panels.get(joint) else { return };
-        // Each in a section of its own, for the sake of whoever else begins in time.
+        self.task.mask(|masked| panel.position.set(masked, position));
+    }
+
+    #[inline(always)]
+    fn show_state(&mut self, joint: usize, state: State) {
+        let Some(panel) = self.motors.panels.get(joint) else { return };
         self.task.mask(|masked| {
             // Else an order has come that the joint has not begun with.
             if panel.order.get(masked).is_none() {
                 panel.state.set(masked, state);
             }
         });
-        self.task.mask(|masked| panel.position.set(masked, position));
     }
 }

@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use kernel::{Interrupt, Masked, Priority, Semaphore, Stack, Task, Ticks, host};
+use kernel::{Interrupt, Priority, Semaphore, Stack, Task, Ticks, host};
 use plants::dock::{Latch, reflected};
 use plants::joint::{Joint as Plant, counts};
 use tasks::device::{JointMotors, Peripherals, Quantity};
@@ -209,7 +209,7 @@ impl JointMotors for Motor {
         }
     }
 
-    fn drive(&self, _: &Masked, _: usize, drive: i16) {
+    fn drive(&mut self, _: &mut Task, _: usize, drive: i16) {
         at(&self.0).drive = drive;
     }
 

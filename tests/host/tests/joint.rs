@@ -2,7 +2,7 @@
 
 use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
-use tasks::motor::joint::{Fault, Joint, Reading, State};
+use tasks::motor::joint::{Joint, Reading, State};
 use tasks::motor::{FULL_DRIVE, to_angle};
 use tasks::superbot::{JOINT, ROLL};
 
@@ -190,7 +190,7 @@ fn a_blocked_joint_draws_no_more_than_its_limit_and_stalls() {
         periods += 1;
         assert!(periods < 20 || rig.plant.amperes() < 0.85, "{} A after {periods} ms", rig.plant.amperes());
     }
-    assert_eq!((rig.joint.state(), rig.drive), (State::Failed(Fault::Stall), 0));
+    assert_eq!((rig.joint.state(), rig.drive), (State::Stalled, 0));
     assert!((240..300).contains(&periods), "{periods} ms");
     // Freed and told again, it goes.
     rig.plant.surroundings.is_blocked = false;
@@ -220,12 +220,12 @@ fn a_broken_potentiometer_stops_the_motor() {
         rig.step();
         assert_eq!(rig.drive, 0, "at the first bad reading");
         rig.trace(2);
-        assert_eq!(rig.joint.state(), State::Failed(Fault::Potentiometer));
+        assert_eq!(rig.joint.state(), State::BrokenPotentiometer);
         rig.trace(50); // what swing is left ends
         let angle = rig.plant.degrees();
         rig.joint.turn_to(600, 60);
         rig.trace(10);
-        assert_eq!(rig.joint.state(), State::Failed(Fault::Potentiometer), "a new order does not help");
+        assert_eq!(rig.joint.state(), State::BrokenPotentiometer, "a new order does not help");
         assert_eq!(rig.plant.degrees(), angle);
         rig.plant.set_fault(None);
         rig.joint.turn_to(300, 60);
@@ -242,7 +242,7 @@ fn a_stuck_potentiometer_is_a_stall() {
     rig.trace(200);
     rig.plant.set_fault(Some(PotentiometerFault::Stuck));
     rig.trace(700);
-    assert_eq!((rig.joint.state(), rig.drive), (State::Failed(Fault::Stall), 0));
+    assert_eq!((rig.joint.state(), rig.drive), (State::Stalled, 0));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use kernel::{Masked, Priority, Semaphore, Stack, Task, Ticks, host};
+use kernel::{Priority, Semaphore, Stack, Task, Ticks, host};
 use plants::joint::{Joint as Plant, counts};
 use tasks::device::JointMotors;
 use tasks::motor::FULL_DRIVE;
@@ -58,7 +58,7 @@ impl JointMotors for Board {
         Reading { potentiometer, current }
     }
 
-    fn drive(&self, _: &Masked, joint: usize, drive: i16) {
+    fn drive(&mut self, _: &mut Task, joint: usize, drive: i16) {
         self.world().drives[joint] = drive;
     }
 
@@ -187,6 +187,28 @@ fn a_joint_is_controlled_in_each_period_until_all_are_at_rest_and_its_arrival_is
         assert_eq!(client.board.world().begun, 2);
         client.news(3_000);
         assert_eq!(client.states(), [State::Arrived; 2]);
+    });
+}
+
+#[test]
+fn an_order_is_begun_with_whenever_it_comes() {
+    run(|client| {
+        // Before the first period, and in each of the next ones; the other one has its own.
+        for ticks in 0..4 {
+            client.turn(0, 300);
+            client.news(ticks);
+            client.turn(1, 500);
+            client.news(5);
+            assert_eq!(client.states(), [State::Moving; 2]);
+            let driven = client.board.world().drives;
+            assert!(driven.iter().all(|&drive| drive > 0), "{ticks} ticks later: {driven:?}");
+            for joint in 0..2 {
+                client.motors.order(client.task, joint, Order::Relax);
+            }
+            client.news(5);
+            assert_eq!((client.states(), client.board.world().drives), ([State::Off; 2], [0; 2]));
+        }
+        assert_eq!(client.motors.counters(client.task).missed, 0);
     });
 }
 

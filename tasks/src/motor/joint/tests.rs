@@ -4,7 +4,7 @@
 extern crate std;
 
 use super::*;
-use crate::superbot::JOINT;
+use crate::superbot::{JOINT, JOINT_CURRENT_LIMIT};
 
 /// The converter's reading where the joint is so many of its counts from the middle.
 fn reading(counts: i16) -> Reading {
@@ -30,7 +30,7 @@ fn a_reading_too_far_off_for_one_period_is_none_of_the_joint() {
         assert_eq!(joint.step(reading(21)), 0, "{bad}");
         assert_eq!(joint.position(), Some(493));
     }
-    assert_eq!(joint.state(), State::Failed(Fault::Potentiometer));
+    assert_eq!(joint.state(), State::BrokenPotentiometer);
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn the_setpoint_goes_five_degrees_ahead_and_waits() {
 #[test]
 fn too_much_current_lowers_the_ceiling_quickly_and_less_raises_it_slowly() {
     let mut joint = moving();
-    let limit = JOINT.current_limit;
+    let limit = JOINT_CURRENT_LIMIT;
     joint.limit_current(limit + 1);
     assert_eq!(joint.ceiling, FULL_DRIVE - FULL_DRIVE / 16);
     joint.limit_current(limit);
@@ -83,7 +83,7 @@ fn a_joint_has_arrived_once_its_setpoint_has_and_it_is_there() {
 
 #[test]
 fn strong_drive_far_from_the_target_and_no_way_is_a_stall_and_less_is_none() {
-    let limit = JOINT.current_limit;
+    let limit = JOINT_CURRENT_LIMIT;
     let looked_at = |off: Position, way: Position, drive: i16, current: u16, reviews: u8| {
         let mut joint = moving();
         let position = 600 * TENTH - off;
