@@ -213,6 +213,17 @@ fn an_order_is_begun_with_whenever_it_comes() {
 }
 
 #[test]
+fn two_joints_that_arrive_in_the_same_period_are_news() {
+    run(|client| {
+        client.board.world().joints = [0.0; 2].map(Plant::at);
+        client.turn(0, 300);
+        client.turn(1, 300);
+        assert_eq!(client.news(3_000), 1);
+        assert_eq!(client.states(), [State::Arrived; 2]);
+    });
+}
+
+#[test]
 fn a_joint_at_rest_is_looked_at_and_held_where_somebody_moves_it() {
     run(|client| {
         client.turn(0, 0);
