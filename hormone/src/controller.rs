@@ -470,7 +470,7 @@ impl Controller {
         // Else a new leader would take up what the timer came by while it was none.
         self.pacemaker.skip(now);
         if !self.is_in_ring() {
-            self.election.follow(now);
+            self.election.leave(now);
         }
         if has_led && self.is_in_ring() {
             // Nobody leads any more, unless this was for a moment.

@@ -7,6 +7,10 @@
 //! with that, above all candidates, and draws its rank anew each time, so that a tie ends in the next round.
 //! So two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
 //!
+//! A candidate that hears a beat waits for its token all the same: where a chain has just closed to a ring the beat
+//! may be its own, of when it was the head. Where somebody leads the token ends there. One whose candidate is
+//! gone ends at the first module that it passes again, for all that it passes give way to it.
+//!
 //! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
 //! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
 
@@ -42,6 +46,11 @@ pub struct Token {
     pub hops: u16,
 }
 
+impl Token {
+    /// None that goes round is like this one, and has passed more modules.
+    const NONE: Token = Token { rank: 0, hops: LARGEST };
+}
+
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 enum Role {
@@ -57,8 +66,8 @@ enum Role {
 /// A module's part in the election.
 pub struct Election {
     role: Role,
-    /// The rank drawn last.
-    rank: u16,
+    /// The token that it sent last, with no hop, or passed on.
+    last: Token,
     /// A 16-bit linear feedback shift register, x^16 + x^14 + x^13 + x^11 + 1.
     random: u16,
     round_at: u16,
@@ -70,7 +79,7 @@ impl Election {
     /// A follower at `now`. `seed` should differ from module to module.
     pub const fn new(seed: u16, now: u16) -> Self {
         let round_at = now.wrapping_add(2 * ROUND);
-        Election { role: Role::Follower, rank: 0, random: seed, round_at, wait: 2 }
+        Election { role: Role::Follower, last: Token::NONE, random: seed, round_at, wait: 2 }
     }
 
     /// The size of the ring that this module leads, if it does.
@@ -81,15 +90,30 @@ impl Election {
         }
     }
 
-    /// Somebody leads: a beat came. Or the module is in no ring.
-    pub fn follow(&mut self, now: u16) {
+    /// The module is in no ring.
+    pub fn leave(&mut self, now: u16) {
+        self.last = Token::NONE;
         self.wait = 2;
         self.give_way(now);
+    }
+
+    /// A beat came: somebody leads, or this module did until it became a candidate.
+    pub fn follow(&mut self, now: u16) {
+        self.wait = 2;
+        if self.role == Role::Candidate {
+            self.wait_from(now);
+        } else {
+            self.give_way(now);
+        }
     }
 
     /// Somebody stands.
     fn give_way(&mut self, now: u16) {
         self.role = Role::Follower;
+        self.wait_from(now);
+    }
+
+    fn wait_from(&mut self, now: u16) {
         self.round_at = now.wrapping_add(u16::from(self.wait) * ROUND);
     }
 
@@ -108,17 +132,18 @@ impl Election {
             Role::Candidate => {}
             Role::Leader { ring, silent } if silent < PATIENCE => {
                 self.role = Role::Leader { ring, silent: silent + 1 };
-                self.rank = self.draw(now) | LEADER;
+                self.last.rank = self.draw(now) | LEADER;
                 next = next.max(ring * HOP);
             }
             _ => {
                 self.role = Role::Candidate;
-                self.rank = self.draw(now);
+                self.last.rank = self.draw(now);
                 self.wait = LONGEST_WAIT.min(2 * self.wait);
             }
         }
+        self.last.hops = 0;
         self.round_at = now.wrapping_add(next);
-        Some(Token { rank: self.rank, hops: 1 })
+        Some(Token { hops: 1, ..self.last })
     }
 
     /// Milliseconds from `now` until the next round.
@@ -129,14 +154,17 @@ impl Election {
     /// Takes in a token. Returns what goes on to the next module, if anything does.
     pub fn hear(&mut self, token: Token, now: u16) -> Option<Token> {
         if self.role != Role::Follower {
-            if token.rank == self.rank {
+            if token.rank == self.last.rank {
                 self.role = Role::Leader { ring: token.hops, silent: 0 };
                 return None;
             }
-            if token.rank < self.rank {
+            if token.rank < self.last.rank {
                 return None;
             }
+        } else if token.rank == self.last.rank && token.hops > self.last.hops {
+            return None;
         }
+        self.last = token;
         self.give_way(now);
         (token.hops < LARGEST).then_some(Token { hops: token.hops + 1, ..token })
     }

@@ -580,3 +580,23 @@ fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {
         assert_eq!(faults(&run), [""; 0], "seed {seed}");
     }
 }
+
+/// Whenever the ends of a chain are joined, in the middle of a beat or while one is under way, it rolls soon.
+#[test]
+fn a_chain_rolls_soon_once_its_ends_are_joined_whenever_that_is() {
+    let rolls = |run: &Run<Native>| count_of(&run.robot, |status| status.action == Action::Roll) == 6;
+    let mut longest = 0;
+    for seed in 1..=2 {
+        for at in (1_900_u32..2_020).chain(2_900..3_020).step_by(5) {
+            let close = "[[event]]\nat = 1\ncommand = [0xd8, 1, 255]\nto = '0.Front'\n";
+            let join = format!("[[event]]\nat = {}\nattach = ['5.Back', '0.Front']\n", f64::from(at) / 1e3);
+            let mut run = run(robot(Shape::Chain, 6, seed), &(close.to_owned() + &join), 3);
+            while !rolls(&run) {
+                assert!(run.step(20 * SECOND).expect("the events can happen"), "joined at {at}, seed {seed}");
+            }
+            longest = longest.max(run.robot.now() - u64::from(at) * MILLISECOND);
+        }
+    }
+    // It is found, a leader elected, and a beat of a second begins.
+    assert!(longest <= 2 * SECOND, "{} ms", longest / MILLISECOND);
+}

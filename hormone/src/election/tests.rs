@@ -111,6 +111,59 @@ fn ranks_are_drawn_anew_also_from_one_seed_at_other_moments() {
 }
 
 #[test]
+fn a_candidate_that_hears_its_own_beat_leads_when_its_token_comes_back() {
+    let mut ring = Ring::new(&[3, 5, 7, 11, 13, 17]);
+    ring.modules[2].stand(1);
+    ring.run(3);
+    for module in &mut ring.modules {
+        module.follow(3); // the beat of when it was the head, which goes round as the token does
+    }
+    ring.run(6);
+    assert_eq!(ring.leaders(), [6]);
+    ring.run(20 * ROUND);
+    assert_eq!(ring.leaders(), [6], "and it stays");
+}
+
+#[test]
+fn a_candidate_follows_whoever_leads() {
+    let mut candidate = Election::new(9, 0);
+    let own = candidate.round(2 * ROUND).unwrap();
+    candidate.follow(2 * ROUND + 10);
+    assert_eq!(candidate.round(4 * ROUND + 9), None);
+    let leaders = Token { rank: LEADER | 7, hops: 3 };
+    assert_eq!(candidate.hear(leaders, 2 * ROUND + 20), Some(Token { hops: 4, ..leaders }));
+    assert_eq!(candidate.hear(Token { hops: 6, ..own }, 2 * ROUND + 30), Some(Token { hops: 7, ..own }));
+    assert_eq!(candidate.ring(), None);
+}
+
+#[test]
+fn a_token_whose_candidate_is_gone_ends_and_another_leads() {
+    for at in 0..6 {
+        let mut ring = Ring::new(&[3, 5, 7, 11, 13, 17]);
+        ring.modules[at].stand(1);
+        ring.run(4);
+        ring.modules[at] = Election::new(19, ring.now); // it was reset
+        ring.run(2 * ROUND + 20);
+        assert_eq!(ring.leaders(), [6], "{at}");
+    }
+}
+
+#[test]
+fn a_token_that_is_sent_again_is_passed_on_again_and_one_that_comes_round_again_is_not() {
+    let mut follower = Election::new(1, 0);
+    let token = Token { rank: 5, hops: 3 };
+    let on = Some(Token { hops: 4, ..token });
+    assert_eq!([10, 20].map(|now| follower.hear(token, now)), [on; 2]);
+    assert_eq!(follower.hear(Token { hops: 9, ..token }, 30), None);
+    assert_eq!(follower.next_due(30), 2 * ROUND - 10, "and nobody waits for it");
+    // Of another one it passes all that comes.
+    assert!(follower.hear(Token { rank: 6, hops: 9 }, 40).is_some());
+    // In another ring it is another token.
+    follower.leave(50);
+    assert!(follower.hear(Token { rank: 6, hops: 12 }, 60).is_some());
+}
+
+#[test]
 fn a_token_does_not_go_round_for_ever() {
     let mut follower = Election::new(1, 0);
     assert_eq!(follower.hear(Token { rank: 5, hops: LARGEST }, 0), None);
