@@ -24,24 +24,16 @@ const _: () = assert!(pwm::TOP == FULL_DRIVE as u16, "PWM_HZ and FULL_DRIVE do n
 /// What a period begins with.
 struct Period {
     state: MaskedCell<u8>,
-    /// Of the joint in this half, and of the roll joint.
-    drives: [MaskedCell<Drive>; 2],
-}
-
-/// What a bridge is given.
-#[derive(Clone, Copy)]
-struct Drive {
-    speed: u16,
-    /// The joint's bit of PORTC, or none.
-    direction: u8,
+    /// The directions, bits of PORTC: of the joint in this half, and of the roll joint. Their task alone sets them.
+    directions: MaskedCell<u8>,
+    /// Their speeds.
+    speeds: [MaskedCell<u16>; 2],
 }
 
 static PERIOD: Period = Period {
     state: MaskedCell::new(IS_OFF),
-    drives: [
-        MaskedCell::new(Drive { speed: 0, direction: DIRECTIONS[0] }),
-        MaskedCell::new(Drive { speed: 0, direction: DIRECTIONS[1] }),
-    ],
+    directions: MaskedCell::new(DIRECTIONS),
+    speeds: [const { MaskedCell::new(0) }; 2],
 };
 
 /// The joints are not controlled.
@@ -51,8 +43,8 @@ const IS_AWAITED: u8 = 1;
 /// It has, and its interrupt has not come yet.
 const HAS_BEGUN: u8 = 2;
 
-/// PORTC: PC0 of the joint in this half, PC1 of the roll joint.
-const DIRECTIONS: [u8; 2] = [0b01, 0b10];
+/// PORTC: PC0 and PC1.
+const DIRECTIONS: u8 = 0b11;
 
 /// The joints of this MCU.
 pub struct Joints {
@@ -104,10 +96,15 @@ impl JointMotors for Joints {
 
     #[inline(always)]
     fn drive(&mut self, task: &mut Task, joint: usize, drive: i16) {
-        if let (Some(of_joint), Some(&bit)) = (PERIOD.drives.get(joint), DIRECTIONS.get(joint)) {
-            let drive = Drive { speed: drive.unsigned_abs(), direction: if drive >= 0 { bit } else { 0 } };
-            task.mask(|masked| of_joint.set(masked, drive));
-        }
+        let Some(speed) = PERIOD.speeds.get(joint) else { return };
+        let bit = if joint == 0 { 0b01 } else { 0b10 }; // the AVR would shift it in a loop
+        let others = task.mask(|masked| PERIOD.directions.get(masked)) & !bit;
+        let directions = if drive >= 0 { others | bit } else { others };
+        let duty = drive.unsigned_abs();
+        task.mask(|masked| {
+            speed.set(masked, duty);
+            PERIOD.directions.set(masked, directions);
+        });
     }
 
     #[inline(always)]
@@ -180,12 +177,11 @@ pub(crate) fn begin_period(masked: &Masked) {
     // SAFETY: PORTB and PORTC change with interrupts masked only, the compare units' registers here only.
     let (probe, directions, speeds) = unsafe { (PORTB::steal(), PORTC::steal(), TC1::steal()) };
     probe.portb().modify(|_, w| w.pb4().set_bit());
-    let [joint, roll] = &PERIOD.drives;
-    let both = joint.get(masked).direction | roll.get(masked).direction;
-    let others = !(DIRECTIONS[0] | DIRECTIONS[1]);
+    let [joint, roll] = &PERIOD.speeds;
     // SAFETY: a port touches no memory, whatever its register holds.
-    directions.portc().modify(|r, w| unsafe { w.bits(r.bits() & others | both) });
-    // Each read as it is needed, which takes fewer registers.
-    speeds.ocr1a().write(|w| w.set(joint.get(masked).speed));
-    speeds.ocr1b().write(|w| w.set(roll.get(masked).speed));
+    directions
+        .portc()
+        .modify(|r, w| unsafe { w.bits(r.bits() & !DIRECTIONS | PERIOD.directions.get(masked)) });
+    speeds.ocr1a().write(|w| w.set(joint.get(masked)));
+    speeds.ocr1b().write(|w| w.set(roll.get(masked)));
 }
