@@ -24,7 +24,8 @@ const _: () = assert!(pwm::TOP == FULL_DRIVE as u16, "PWM_HZ and FULL_DRIVE do n
 /// What a period begins with.
 struct Period {
     state: MaskedCell<u8>,
-    /// The directions, bits of PORTC: of the joint in this half, and of the roll joint. Their task alone sets them.
+    /// The directions, bits of PORTC: of the joint in this half, and of the roll joint. Their task alone sets
+    /// them.
     directions: MaskedCell<u8>,
     /// Their speeds.
     speeds: [MaskedCell<u16>; 2],

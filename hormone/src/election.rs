@@ -7,11 +7,11 @@
 //! with that, above all candidates, and draws its rank anew each time, so that a tie ends in the next round.
 //! So two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
 //!
-//! A candidate that hears a beat waits for its token all the same: where a chain has just closed to a ring the
-//! beat may be its own, of when it was the head. Where somebody leads, the token ends there.
+//! A candidate that hears a beat waits for its token all the same: where a chain has just closed to a ring
+//! the beat may be its own, of when it was the head. Where somebody leads, the token ends there.
 //!
-//! All that a token passes give way to it, so one whose candidate is gone must not go round for long: it ends at
-//! the first module that it comes to again.
+//! All that a token passes give way to it, so one whose candidate is gone must not go round for long: it ends
+//! at the first module that it comes to again.
 //!
 //! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
 //! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
