@@ -13,6 +13,8 @@ pub struct Driver<J, const N: usize> {
     motors: &'static Motors<N>,
     joints: Joints<N>,
     devices: J,
+    /// An order has come with which nobody has begun.
+    is_ordered: bool,
     /// When joints at rest are looked at.
     look_at: Ticks,
     /// What is posted when a joint has changed its state by itself.
@@ -22,7 +24,7 @@ pub struct Driver<J, const N: usize> {
 impl<J: JointMotors, const N: usize> Driver<J, N> {
     /// Joints that are off; see [`tasks::motor::task::run`].
     pub fn new(motors: &'static Motors<N>, joints: [Joint; N], devices: J, news: &'static Semaphore) -> Self {
-        Driver { motors, joints: Joints::new(joints), devices, look_at: 0, news }
+        Driver { motors, joints: Joints::new(joints), devices, is_ordered: false, look_at: 0, news }
     }
 
     /// Has its turn: one of `motors` was ordered, or its period has begun, or it is time for it. Returns when
@@ -30,15 +32,23 @@ impl<J: JointMotors, const N: usize> Driver<J, N> {
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task, is_ordered: bool, is_period: bool) -> Option<Ticks> {
         let Driver { motors, joints, devices, news, .. } = self;
+        self.is_ordered |= is_ordered;
         match joints.awaited() {
-            Awaited::OrderOrLook if is_ordered || is_reached(self.look_at, now(task)) => {
+            Awaited::OrderOrLook if self.is_ordered || is_reached(self.look_at, now(task)) => {
                 self.look_at = now(task).wrapping_add(WATCH);
+                let is_ordered = core::mem::take(&mut self.is_ordered);
                 joints.order_or_look(is_ordered, &mut Here { task, motors, devices });
             }
-            Awaited::Order if is_ordered => joints.order_or_look(true, &mut Here { task, motors, devices }),
+            Awaited::Order if self.is_ordered => {
+                self.is_ordered = false;
+                joints.order_or_look(true, &mut Here { task, motors, devices });
+            }
             Awaited::Measurement if is_period => joints.measurement(&mut Here { task, motors, devices }),
             Awaited::Period if is_period => {
                 self.look_at = now(task).wrapping_add(WATCH);
+                if core::mem::take(&mut self.is_ordered) {
+                    motors.ordered().post(task); // for the control to see
+                }
                 motors.control(task, joints, devices, news);
             }
             _ => {}
