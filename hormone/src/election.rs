@@ -4,8 +4,10 @@
 //! Who hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round the ring.
 //! A candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
 //! coming back has been everywhere: its candidate leads, and the hops are the ring's size. A leader goes on
-//! with that, above all candidates, and draws its rank anew each time, so that a tie ends in the next round.
-//! So two leaders, after a tie or where two chains closed to a ring, find out, and one of them follows.
+//! with that, above all candidates, and draws its rank anew each time that it came back, so that a tie ends
+//! in the next round. So two leaders, after a tie or where two chains closed to a ring, find out, and one of
+//! them follows. Where frames are lost a token may take longer than a round: one of the rank before is still
+//! the leader's own.
 //!
 //! A candidate that hears a beat waits for its token all the same: where a chain has just closed to a ring
 //! the beat may be its own, of when it was the head. Where somebody leads, the token ends there.
@@ -32,8 +34,9 @@ pub const LARGEST: u16 = 0xFFF;
 /// round the largest ring.
 const LONGEST_WAIT: u8 = 32;
 
-/// A leader whose token does not come back in so many rounds is in no ring.
-const PATIENCE: u8 = 3;
+/// A leader whose token does not come back in so many rounds is in no ring. At three frames of four lost, of
+/// 20 modules' tokens two of five end on their way.
+const PATIENCE: u8 = 16;
 
 /// The bit of a rank that lifts leaders above candidates.
 const LEADER: u16 = 0x8000;
@@ -70,6 +73,8 @@ pub struct Election {
     role: Role,
     /// The token that it sent last, with no hop, or passed on.
     last: Token,
+    /// The rank before its own, of which tokens may still come back; 0 if there is none.
+    rank_before: u16,
     /// A 16-bit linear feedback shift register, x^16 + x^14 + x^13 + x^11 + 1.
     random: u16,
     round_at: u16,
@@ -81,7 +86,7 @@ impl Election {
     /// A follower at `now`. `seed` should differ from module to module.
     pub const fn new(seed: u16, now: u16) -> Self {
         let round_at = now.wrapping_add(2 * ROUND);
-        Election { role: Role::Follower, last: Token::NONE, random: seed, round_at, wait: 2 }
+        Election { role: Role::Follower, last: Token::NONE, rank_before: 0, random: seed, round_at, wait: 2 }
     }
 
     /// The size of the ring that this module leads, if it does.
@@ -134,10 +139,14 @@ impl Election {
             Role::Candidate => {}
             Role::Leader { ring, silent } if silent < PATIENCE => {
                 self.role = Role::Leader { ring, silent: silent + 1 };
-                self.last.rank = self.draw(now) | LEADER;
+                if silent == 0 {
+                    self.rank_before = self.last.rank;
+                    self.last.rank = self.draw(now) | LEADER;
+                }
                 next = next.max(ring * HOP);
             }
             _ => {
+                self.rank_before = if self.role == Role::Follower { 0 } else { self.last.rank };
                 self.role = Role::Candidate;
                 self.last.rank = self.draw(now);
                 self.wait = LONGEST_WAIT.min(2 * self.wait);
@@ -160,7 +169,7 @@ impl Election {
                 self.role = Role::Leader { ring: token.hops, silent: 0 };
                 return None;
             }
-            if token.rank < self.last.rank {
+            if token.rank < self.last.rank || token.rank == self.rank_before {
                 return None;
             }
         } else if token.rank == self.last.rank && token.hops > self.last.hops {

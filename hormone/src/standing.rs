@@ -21,8 +21,9 @@ pub const STOP: u8 = 0;
 /// The bit of a number that lifts orders given since power-up above those that were recalled.
 const GIVEN: u16 = 0x8000;
 
-/// How long a neighbour that has not answered is waited for before it is told again, in milliseconds.
-const PATIENCE: u16 = 100;
+/// How long a neighbour that has not answered is waited for before it is told again, in milliseconds: longer
+/// than a link repeats a message, and long enough for probes to go out between two of them.
+const PATIENCE: u16 = 200;
 
 /// An order as modules keep it.
 #[derive(Clone, Copy, PartialEq, Eq)]

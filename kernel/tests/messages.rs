@@ -90,6 +90,38 @@ fn a_full_queue_and_an_empty_pool_give_the_value_back_and_count() {
 }
 
 #[test]
+fn what_leaves_places_finds_room_only_beside_them() {
+    struct Parcel;
+    kernel::pool!(Parcel, 3);
+    static QUEUE: Queue<Parcel> = Queue::new(3);
+    static LOG: Log = Log::new();
+    static TASK: Stack<0> = Stack::new();
+    host::run_for(
+        1,
+        |boot: &mut Boot| {
+            TASK.start(boot, Priority::P1, |task| {
+                let mut send = |places| {
+                    let parcel = Message::new(task, Parcel).ok().expect("the pool has three");
+                    QUEUE.send_leaving(places, task, parcel).is_ok()
+                };
+                assert_eq!(
+                    [4, 3, 2, 2, 1, 1, 0].map(&mut send),
+                    [false, false, true, false, true, false, true]
+                );
+                assert_eq!(QUEUE.refused(task), 4);
+                LOG.note("done");
+                loop {
+                    task.delay(LONGEST);
+                }
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["done"]);
+}
+
+#[test]
 fn an_interrupt_sends_and_a_dropped_message_drops_its_value() {
     use std::sync::Arc;
     struct Shared(Arc<()>);

@@ -600,3 +600,22 @@ fn a_chain_rolls_soon_once_its_ends_are_joined_whenever_that_is() {
     // It is found, a leader elected, and a beat of a second begins.
     assert!(longest <= 2 * SECOND, "{} ms", longest / MILLISECOND);
 }
+
+/// A ring rolls on over lines that lose frames: neither do probes keep out a leader's token, nor does it take
+/// one that comes back late for another's.
+#[test]
+fn a_ring_rolls_on_over_lines_that_lose_frames() {
+    for (modules, loss, seconds) in
+        [(6, 0.5, 120), (20, 0.5, 120), (6, 0.7, 240), (20, 0.7, 240), (60, 0.6, 240)]
+    {
+        for seed in 1..=2 {
+            let events = format!(
+                "[[event]]\nat = 0\nloss = {loss}\n[[event]]\nat = 1\ncommand = [0xd4, 1, 255]\nto = '0.Up'\n"
+            );
+            let run = run(robot(Shape::Ring, modules, seed), &events, seconds);
+            assert_eq!(faults(&run), [""; 0], "{modules} modules, {loss} lost, seed {seed}");
+            let rolling = count_of(&run.robot, |status| status.action == Action::Roll);
+            assert_eq!(rolling, modules, "{loss} lost, seed {seed}");
+        }
+    }
+}

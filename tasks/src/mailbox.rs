@@ -24,10 +24,11 @@ impl Mailbox {
     /// Puts a message in, and wakes the task.
     ///
     /// # Errors
-    /// [`Full`] with the message when there is no room.
+    /// [`Full`] with the message when there is no room beside what its [kind](crate::message::Kind::leaves)
+    /// leaves to others.
     #[inline(never)]
     pub fn put(&self, context: &mut impl Context, letter: Buffered) -> Result<(), Full<Letter>> {
-        self.queue.send(context, letter)?;
+        self.queue.send_leaving(letter.kind().leaves(), context, letter)?;
         self.wake(context);
         Ok(())
     }
@@ -78,9 +79,45 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::message::{Address, Kind, Message, TaskCode};
     use kernel::{Priority, Stack, host, now};
     use std::sync::Mutex;
     use std::vec::Vec;
+
+    #[test]
+    fn datagrams_leave_a_place_to_what_is_said_once() {
+        static MAILBOX: Mailbox = Mailbox::new(3);
+        static STACK: Stack<96> = Stack::new();
+        static TAKEN: Mutex<Vec<Kind>> = Mutex::new(Vec::new());
+        host::run_for(
+            1,
+            |boot| {
+                let body = |task: &mut Task| {
+                    let here = Address::here(TaskCode::HORMONE);
+                    for kind in [Kind::Datagram, Kind::Datagram, Kind::Datagram, Kind::Latest, Kind::Lasting]
+                    {
+                        let message = Message::of_kind(here, here, &[], kind).expect("it is short");
+                        let letter = kernel::Message::new(task, Letter::of(message));
+                        let _ = MAILBOX.put(task, letter.ok().expect("there is a buffer"));
+                    }
+                    while let Some(letter) = MAILBOX.take(task) {
+                        TAKEN.lock().expect("no test panicked with it").push(letter.kind());
+                    }
+                };
+                STACK
+                    .start(boot, Priority::P0, move |task| {
+                        body(task);
+                        loop {
+                            task.delay(kernel::LONGEST);
+                        }
+                    })
+                    .expect("the stack is free");
+            },
+            |_, _| {},
+        );
+        let taken = TAKEN.lock().expect("no test panicked with it");
+        assert_eq!(*taken, [Kind::Datagram, Kind::Datagram, Kind::Latest]);
+    }
 
     #[test]
     fn an_alarm_wakes_the_task_unless_it_is_unset_and_a_second_one_does_not_put_it_off() {

@@ -151,6 +151,15 @@ impl Kind {
             _ => None,
         }
     }
+
+    /// How many places of a mailbox it leaves free. Of probes more come than a lossy link can send while it
+    /// repeats a message; they are not to keep out the next message, which is said once.
+    pub const fn leaves(self) -> u8 {
+        match self {
+            Kind::Lasting | Kind::Latest => 0,
+            Kind::Datagram => 1,
+        }
+    }
 }
 
 /// What one task sends to another. Beyond a dock it is acknowledged and repeated until it arrives

@@ -4,7 +4,7 @@
 use hormone::event::Event;
 use hormone::module::Module;
 use tasks::dock::Dock;
-use tasks::message::{Letter, Message, TaskCode};
+use tasks::message::{Kind, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
 use tasks::router::{Mcu, Source};
 
@@ -34,11 +34,11 @@ impl Here<'_> {
         }
     }
 
-    /// Whether the mailbox of a dock has room beside what is on its way there.
-    fn has_room(&self, dock: Dock) -> bool {
+    /// Whether the mailbox of a dock has room for a message of this kind beside what is on its way there.
+    fn has_room(&self, dock: Dock, kind: Kind) -> bool {
         let is_coming = |input: &Input| matches!(input, Input::Sent(to, _) if *to == dock);
         let coming = self.inside.inputs().filter(|input| is_coming(input)).count();
-        self.ports[usize::from(dock.index())].has_room(coming)
+        self.ports[usize::from(dock.index())].has_room(kind, coming)
     }
 }
 
@@ -46,7 +46,7 @@ impl Module for Here<'_> {
     fn send(&mut self, message: Message) -> Result<(), Undelivered> {
         self.at += self.takes(&message);
         match self.inside.deliver(self.at, Mcu::Master, message, Source::Task)? {
-            Some(dock) if !self.has_room(dock) => Err(Undelivered::NoRoom),
+            Some(dock) if !self.has_room(dock, message.kind()) => Err(Undelivered::NoRoom),
             Some(dock) => {
                 self.inside.post(self.at, Input::Sent(dock, Letter::of(message)));
                 Ok(())

@@ -136,7 +136,7 @@ impl Inside {
     /// Sends a message over the bridge.
     fn cross(&mut self, now: u64, to: Mcu, message: Message) -> Result<(), Undelivered> {
         let crossing = &mut self.crossing[to as usize];
-        if *crossing > ROOM {
+        if *crossing > ROOM - message.kind().leaves() {
             return Err(Undelivered::NoRoom);
         }
         *crossing += 1;

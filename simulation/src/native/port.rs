@@ -13,7 +13,7 @@ use tasks::link::port::{RETRY_LIMIT, ROOM};
 use tasks::link::receiver::{Arriving, Receiver};
 use tasks::link::sender::{Departing, Sender, Shared};
 use tasks::link::signature::Signature;
-use tasks::message::{Address, Letter, Message, TaskCode};
+use tasks::message::{Address, Kind, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
 
 use crate::hardware::CHARACTER;
@@ -150,14 +150,14 @@ impl Port {
         self.end.counters.map(Cell::get)
     }
 
-    /// Whether the sending task's mailbox has room for one more than `coming` messages.
-    pub fn has_room(&self, coming: usize) -> bool {
-        self.end.mailbox.len() + coming < usize::from(ROOM)
+    /// Whether the sending task's mailbox has room for one of this kind more than `coming` messages.
+    pub fn has_room(&self, kind: Kind, coming: usize) -> bool {
+        self.end.mailbox.len() + coming < usize::from(ROOM - kind.leaves())
     }
 
     /// Puts a message into the sending task's mailbox. Returns whether there was room.
     pub fn put(&mut self, message: Letter) -> bool {
-        let has_room = self.has_room(0);
+        let has_room = self.has_room(message.kind(), 0);
         if has_room {
             self.end.mailbox.push_back(message);
             self.end.is_awake = true;

@@ -159,7 +159,11 @@ pub fn run<const N: usize>(
                 while joints.awaited() == Awaited::Period {
                     motors.period.wait(task);
                     motors.duty.promise(task, LATE);
-                    motors.control(task, &mut joints, &mut devices, news);
+                    let mut is_ordered = false;
+                    while motors.ordered.try_wait(task) {
+                        is_ordered = true;
+                    }
+                    motors.control(task, &mut joints, is_ordered, &mut devices, news);
                 }
             }
         }
@@ -167,21 +171,18 @@ pub fn run<const N: usize>(
 }
 
 impl<const N: usize> Motors<N> {
-    /// A period of the joints has begun, and its signal was taken. `news` is posted when one has changed its
-    /// state by itself.
+    /// A period of the joints has begun, and its signal was taken; `is_ordered` where signals of orders were
+    /// taken too. `news` is posted when a joint has changed its state by itself.
     #[inline(always)] // a frame of its own would take stack
     pub fn control(
         &'static self,
         task: &mut Task,
         joints: &mut Joints<N>,
+        is_ordered: bool,
         devices: &mut impl JointMotors,
         news: &'static Semaphore,
     ) {
         self.count(task);
-        let mut is_ordered = false;
-        while self.ordered.try_wait(task) {
-            is_ordered = true;
-        }
         if joints.period(is_ordered, &mut Here { task, motors: self, devices }) {
             news.post(task);
         }

@@ -46,10 +46,8 @@ impl<J: JointMotors, const N: usize> Driver<J, N> {
             Awaited::Measurement if is_period => joints.measurement(&mut Here { task, motors, devices }),
             Awaited::Period if is_period => {
                 self.look_at = now(task).wrapping_add(WATCH);
-                if core::mem::take(&mut self.is_ordered) {
-                    motors.ordered().post(task); // for the control to see
-                }
-                motors.control(task, joints, devices, news);
+                let is_ordered = core::mem::take(&mut self.is_ordered);
+                motors.control(task, joints, is_ordered, devices, news);
             }
             _ => {}
         }
