@@ -108,6 +108,26 @@ fn a_token_that_takes_longer_than_a_round_is_the_leaders_own() {
 }
 
 #[test]
+fn a_candidate_that_has_led_knows_its_late_token_and_one_that_has_followed_gives_way_to_another() {
+    let mut led = Election::new(9, 0);
+    let token = led.round(2 * ROUND).unwrap();
+    assert_eq!(led.hear(token, 2 * ROUND + 6), None);
+    let last = 2 + u16::from(PATIENCE);
+    let late = (3..=last).map(|round| led.round(round * ROUND).unwrap()).last().unwrap();
+    let own = led.round((last + 1) * ROUND).unwrap();
+    assert_eq!(led.hear(late, (last + 1) * ROUND + 6), None);
+    assert_eq!(led.hear(own, (last + 1) * ROUND + 9), None);
+    assert_eq!(led.ring(), Some(1), "it has not given way to the late one");
+
+    let highest = Token { rank: !LEADER, hops: 3 };
+    let mut followed = Election::new(9, 0);
+    let passed_on = Some(Token { hops: 4, ..highest });
+    assert_eq!(followed.hear(highest, ROUND), passed_on);
+    assert!(followed.round(3 * ROUND).unwrap().rank < highest.rank);
+    assert_eq!(followed.hear(highest, 3 * ROUND + 6), passed_on);
+}
+
+#[test]
 fn who_hears_a_beat_never_stands() {
     let mut follower = Election::new(9, 0);
     for beat in 0..100_u16 {
