@@ -59,7 +59,7 @@ impl<T: Pooled> Queue<T> {
     /// [`Full`] with the message when there is no room; the queue counts it.
     #[inline(always)]
     pub fn send(&self, context: &mut impl Context, message: Message<T>) -> Result<(), Full<T>> {
-        self.send_leaving(0, context, message)
+        self.send_within(|| self.room, context, message)
     }
 
     /// As [`send`](Self::send), but leaves `places` of the room to other messages: for what matters less.
@@ -73,9 +73,20 @@ impl<T: Pooled> Queue<T> {
         context: &mut impl Context,
         message: Message<T>,
     ) -> Result<(), Full<T>> {
-        let slot = message.into_slot();
         let room = self.room.saturating_sub(places);
-        match context.mask(|masked| self.append(masked, slot, room)) {
+        self.send_within(|| room, context, message)
+    }
+
+    /// Sends `message` if there are less than `room`, which is asked for only where no task waits.
+    #[inline(always)]
+    fn send_within(
+        &self,
+        room: impl Fn() -> u8,
+        context: &mut impl Context,
+        message: Message<T>,
+    ) -> Result<(), Full<T>> {
+        let slot = message.into_slot();
+        match context.mask(|masked| self.append(masked, slot, &room)) {
             Append::Stored => Ok(()),
             Append::Awaited => {
                 // In a section of its own, to be short. Should another's message have woken the task
@@ -95,11 +106,11 @@ impl<T: Pooled> Queue<T> {
         Full(unsafe { Message::from_slot(slot) })
     }
 
-    /// Appends `slot` if there are less than `room`, and stores its signal unless a task waits for it.
+    /// Appends `slot` if there is room, and stores its signal unless a task waits for it.
     #[inline(always)]
-    fn append(&self, masked: &Masked, slot: &'static Slot<T>, room: u8) -> Append {
+    fn append(&self, masked: &Masked, slot: &'static Slot<T>, room: impl Fn() -> u8) -> Append {
         let is_awaited = self.messages.word.is_awaited(masked);
-        if !is_awaited && !self.messages.word.add_signal(masked, room) {
+        if !is_awaited && !self.messages.word.add_signal(masked, room()) {
             return Append::Full;
         }
         slot.link.set(masked, None);
