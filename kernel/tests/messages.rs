@@ -2,8 +2,28 @@
 
 mod log;
 
-use kernel::{Boot, Exhausted, Full, LONGEST, Message, Priority, Queue, Stack, host};
+use kernel::{Boot, Exhausted, Full, LONGEST, Message, Priority, Queue, Stack, Task, host};
 use log::Log;
+
+/// Runs `body` as the one task, and sees that it comes to its end.
+fn run_to_its_end(stack: &'static Stack<0>, log: &'static Log, body: fn(&mut Task)) {
+    host::run_for(
+        1,
+        |boot: &mut Boot| {
+            stack
+                .start(boot, Priority::P1, move |task| {
+                    body(task);
+                    log.note("done");
+                    loop {
+                        task.delay(LONGEST);
+                    }
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    log.expect(&["done"]);
+}
 
 #[test]
 fn messages_arrive_in_order_and_wake_the_receiver() {
@@ -49,44 +69,30 @@ fn a_full_queue_and_an_empty_pool_give_the_value_back_and_count() {
     static QUEUE: Queue<Parcel> = Queue::new(2);
     static LOG: Log = Log::new();
     static TASK: Stack<0> = Stack::new();
-    host::run_for(
-        1,
-        |boot: &mut Boot| {
-            TASK.start(boot, Priority::P1, |task| {
-                let make = |task: &mut kernel::Task, value| Message::new(task, Parcel(value)).ok().unwrap();
-                for value in 0..2 {
-                    let parcel = make(task, value);
-                    assert!(QUEUE.send(task, parcel).is_ok());
-                }
-                let third = make(task, 2);
-                let Err(Full(third)) = QUEUE.send(task, third) else { panic!("there is room for two") };
-                assert_eq!(third.0, 2);
-                assert_eq!(QUEUE.refused(task), 1);
-                let Err(Exhausted(fourth)) = Message::new(task, Parcel(3)) else {
-                    panic!("the pool has three")
-                };
-                assert_eq!(fourth.0, 3);
+    run_to_its_end(&TASK, &LOG, |task| {
+        let make = |task: &mut Task, value| Message::new(task, Parcel(value)).ok().unwrap();
+        for value in 0..2 {
+            let parcel = make(task, value);
+            assert!(QUEUE.send(task, parcel).is_ok());
+        }
+        let third = make(task, 2);
+        let Err(Full(third)) = QUEUE.send(task, third) else { panic!("there is room for two") };
+        assert_eq!(third.0, 2);
+        assert_eq!(QUEUE.refused(task), 1);
+        let Err(Exhausted(fourth)) = Message::new(task, Parcel(3)) else { panic!("the pool has three") };
+        assert_eq!(fourth.0, 3);
 
-                drop(third);
-                let parcel = make(task, 4);
-                assert_eq!(QUEUE.try_receive(task).map(|parcel| parcel.0), Some(0));
-                assert!(QUEUE.send(task, parcel).is_ok());
-                assert_eq!(QUEUE.receive(task).0, 1);
-                assert_eq!(QUEUE.receive(task).0, 4);
-                assert!(QUEUE.try_receive(task).is_none());
-                use kernel::Pooled;
-                assert_eq!(Parcel::pool().exhausted(task), 1);
-                assert_eq!(Parcel::pool().most_used(task), 3);
-                LOG.note("done");
-                loop {
-                    task.delay(LONGEST);
-                }
-            })
-            .unwrap();
-        },
-        |_, _| {},
-    );
-    LOG.expect(&["done"]);
+        drop(third);
+        let parcel = make(task, 4);
+        assert_eq!(QUEUE.try_receive(task).map(|parcel| parcel.0), Some(0));
+        assert!(QUEUE.send(task, parcel).is_ok());
+        assert_eq!(QUEUE.receive(task).0, 1);
+        assert_eq!(QUEUE.receive(task).0, 4);
+        assert!(QUEUE.try_receive(task).is_none());
+        use kernel::Pooled;
+        assert_eq!(Parcel::pool().exhausted(task), 1);
+        assert_eq!(Parcel::pool().most_used(task), 3);
+    });
 }
 
 #[test]
@@ -96,29 +102,14 @@ fn what_leaves_places_finds_room_only_beside_them() {
     static QUEUE: Queue<Parcel> = Queue::new(3);
     static LOG: Log = Log::new();
     static TASK: Stack<0> = Stack::new();
-    host::run_for(
-        1,
-        |boot: &mut Boot| {
-            TASK.start(boot, Priority::P1, |task| {
-                let mut send = |places| {
-                    let parcel = Message::new(task, Parcel).ok().expect("the pool has three");
-                    QUEUE.send_leaving(places, task, parcel).is_ok()
-                };
-                assert_eq!(
-                    [4, 3, 2, 2, 1, 1, 0].map(&mut send),
-                    [false, false, true, false, true, false, true]
-                );
-                assert_eq!(QUEUE.refused(task), 4);
-                LOG.note("done");
-                loop {
-                    task.delay(LONGEST);
-                }
-            })
-            .unwrap();
-        },
-        |_, _| {},
-    );
-    LOG.expect(&["done"]);
+    run_to_its_end(&TASK, &LOG, |task| {
+        let mut send = |places| {
+            let parcel = Message::new(task, Parcel).ok().expect("the pool has three");
+            QUEUE.send_leaving(places, task, parcel).is_ok()
+        };
+        assert_eq!([4, 3, 2, 2, 1, 1, 0].map(&mut send), [false, false, true, false, true, false, true]);
+        assert_eq!(QUEUE.refused(task), 4);
+    });
 }
 
 #[test]

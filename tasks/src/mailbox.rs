@@ -84,27 +84,12 @@ mod tests {
     use std::sync::Mutex;
     use std::vec::Vec;
 
-    #[test]
-    fn datagrams_leave_a_place_to_what_is_said_once() {
-        static MAILBOX: Mailbox = Mailbox::new(3);
-        static STACK: Stack<96> = Stack::new();
-        static TAKEN: Mutex<Vec<Kind>> = Mutex::new(Vec::new());
+    /// Runs `body` as a task, for so many ticks, and lets it rest behind its end.
+    fn run_for(ticks: u32, stack: &'static Stack<96>, body: fn(&mut Task)) {
         host::run_for(
-            1,
+            ticks,
             |boot| {
-                let body = |task: &mut Task| {
-                    let here = Address::here(TaskCode::HORMONE);
-                    for kind in [Kind::Datagram, Kind::Datagram, Kind::Datagram, Kind::Latest, Kind::Lasting]
-                    {
-                        let message = Message::of_kind(here, here, &[], kind).expect("it is short");
-                        let letter = kernel::Message::new(task, Letter::of(message));
-                        let _ = MAILBOX.put(task, letter.ok().expect("there is a buffer"));
-                    }
-                    while let Some(letter) = MAILBOX.take(task) {
-                        TAKEN.lock().expect("no test panicked with it").push(letter.kind());
-                    }
-                };
-                STACK
+                stack
                     .start(boot, Priority::P0, move |task| {
                         body(task);
                         loop {
@@ -115,6 +100,24 @@ mod tests {
             },
             |_, _| {},
         );
+    }
+
+    #[test]
+    fn datagrams_leave_a_place_to_what_is_said_once() {
+        static MAILBOX: Mailbox = Mailbox::new(3);
+        static STACK: Stack<96> = Stack::new();
+        static TAKEN: Mutex<Vec<Kind>> = Mutex::new(Vec::new());
+        run_for(1, &STACK, |task| {
+            let here = Address::here(TaskCode::HORMONE);
+            for kind in [Kind::Datagram, Kind::Datagram, Kind::Datagram, Kind::Latest, Kind::Lasting] {
+                let message = Message::of_kind(here, here, &[], kind).expect("it is short");
+                let letter = kernel::Message::new(task, Letter::of(message));
+                let _ = MAILBOX.put(task, letter.ok().expect("there is a buffer"));
+            }
+            while let Some(letter) = MAILBOX.take(task) {
+                TAKEN.lock().expect("no test panicked with it").push(letter.kind());
+            }
+        });
         let taken = TAKEN.lock().expect("no test panicked with it");
         assert_eq!(*taken, [Kind::Datagram, Kind::Datagram, Kind::Latest]);
     }
@@ -124,37 +127,23 @@ mod tests {
         static MAILBOX: Mailbox = Mailbox::new(0);
         static STACK: Stack<96> = Stack::new();
         static WOKEN: Mutex<Vec<Ticks>> = Mutex::new(Vec::new());
-        host::run_for(
-            100,
-            |boot| {
-                let body = move |task: &mut Task| {
-                    let note = |task: &mut Task| {
-                        MAILBOX.wait(task);
-                        WOKEN.lock().expect("no test panicked with it").push(now(task));
-                    };
-                    MAILBOX.wake_in(task, 10);
-                    MAILBOX.wake_within(task, 20); // the first stays
-                    note(task);
-                    MAILBOX.wake_within(task, 20); // there is none
-                    note(task);
-                    MAILBOX.wake_in(task, 10);
-                    MAILBOX.wake_in(task, 40); // takes its place
-                    note(task);
-                    MAILBOX.wake_in(task, 10);
-                    MAILBOX.cancel_alarm(task);
-                    note(task); // never
-                };
-                STACK
-                    .start(boot, Priority::P0, move |task| {
-                        body(task);
-                        loop {
-                            task.delay(kernel::LONGEST);
-                        }
-                    })
-                    .expect("the stack is free");
-            },
-            |_, _| {},
-        );
+        run_for(100, &STACK, |task| {
+            let note = |task: &mut Task| {
+                MAILBOX.wait(task);
+                WOKEN.lock().expect("no test panicked with it").push(now(task));
+            };
+            MAILBOX.wake_in(task, 10);
+            MAILBOX.wake_within(task, 20); // the first stays
+            note(task);
+            MAILBOX.wake_within(task, 20); // there is none
+            note(task);
+            MAILBOX.wake_in(task, 10);
+            MAILBOX.wake_in(task, 40); // takes its place
+            note(task);
+            MAILBOX.wake_in(task, 10);
+            MAILBOX.cancel_alarm(task);
+            note(task); // never
+        });
         assert_eq!(*WOKEN.lock().expect("no test panicked with it"), [10, 30, 70]);
     }
 }
