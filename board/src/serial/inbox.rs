@@ -139,12 +139,6 @@ impl Inbox {
         self.last_byte.get(masked) != 0 && !self.is_in_frame(masked, now)
     }
 
-    /// Forgets that a frame has begun.
-    #[inline(always)]
-    pub fn forget_frame(&self, masked: &Masked) {
-        self.last_byte.set(masked, 0);
-    }
-
     /// Has the task woken by the first byte, or else by the first half of a ring.
     #[inline(always)]
     pub fn wake_at_first(&self, masked: &Masked, is_on: bool) {

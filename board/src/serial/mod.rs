@@ -116,11 +116,7 @@ impl Transmitter {
     pub unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
         // SAFETY: by the caller's promise the bytes are there until the interrupt has read all of them.
         task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
-        let has_begun = (self.begin)(task);
-        if has_begun {
-            task.mask(|masked| self.port.inbox.forget_frame(masked)); // what comes in is drowned
-        }
-        has_begun
+        (self.begin)(task)
     }
 }
 

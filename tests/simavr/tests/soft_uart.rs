@@ -110,6 +110,22 @@ fn a_frame_that_is_cut_off_is_ended_when_the_next_begins() {
     assert_eq!(exchange(&mut mcu, &[], 0), [8, 9, 0]);
 }
 
+/// As it is where two ends begin to send at once: each hears the rest of what the other sends.
+#[test]
+fn a_frame_that_is_cut_off_is_ended_too_where_the_next_comes_behind_one_that_is_sent() {
+    let mut mcu = echo();
+    let mut start = mcu.cycle();
+    for value in [1, 2, 0, 7] {
+        mcu.receive(LINE, Character { value, start, end: start + FRAME });
+        start += FRAME;
+    }
+    mcu.run_until(start);
+    assert_eq!(mcu.take_sent(LINE), [], "nothing is sent while 7 comes in");
+    assert_eq!(exchange(&mut mcu, &[], 0), [1, 2, 0]);
+    assert_eq!(exchange(&mut mcu, &[8, 9, 0], 0), [7, 0]);
+    assert_eq!(exchange(&mut mcu, &[], 0), [8, 9, 0]);
+}
+
 /// The line hears nothing while it sends: to answer the first frame at once would be to lose the second.
 #[test]
 fn nothing_is_sent_while_a_character_comes_in() {
