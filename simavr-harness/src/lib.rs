@@ -60,6 +60,7 @@ pub use image::{Code, Form, Image, ImageError, Kind, Place, Symbol};
 pub use inspect::{Context, Tasks};
 pub use link::{Faults, LinkCounts};
 pub use marker::Marker;
+pub use mcu::job::LongestJob;
 pub use mcu::masked::{MaskedWindow, OpenedBy};
 pub use mcu::{Accepted, Debugger, Mcu, McuError, NoSuchData, State};
 pub use module::{CONTROL_PROBE, Images, Module, NoLink};

@@ -27,7 +27,7 @@ use crate::wires::{self, Wires};
 
 mod debug;
 mod explore;
-mod job;
+pub mod job;
 pub mod masked;
 
 pub use debug::Debugger;
@@ -79,8 +79,8 @@ pub struct Mcu {
     debugger: Option<Box<dyn Debugger>>,
     /// Where masked windows are recorded.
     pub(crate) windows: Option<Windows>,
-    /// Where turns of a task's loop are.
-    pub(crate) jobs: Option<Jobs>,
+    /// Where jobs of tasks are.
+    pub(crate) jobs: Vec<Jobs>,
 }
 
 /// What an MCU is doing.
@@ -166,7 +166,7 @@ impl Mcu {
             tracer: None,
             debugger: None,
             windows: None,
-            jobs: None,
+            jobs: Vec::new(),
         };
         let (image, flash) = (mcu.image.flash(), cpu.flash_size());
         if image.len() > flash {
@@ -425,7 +425,7 @@ impl Mcu {
                 None => {
                     // What is recorded is looked at after each instruction.
                     let is_recorded =
-                        self.windows.is_some() || self.jobs.is_some() || self.debugger.is_some();
+                        self.windows.is_some() || !self.jobs.is_empty() || self.debugger.is_some();
                     let limit = if is_recorded { start + 1 } else { limit };
                     execution::run(self.cpu, limit, program, watchers);
                 }

@@ -18,12 +18,14 @@ pub struct Timer<'a> {
     known: BTreeMap<u32, Result<Longest, BTreeSet<Problem>>>,
     /// The jobs of the functions that were asked for: by where one begins, how long it takes.
     pub jobs: BTreeMap<u32, u64>,
+    /// Where jobs begin within a function, or in what it calls: by where that begins.
+    begins: BTreeMap<u32, BTreeSet<u32>>,
 }
 
 impl<'a> Timer<'a> {
     /// Of an image's functions, about whose loops and calls `facts` tells.
     pub fn new(image: &'a Image, flows: &'a BTreeMap<u32, Flow>, facts: &'a Facts) -> Self {
-        Timer { image, flows, facts, known: BTreeMap::new(), jobs: BTreeMap::new() }
+        Timer { image, flows, facts, known: BTreeMap::new(), jobs: BTreeMap::new(), begins: BTreeMap::new() }
     }
 
     /// The function that begins there.
@@ -56,10 +58,25 @@ impl<'a> Timer<'a> {
             return Err(problems);
         }
         let no_path = |_| [Problem::NoPath { function: self.image.name(entry.0).to_owned() }].into();
-        let facts = self.facts;
-        let is_job = |(address, _): &(u32, u64)| facts.turns.get(address) == Some(&Turns::Job);
-        self.jobs.extend(ways.by_begin().map_err(no_path)?.into_iter().filter(is_job));
+        for (place, cycles) in ways.by_begin().map_err(no_path)? {
+            self.add_job(entry.0, flow, place, cycles);
+        }
         ways.longest().map_err(no_path)
+    }
+
+    /// Adds a job of a function that begins at `entry`. One that goes on from a call has begun in there.
+    fn add_job(&mut self, entry: u32, flow: &Flow, place: u32, cycles: u64) {
+        let begins = if self.facts.turns.get(&place) == Some(&Turns::Job) {
+            BTreeSet::from([place])
+        } else {
+            let calls = flow.nodes.iter().filter(|(at, _)| at.0 == place).flat_map(|(_, node)| &node.calls);
+            calls.filter_map(|callee| self.begins.get(callee)).flatten().copied().collect()
+        };
+        for &begin in &begins {
+            let known = self.jobs.entry(begin).or_default();
+            *known = cycles.max(*known);
+        }
+        self.begins.entry(entry).or_default().extend(begins);
     }
 
     /// Adds an instruction, with what it calls.

@@ -51,6 +51,8 @@ pub enum Problem {
     NoTask { event: String, task: String },
     #[error("the task {task} answers \"{event}\", which is not listed")]
     NoEvent { task: String, event: String },
+    #[error("the task {task} has its jobs in {function}, which has no loop that is noted as one")]
+    NoJob { task: String, function: String },
     #[error("{function} writes to flash at {address:#x}, which takes nobody knows how long")]
     NoTime { function: String, address: u32 },
 }

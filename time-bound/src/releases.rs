@@ -100,6 +100,8 @@ pub struct Task {
     pub priority: u8,
     /// The event to which it responds.
     pub answers: Option<String>,
+    /// Where there is none: the function whose loops have its jobs.
+    pub jobs: Option<String>,
     /// Within how many cycles it should.
     pub deadline: Option<u64>,
     /// What other tasks of lower priority may do while this one has to wait: calls in which they hold a

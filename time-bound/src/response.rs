@@ -39,8 +39,9 @@ pub struct Response {
     pub priority: u8,
     /// What it answers.
     pub event: Option<String>,
-    /// What it computes for one of these on its own, in cycles.
-    pub cycles: u64,
+    /// What it computes for one of these on its own, in cycles; where it answers none, in its longest job. `None`
+    /// where nobody says which that is.
+    pub cycles: Option<u64>,
     /// What lower tasks keep it waiting for, in cycles.
     pub blocking: u64,
     /// Of the CPU, in percent, that all that goes before it takes, and it itself.
@@ -75,10 +76,12 @@ impl fmt::Display for Responses {
             let Response { task: name, priority, cycles, blocking, percent, .. } = task;
             let figure =
                 |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
-            let (response, slack) = (figure(task.response.map(u64::cast_signed)), figure(task.slack()));
+            let [cycles, response] =
+                [*cycles, task.response].map(|cycles| figure(cycles.map(u64::cast_signed)));
+            let slack = figure(task.slack());
             write!(
                 to,
-                "{cycles:8} {blocking:8} {percent:5.0} %  {response:>8}  {slack:>8}  P{priority} {name}"
+                "{cycles:>8} {blocking:8} {percent:5.0} %  {response:>8}  {slack:>8}  P{priority} {name}"
             )?;
             match &task.unbounded {
                 Some(why) => writeln!(to, ": {why}")?,
@@ -170,13 +173,18 @@ impl Responses {
             task: task.name.clone(),
             priority,
             event: task.answers.clone(),
-            cycles: 0,
+            cycles: None,
             blocking,
             percent: 100.0 * costed.iter().map(|one| one.share(priority)).sum::<f64>(),
             response: None,
             deadline: task.deadline,
             unbounded: task.unbounded.clone(),
         };
+        if let Some(function) = &task.jobs {
+            let jobs = bounds.jobs.iter().filter(|job| job.function == *function);
+            let missing = || Problem::NoJob { task: task.name.clone(), function: function.clone() };
+            response.cycles = Some(jobs.map(|job| job.cycles).max().ok_or_else(|| vec![missing()])?);
+        }
         let Some(answers) = &task.answers else {
             let why = task.unbounded.is_some();
             return if why { Ok(response) } else { Err(vec![Problem::NoReason { task: task.name.clone() }]) };
@@ -184,7 +192,7 @@ impl Responses {
         let own = costed.iter().find(|one| one.event.name == *answers);
         let own =
             own.ok_or_else(|| vec![Problem::NoEvent { task: task.name.clone(), event: answers.clone() }])?;
-        response.cycles = own.tasks.get(&priority).copied().unwrap_or(0);
+        response.cycles = own.tasks.get(&priority).copied();
         response.response = longest(own, costed, priority, blocking + below * wake);
         if response.response.is_none() {
             response.unbounded.get_or_insert("the CPU may be busy for ever".to_owned());

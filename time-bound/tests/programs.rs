@@ -16,7 +16,11 @@ task = job
 ";
 
 fn fixture() -> PathBuf {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/interrupts.S");
+    built("interrupts.S")
+}
+
+fn built(source: &str) -> PathBuf {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(source);
     let name = std::thread::current().name().unwrap_or_default().to_owned();
     let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("elf");
     let status = Command::new("avr-gcc")
@@ -66,6 +70,15 @@ fn each_bound_is_exact() {
     assert_eq!(bounds.masked_by_instructions(), 12);
     let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
     assert_eq!(jobs, [("task", 10)]);
+}
+
+#[test]
+fn a_job_that_begins_in_a_call_goes_on_behind_it() {
+    let image = Image::load(built("jobs.S")).expect("avr-gcc makes an AVR image");
+    let notes = Notes::parse("task = job\nretry = job", &image).expect("the notes fit the image");
+    let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
+    let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
+    assert_eq!(jobs, [("task", 4), ("retry", 9)]);
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn response(text: &str) -> Response {
 fn interrupts_and_what_is_masked_come_before_the_job() {
     let interrupt = |every: u64| event("a", &format!("every = {every}\nruns = [{{ vector = 1 }}]"));
     let found = response(&[TASK, &own(1_000), &interrupt(100)].concat());
-    assert_eq!((found.cycles, found.blocking), (JOB, MASKED));
+    assert_eq!((found.cycles, found.blocking), (Some(JOB), MASKED));
     assert_eq!((found.response, found.slack()), (Some(MASKED + JOB + INTERRUPT), Some(27)));
     let found = response(&[TASK, &own(1_000), &interrupt(60)].concat());
     assert_eq!(found.response, Some(MASKED + JOB + 3 * INTERRUPT), "three come within 175 cycles");
@@ -90,6 +90,16 @@ fn a_job_waits_for_those_before_it() {
     let found = response(&[TASK, &own(30), &interrupt.replace("vector = 1", "vector = 4")].concat());
     // 15 cycles each: at 0 two, then one every 40. The first job is done at 12 + 10 + 3 * 15.
     assert_eq!(found.response, Some(67));
+}
+
+#[test]
+fn of_a_task_without_an_event_the_longest_job_is_told() {
+    let other = |jobs: &str| [TASK, OTHER, jobs, &own(1_000)].concat();
+    let found = responses(&other("jobs = \"task\"\n")).unwrap_or_else(|problems| panic!("{problems}"));
+    let told = found.tasks.iter().find(|task| task.task == "other").expect("it is listed");
+    assert_eq!((told.cycles, told.response), (Some(JOB), None));
+    let problem = responses(&other("jobs = \"long\"\n")).expect_err("it has no job");
+    assert_eq!(problem, "the task other has its jobs in long, which has no loop that is noted as one");
 }
 
 #[test]

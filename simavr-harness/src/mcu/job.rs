@@ -1,20 +1,32 @@
-//! How long a task computes from one time that it comes to a place to the next.
+//! How long a task computes from one place where its jobs begin to the next.
+
+use std::collections::BTreeMap;
 
 use crate::mcu::Mcu;
 
-/// The turns of a task's loop.
+/// The jobs of a task.
 pub(crate) struct Jobs {
-    /// Addresses in flash (bytes): where a turn begins and ends, and where a task leaves its stack.
-    begin: u32,
+    /// Where one begins and the one before ends, and the longest that began there.
+    begins: BTreeMap<u32, LongestJob>,
+    /// Where a task leaves its stack. All addresses are in flash, in bytes.
     switch: u32,
     turn: Option<Turn>,
-    longest: u64,
-    times: u64,
 }
 
-/// The turn that is under way.
+/// The longest job of those that have begun at a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LongestJob {
+    /// Without the kernel's switches, other tasks and interrupts.
+    pub cycles: u64,
+    /// How many jobs there were.
+    pub times: u64,
+}
+
+/// The job that is under way.
 #[derive(Default)]
 struct Turn {
+    /// Where it began.
+    begin: u32,
     /// What it has taken until it last went on.
     cycles: u64,
     /// When that was.
@@ -27,29 +39,30 @@ struct Turn {
 const RETURN_ADDRESS: u16 = 2;
 
 impl Mcu {
-    /// From now on takes note of the turns of a task's loop that begin at `begin`. `switch` is where the kernel
-    /// switches to another task. Addresses in flash, in bytes. The MCU runs slower, and does the same.
-    pub fn record_turns(&mut self, begin: u32, switch: u32) {
-        self.jobs = Some(Jobs { begin, switch, turn: None, longest: 0, times: 0 });
+    /// From now on takes note of the jobs of a task, or of tasks with the same code, one at a time: each begins
+    /// at one of these places, where the one before ends. `switch` is where the kernel switches to another task.
+    /// Addresses in flash, in bytes. The MCU runs slower, and does the same.
+    pub fn record_jobs(&mut self, begins: impl IntoIterator<Item = u32>, switch: u32) {
+        let begins = begins.into_iter().map(|begin| (begin, LongestJob::default())).collect();
+        self.jobs.push(Jobs { begins, switch, turn: None });
     }
 
-    /// The most cycles of a turn since turns were [recorded](Self::record_turns), without the kernel's
-    /// switches, other tasks and interrupts; and how many turns there were.
-    pub fn recorded_turns(&self) -> (u64, u64) {
-        self.jobs.as_ref().map_or((0, 0), |jobs| (jobs.longest, jobs.times))
+    /// The longest jobs since they were [recorded](Self::record_jobs), by where they began.
+    pub fn recorded_jobs(&self) -> BTreeMap<u32, LongestJob> {
+        self.jobs.iter().flat_map(|jobs| jobs.begins.clone()).collect()
     }
 
     /// An instruction was executed.
     pub(crate) fn watch_turn(&mut self) {
         let (pc, stack_pointer, now) = (self.pc(), self.stack_pointer(), self.cycle());
-        if let Some(jobs) = &mut self.jobs {
+        for jobs in &mut self.jobs {
             jobs.watch(pc, stack_pointer, now);
         }
     }
 
     /// The program has started anew.
     pub(crate) fn drop_turn(&mut self) {
-        if let Some(jobs) = &mut self.jobs {
+        for jobs in &mut self.jobs {
             jobs.turn = None;
         }
     }
@@ -57,7 +70,7 @@ impl Mcu {
     /// An interrupt was accepted `ago` cycles ago.
     pub(crate) fn pause_turn(&mut self, ago: u64) {
         let (stack_pointer, now) = (self.stack_pointer(), self.cycle());
-        if let Some(turn) = self.jobs.as_mut().and_then(|jobs| jobs.turn.as_mut()) {
+        for turn in self.jobs.iter_mut().filter_map(|jobs| jobs.turn.as_mut()) {
             turn.pause(stack_pointer, now - ago);
         }
     }
@@ -77,12 +90,14 @@ impl Jobs {
                 turn.pause(stack_pointer, now);
             }
         }
-        if pc == self.begin {
-            if let Some(Turn { cycles, since, .. }) = self.turn.take() {
-                self.longest = self.longest.max(cycles + now - since);
-                self.times += 1;
+        if self.begins.contains_key(&pc) {
+            if let Some(Turn { begin, cycles, since, .. }) = self.turn.take()
+                && let Some(longest) = self.begins.get_mut(&begin)
+            {
+                longest.cycles = longest.cycles.max(cycles + now - since);
+                longest.times += 1;
             }
-            self.turn = Some(Turn { since: now, ..Turn::default() });
+            self.turn = Some(Turn { begin: pc, since: now, ..Turn::default() });
         }
     }
 }
@@ -102,11 +117,13 @@ mod tests {
     use super::*;
 
     const BEGIN: u32 = 0x100;
+    const OTHER: u32 = 0x180;
     const SWITCH: u32 = 0x200;
 
     #[test]
     fn what_interrupts_and_other_tasks_take_is_not_counted() {
-        let mut jobs = Jobs { begin: BEGIN, switch: SWITCH, turn: None, longest: 0, times: 0 };
+        let begins = [BEGIN, OTHER].map(|begin| (begin, LongestJob::default())).into();
+        let mut jobs = Jobs { begins, switch: SWITCH, turn: None };
         jobs.watch(BEGIN, 0x800, 1_000);
         jobs.watch(BEGIN + 2, 0x800, 1_010);
         let pause = |jobs: &mut Jobs, at| jobs.turn.as_mut().expect("one has begun").pause(0x7fe, at);
@@ -117,10 +134,14 @@ mod tests {
         jobs.watch(SWITCH, 0x7fe, 1_130); // it waits, and another task runs
         jobs.watch(BEGIN, 0x400, 1_500);
         jobs.watch(BEGIN + 8, 0x800, 2_000);
-        assert_eq!((jobs.longest, jobs.times), (0, 0), "it has not ended");
+        assert_eq!(jobs.begins[&BEGIN], LongestJob::default(), "it has not ended");
         jobs.watch(BEGIN, 0x800, 2_003);
-        assert_eq!((jobs.longest, jobs.times), (20 + 10 + 3, 1));
+        assert_eq!(jobs.begins[&BEGIN], LongestJob { cycles: 20 + 10 + 3, times: 1 });
         jobs.watch(BEGIN, 0x800, 2_004);
-        assert_eq!((jobs.longest, jobs.times), (33, 2), "the longest counts");
+        assert_eq!(jobs.begins[&BEGIN], LongestJob { cycles: 33, times: 2 }, "the longest counts");
+        jobs.watch(OTHER, 0x800, 2_044);
+        assert_eq!(jobs.begins[&BEGIN], LongestJob { cycles: 40, times: 3 }, "it ends where another begins");
+        jobs.watch(BEGIN, 0x800, 2_050);
+        assert_eq!(jobs.begins[&OTHER], LongestJob { cycles: 6, times: 1 }, "that counts by itself");
     }
 }
