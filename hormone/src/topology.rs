@@ -143,8 +143,9 @@ impl Link {
         self.heard_at = now;
     }
 
+    /// Since the last probe. Who read the clock before that came has heard no silence.
     fn silence(&self, now: u16) -> u16 {
-        now.wrapping_sub(self.heard_at)
+        if reached(self.heard_at, now) { now.wrapping_sub(self.heard_at) } else { 0 }
     }
 
     /// Whether probes are lost, in one direction or the other.
@@ -454,6 +455,14 @@ mod tests {
     fn a_link_counts_as_lossy_while_it_loses_more_than_one_probe_of_six() {
         let [few, some, many] = [0.1, 0.25, 0.3].map(good_at_a_loss_of);
         assert!(few > 0.95 && some < 0.02 && many < 0.001, "{few}, {some}, {many}");
+    }
+
+    #[test]
+    fn nothing_is_missing_by_a_reading_of_the_clock_older_than_the_probe() {
+        let topology = good_since_a_second(Front, 1_000);
+        assert!(!topology.probe(Front, 999).wants_more, "AC_RECV has run since AC_SEND read it");
+        assert!(topology.lossy(999).is_empty());
+        assert!(topology.probe(Front, 1_000 + GAP + 1).wants_more);
     }
 
     #[test]
