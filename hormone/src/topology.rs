@@ -3,7 +3,7 @@
 //! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would
 //! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
 //! from a gap of two probes or more counts as lossy for a while, and as long as it loses more than one probe
-//! of six; both ends probe it every 10 ms beside its turns, so every 8 ms in the mean. It is given 18 times the mean silence between its probes and the
+//! of four; both ends probe it every 10 ms beside its turns, so every 8 ms in the mean. It is given 18 times the mean silence between its probes and the
 //! time for which probes wait behind two messages, 900 ms at most. Then some sixty probes go out: all are
 //! lost with a chance of 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should
 //! be often enough to lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of
@@ -30,16 +30,17 @@ const MEAN_OVER: u16 = 64;
 /// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of both takes 28.9.
 const IN_VAIN: u16 = (RETRY_LIMIT as u16 + 1) * 289 / 10;
 
-/// The silences of a link that loses one probe of six, and at first those of one that was good until now: 9.6 ms,
-/// and half of a ms that the mean is too high for its being rounded. It counts as lossy while there are more:
-/// where three of ten are lost, the mean comes so low at one of 40,000 probes, where four are, at none.
-const FEW_SILENCES: u16 = 10 * MEAN_OVER;
+/// The silences of a link that loses one probe of four, and at first those of one that was good until now: half of
+/// a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of ten are lost,
+/// the mean comes so low at one of 20 probes, where four are at one of 300,000. With less, links full of messages,
+/// which hold probes up, would count as lossy.
+const FEW_SILENCES: u16 = 11 * MEAN_OVER;
 
 /// How long a new link is given the time of a lossy one if it loses nothing, in milliseconds.
 pub const UNKNOWN_FOR: u16 = 120;
 
-/// The silences of a new link. Each probe that follows another by 8 ms leaves two less.
-const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR / 4;
+/// The silences of a new link. Each probe that follows another by 8 ms leaves three less.
+const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 
 /// A silence longer than this is a gap, in milliseconds: two probes or more are missing.
 const GAP: u16 = 100;
@@ -351,7 +352,7 @@ mod tests {
     #[test]
     fn a_new_link_is_probed_quickly_and_given_more_time_until_it_is_known_to_be_good() {
         for (age, timeout) in
-            [(0, 10 * 18 + IN_VAIN), (UNKNOWN_FOR - QUICK, 10 * 18 + IN_VAIN), (UNKNOWN_FOR, LOSS_TIMEOUT)]
+            [(0, 11 * 18 + IN_VAIN), (UNKNOWN_FOR - QUICK, 11 * 18 + IN_VAIN), (UNKNOWN_FOR, LOSS_TIMEOUT)]
         {
             let mut topology = Topology::new();
             for time in (0..=age).step_by(QUICK.into()) {
@@ -452,9 +453,9 @@ mod tests {
     }
 
     #[test]
-    fn a_link_counts_as_lossy_while_it_loses_more_than_one_probe_of_six() {
-        let [few, some, many] = [0.1, 0.25, 0.3].map(good_at_a_loss_of);
-        assert!(few > 0.95 && some < 0.02 && many < 0.001, "{few}, {some}, {many}");
+    fn a_link_counts_as_lossy_while_it_loses_more_than_one_probe_of_four() {
+        let [few, some, many] = [0.15, 0.35, 0.4].map(good_at_a_loss_of);
+        assert!(few > 0.95 && some < 0.01 && many < 0.0001, "{few}, {some}, {many}");
     }
 
     #[test]

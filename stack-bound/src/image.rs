@@ -132,9 +132,15 @@ impl Image {
         name.strip_prefix(ENTRY).map_or(name, first_argument)
     }
 
-    /// Where the function of this name begins.
+    /// Where the function of this name begins. A `*` at its end stands for the rest of the name, where that leaves
+    /// no choice: of a function that is made for a closure it tells how many of these stand before.
     pub fn function(&self, name: &str) -> Option<u32> {
-        self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
+        let Some(begin) = name.strip_suffix('*') else {
+            return self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at);
+        };
+        let mut found = self.symbols.iter().filter(|(_, other)| other.starts_with(begin));
+        let &(at, _) = found.next()?;
+        found.all(|&(other, _)| other == at).then_some(at)
     }
 
     /// Where the label of this name is, inside of a function.

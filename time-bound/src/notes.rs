@@ -25,7 +25,7 @@ pub struct Noted {
 }
 
 /// A text file of notes, one a line; a line that begins with `#` is a comment. Functions are named as this
-/// tool names them.
+/// tool names them; a `*` stands for [the rest of a name](Image::function).
 ///
 /// ```text
 /// tasks::link::receive::run = 4 job(4(7(32) 2))
@@ -96,8 +96,9 @@ impl Notes {
             let mut rest = loops.trim();
             let noted = sequence(&mut rest).filter(|noted| rest.is_empty() && !noted.is_empty());
             let noted = noted.ok_or(NoteError::Malformed { line })?;
-            function(&name)?;
-            if notes.loops.insert(name.clone(), noted).is_some() {
+            let at = function(&name)?;
+            let whole = if name.ends_with('*') { image.name(at).to_owned() } else { name.clone() };
+            if notes.loops.insert(whole, noted).is_some() {
                 return Err(NoteError::Twice { line, name });
             }
         }

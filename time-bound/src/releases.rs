@@ -100,7 +100,7 @@ pub struct Task {
     pub priority: u8,
     /// The event to which it responds.
     pub answers: Option<String>,
-    /// Where there is none: the function whose loops have its jobs.
+    /// Where there is none: the function whose loops have its jobs. A `*` stands for the rest of the name.
     pub jobs: Option<String>,
     /// Within how many cycles it should.
     pub deadline: Option<u64>,

@@ -181,7 +181,11 @@ impl Responses {
             unbounded: task.unbounded.clone(),
         };
         if let Some(function) = &task.jobs {
-            let jobs = bounds.jobs.iter().filter(|job| job.function == *function);
+            let is_meant = |name: &str| match function.strip_suffix('*') {
+                Some(begin) => name.starts_with(begin),
+                None => name == function,
+            };
+            let jobs = bounds.jobs.iter().filter(|job| is_meant(&job.function));
             let missing = || Problem::NoJob { task: task.name.clone(), function: function.clone() };
             response.cycles = Some(jobs.map(|job| job.cycles).max().ok_or_else(|| vec![missing()])?);
         }

@@ -75,10 +75,12 @@ fn each_bound_is_exact() {
 #[test]
 fn a_job_that_begins_in_a_call_goes_on_behind_it() {
     let image = Image::load(built("jobs.S")).expect("avr-gcc makes an AVR image");
-    let notes = Notes::parse("task = job\nretry = job", &image).expect("the notes fit the image");
-    let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
-    let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
-    assert_eq!(jobs, [("task", 4), ("retry", 9)]);
+    for notes in ["task = job\nretry = job", "tas* = job\nretr* = job"] {
+        let notes = Notes::parse(notes, &image).expect("the notes fit the image");
+        let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
+        let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
+        assert_eq!(jobs, [("task", 4), ("retry", 9)]);
+    }
 }
 
 #[test]
@@ -133,6 +135,7 @@ fn notes_that_are_none_are_refused() {
         |notes, unknown| matches!(refused(notes), NoteError::NoFunction { line: 1, name } if name == unknown);
     assert!(is_unknown("mask = 4", "mask"));
     assert!(is_unknown("__vector_4 -> lang = 1", "lang"));
+    assert!(is_unknown("__vector_* = 4", "__vector_*"), "there are several");
     assert!(matches!(refused("masks = 4\nmasks = 5"), NoteError::Twice { line: 2, .. }));
 }
 

@@ -98,6 +98,8 @@ fn of_a_task_without_an_event_the_longest_job_is_told() {
     let found = responses(&other("jobs = \"task\"\n")).unwrap_or_else(|problems| panic!("{problems}"));
     let told = found.tasks.iter().find(|task| task.task == "other").expect("it is listed");
     assert_eq!((told.cycles, told.response), (Some(JOB), None));
+    let found = responses(&other("jobs = \"ta*\"\n")).unwrap_or_else(|problems| panic!("{problems}"));
+    assert!(found.tasks.contains(told), "{found:?}");
     let problem = responses(&other("jobs = \"long\"\n")).expect_err("it has no job");
     assert_eq!(problem, "the task other has its jobs in long, which has no loop that is noted as one");
 }
