@@ -3,11 +3,11 @@
 //! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would
 //! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
 //! from a gap of two probes or more counts as lossy for a while, and as long as it loses more than one probe
-//! of four; both ends probe it every 10 ms beside its turns, so every 8 ms in the mean. It is given 18 times the mean silence between its probes and the
-//! time for which probes wait behind two messages, 900 ms at most. Then some sixty probes go out: all are
-//! lost with a chance of 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should
-//! be often enough to lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of
-//! a good link.
+//! of four; both ends probe it every 10 ms beside its turns, so every 8 ms in the mean. It is given 18 times
+//! the mean silence between its probes and the time for which probes wait behind two messages, 900 ms at
+//! most. Then some sixty probes go out: all are lost with a chance of 0.75^60, 3 in 10^8. The mean is over 64
+//! probes: over 16 it is half of what it should be often enough to lose a neighbour a minute in a robot of
+//! 100. Where fewer are lost, the time is that of a good link.
 //!
 //! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
 //! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.
@@ -30,10 +30,10 @@ const MEAN_OVER: u16 = 64;
 /// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of both takes 28.9.
 const IN_VAIN: u16 = (RETRY_LIMIT as u16 + 1) * 289 / 10;
 
-/// The silences of a link that loses one probe of four, and at first those of one that was good until now: half of
-/// a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of ten are lost,
-/// the mean comes so low at one of 20 probes, where four are at one of 300,000. With less, links full of messages,
-/// which hold probes up, would count as lossy.
+/// The silences of a link that loses one probe of four, and at first those of one that was good until now:
+/// half of a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of
+/// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000. With less,
+/// links full of messages, which hold probes up, would count as lossy.
 const FEW_SILENCES: u16 = 11 * MEAN_OVER;
 
 /// How long a new link is given the time of a lossy one if it loses nothing, in milliseconds.
@@ -432,8 +432,8 @@ mod tests {
         assert_eq!(timeout_where_one_arrives_of(6), LOSSY_TIMEOUT);
     }
 
-    /// At which part of a hundred thousand probes a link would count as good that came back from a gap, where this
-    /// part of them is lost, drawn by a linear congruence.
+    /// At which part of a hundred thousand probes a link would count as good that came back from a gap, where
+    /// this part of them is lost, drawn by a linear congruence.
     fn good_at_a_loss_of(loss: f64) -> f64 {
         let mut topology = good_since_a_second(Front, 0);
         topology.heard(Front, ATTACHED, GAP + 1);

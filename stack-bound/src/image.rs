@@ -132,8 +132,8 @@ impl Image {
         name.strip_prefix(ENTRY).map_or(name, first_argument)
     }
 
-    /// Where the function of this name begins. A `*` at its end stands for the rest of the name, where that leaves
-    /// no choice: of a function that is made for a closure it tells how many of these stand before.
+    /// Where the function of this name begins. A `*` at its end stands for the rest of the name, where that
+    /// leaves no choice: of a function that is made for a closure it tells how many of these stand before.
     pub fn function(&self, name: &str) -> Option<u32> {
         let Some(begin) = name.strip_suffix('*') else {
             return self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at);

@@ -39,8 +39,8 @@ pub struct Response {
     pub priority: u8,
     /// What it answers.
     pub event: Option<String>,
-    /// What it computes for one of these on its own, in cycles; where it answers none, in its longest job. `None`
-    /// where nobody says which that is.
+    /// What it computes for one of these on its own, in cycles; where it answers none, in its longest job.
+    /// `None` where nobody says which that is.
     pub cycles: Option<u64>,
     /// What lower tasks keep it waiting for, in cycles.
     pub blocking: u64,

@@ -39,9 +39,9 @@ struct Turn {
 const RETURN_ADDRESS: u16 = 2;
 
 impl Mcu {
-    /// From now on takes note of the jobs of a task, or of tasks with the same code, one at a time: each begins
-    /// at one of these places, where the one before ends. `switch` is where the kernel switches to another task.
-    /// Addresses in flash, in bytes. The MCU runs slower, and does the same.
+    /// From now on takes note of the jobs of a task, or of tasks with the same code, one at a time: each
+    /// begins at one of these places, where the one before ends. `switch` is where the kernel switches to
+    /// another task. Addresses in flash, in bytes. The MCU runs slower, and does the same.
     pub fn record_jobs(&mut self, begins: impl IntoIterator<Item = u32>, switch: u32) {
         let begins = begins.into_iter().map(|begin| (begin, LongestJob::default())).collect();
         self.jobs.push(Jobs { begins, switch, turn: None });
