@@ -94,10 +94,10 @@ impl Inbox {
         self.lost.get(masked)
     }
 
-    /// Takes what has come, byte by byte, until `take` says that it was the last it wants. In place of an end
-    /// that was lost it gets a zero.
+    /// Takes what has come, byte by byte, until `take` says that it was the last it wants. Where these are
+    /// `frames`, and no stream that may pause anywhere, it gets a zero in place of an end that was lost.
     #[inline(always)]
-    pub fn drain(&self, task: &mut Task, mut take: impl FnMut(u8) -> bool) {
+    pub fn drain(&self, task: &mut Task, frames: bool, mut take: impl FnMut(u8) -> bool) {
         let (mut first, end, mut anew) = task
             .mask(|masked| (self.first.get(masked), self.end.get(masked), self.begins_anew_at.get(masked)));
         // The bytes up to `end` are the task's: vectors add behind them.
@@ -105,7 +105,7 @@ impl Inbox {
             if first == anew {
                 anew = NOWHERE;
                 task.mask(|masked| self.forget_beginning(masked, first));
-                if take(0) {
+                if frames && take(0) {
                     break;
                 }
             }

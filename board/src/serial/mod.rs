@@ -153,7 +153,7 @@ impl Receive for Receiver {
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
         loop {
             let (mut length, mut is_whole) = (self.length, false);
-            self.port.inbox.drain(task, |byte| {
+            self.port.inbox.drain(task, true, |byte| {
                 if let Some(slot) = buffer.get_mut(usize::from(length)) {
                     *slot = byte;
                 }
@@ -199,7 +199,7 @@ impl Receiver {
         task.mask(|masked| port.inbox.wake_at_first(masked, true));
         let length = loop {
             let mut length = 0;
-            port.inbox.drain(task, |byte| {
+            port.inbox.drain(task, false, |byte| {
                 if let Some(slot) = buffer.get_mut(length) {
                     *slot = byte;
                     length += 1;

@@ -5,11 +5,16 @@ use superbot_tests_simavr::{MILLISECOND, image, mcu};
 
 /// Types `line`, and returns the reply without its prompt.
 fn ask(mcu: &mut Mcu, line: &str) -> String {
+    ask_slowly(mcu, line, 0)
+}
+
+/// The same, with so many milliseconds behind each character.
+fn ask_slowly(mcu: &mut Mcu, line: &str, milliseconds: u64) -> String {
     let frame = mcu.usart_frame_cycles(0).expect("the transmitter is on");
     for value in line.bytes().chain([b'\r']) {
         let start = mcu.cycle();
         mcu.receive(0, Character { value, start, end: start + frame });
-        mcu.run_until(start + frame + 100);
+        mcu.run_until(start + frame + 100 + milliseconds * MILLISECOND);
     }
     let mut reply = String::new();
     let limit = mcu.cycle() + 1_000 * MILLISECOND;
@@ -92,6 +97,17 @@ fn tasks_are_listed_suspended_stepped_resumed_and_killed() {
     mcu.run_until(mcu.cycle() + MILLISECOND);
     assert_eq!(word(&mcu), killed_at);
     assert!(ask(&mut mcu, "l").contains("01 COUNTER killed p"));
+}
+
+#[test]
+fn a_line_may_be_typed_with_pauses() {
+    let mut mcu = monitor();
+    let reply = ask(&mut mcu, "x WAITER");
+    assert!(!reply.contains("no such command"), "{reply}");
+    for pause in [2, 20] {
+        let slowly = ask_slowly(&mut mcu, "x WAITER", pause);
+        assert!(slowly.ends_with(&reply), "{slowly}");
+    }
 }
 
 #[test]
