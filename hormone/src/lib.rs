@@ -41,3 +41,6 @@ pub mod table;
 pub mod task;
 pub mod time;
 pub mod topology;
+
+#[cfg(test)]
+mod random;

@@ -257,13 +257,15 @@ impl Topology {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
+    use crate::schedule::{PROBE_PERIOD, QUICK_PERIOD};
     use Dock::{Back, Down, Front, Left};
 
     const CALLING: Probe = Probe { dock: Back, hears: None, wants_more: false };
     const ATTACHED: Probe = Probe { dock: Back, hears: Some(Front), wants_more: false };
 
     /// From one probe to the next over a lossy link that loses none, in the mean.
-    const QUICK: u16 = 8;
+    const QUICK: u16 = PROBE_PERIOD / (PROBE_PERIOD / QUICK_PERIOD + 1);
 
     /// What is known at `now`, when a good link at this dock has been there for a second. Its last probe came
     /// then.
@@ -433,17 +435,16 @@ mod tests {
     }
 
     /// At which part of a hundred thousand probes a link would count as good that came back from a gap, where
-    /// this part of them is lost, drawn by a linear congruence.
+    /// this part of them is lost.
     fn good_at_a_loss_of(loss: f64) -> f64 {
         let mut topology = good_since_a_second(Front, 0);
         topology.heard(Front, ATTACHED, GAP + 1);
-        let (mut now, mut random, mut good) = (GAP + 1, 1_u32, 0);
+        let (mut now, mut random, mut good) = (GAP + 1, Random::new(1), 0);
         let probes = 100_000;
         // Beside four probes 10 ms apart, the turn of the dock comes between two.
         for step in [10, 10, 10, 4, 6].into_iter().cycle().take(probes) {
             now = now.wrapping_add(step);
-            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            if f64::from(random >> 8) >= loss * f64::from(1 << 24) {
+            if f64::from(random.below(1 << 24)) >= loss * f64::from(1 << 24) {
                 topology.heard(Front, ATTACHED, now);
             }
             let link = topology.link(Front).expect("it is a dock");

@@ -143,6 +143,12 @@ impl Image {
         found.all(|&(other, _)| other == at).then_some(at)
     }
 
+    /// The whole name of a function whose name may end with a `*`, as [`function`](Self::function) has it.
+    pub fn whole_name<'a>(&'a self, name: &'a str) -> Option<&'a str> {
+        let at = self.function(name)?;
+        Some(if name.ends_with('*') { self.name(at) } else { name })
+    }
+
     /// Where the label of this name is, inside of a function.
     pub fn label(&self, name: &str) -> Option<u32> {
         self.labels.iter().find(|(_, other)| other == name).map(|&(at, _)| at)

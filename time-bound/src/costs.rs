@@ -35,6 +35,11 @@ impl<'a> Costs<'a> {
         Ok(Costs { image, views })
     }
 
+    /// The whole name of a function whose name may end with a `*`.
+    pub(crate) fn whole_name<'b>(&'b self, name: &'b str) -> Option<&'b str> {
+        self.image.whole_name(name)
+    }
+
     /// What a run takes at most, in cycles.
     ///
     /// # Errors

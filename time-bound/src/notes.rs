@@ -96,9 +96,9 @@ impl Notes {
             let mut rest = loops.trim();
             let noted = sequence(&mut rest).filter(|noted| rest.is_empty() && !noted.is_empty());
             let noted = noted.ok_or(NoteError::Malformed { line })?;
-            let at = function(&name)?;
-            let whole = if name.ends_with('*') { image.name(at).to_owned() } else { name.clone() };
-            if notes.loops.insert(whole, noted).is_some() {
+            let no_function = || NoteError::NoFunction { line, name: name.clone() };
+            let whole = image.whole_name(&name).ok_or_else(no_function)?;
+            if notes.loops.insert(whole.to_owned(), noted).is_some() {
                 return Err(NoteError::Twice { line, name });
             }
         }

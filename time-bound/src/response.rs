@@ -181,11 +181,8 @@ impl Responses {
             unbounded: task.unbounded.clone(),
         };
         if let Some(function) = &task.jobs {
-            let is_meant = |name: &str| match function.strip_suffix('*') {
-                Some(begin) => name.starts_with(begin),
-                None => name == function,
-            };
-            let jobs = bounds.jobs.iter().filter(|job| is_meant(&job.function));
+            let whole = costs.whole_name(function);
+            let jobs = bounds.jobs.iter().filter(|job| Some(job.function.as_str()) == whole);
             let missing = || Problem::NoJob { task: task.name.clone(), function: function.clone() };
             response.cycles = Some(jobs.map(|job| job.cycles).max().ok_or_else(|| vec![missing()])?);
         }

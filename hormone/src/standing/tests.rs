@@ -1,4 +1,5 @@
 use super::*;
+use crate::random::Random;
 use Dock::{Back, Front};
 
 /// Modules in a row, the Back of each at the Front of the next; in a ring the last one's at the first one's.
@@ -6,7 +7,7 @@ struct Row {
     modules: Vec<Ledger>,
     is_ring: bool,
     now: u16,
-    random: u32,
+    random: Random,
     /// Of a hundred messages so many are lost.
     lost: u32,
     messages: usize,
@@ -15,14 +16,9 @@ struct Row {
 impl Row {
     fn new(modules: usize, is_ring: bool, seed: u32, lost: u32) -> Self {
         let modules: Vec<Ledger> = (0..modules).map(|_| Ledger::new(1)).collect();
-        let mut row = Row { modules, is_ring, now: 65_000, random: seed, lost, messages: 0 };
+        let mut row = Row { modules, is_ring, now: 65_000, random: Random::new(seed), lost, messages: 0 };
         (0..row.modules.len()).for_each(|module| row.appears(module));
         row
-    }
-
-    fn draw(&mut self, below: u32) -> u32 {
-        self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (self.random >> 8) % below
     }
 
     fn peer(&self, module: usize, dock: Dock) -> Option<usize> {
@@ -89,7 +85,7 @@ impl Row {
                     for dock in docks.iter() {
                         self.messages += 1;
                         let peer = self.peer(module, dock).unwrap();
-                        if self.draw(100) >= self.lost {
+                        if self.random.below(100) >= self.lost {
                             self.hear(peer, if dock == Front { Back } else { Front }, standing, knows);
                         }
                     }
@@ -127,13 +123,13 @@ fn whatever_is_lost_the_newest_order_stands_everywhere() {
     for seed in 0..10 {
         let mut row = Row::new(6, seed % 2 == 0, seed, 50);
         for gait in 2..6 {
-            let at = row.draw(6) as usize;
+            let at = row.random.below(6) as usize;
             row.order(at, gait);
-            let wait = 100 + row.draw(3_000) as u16;
+            let wait = 100 + row.random.below(3_000) as u16;
             row.run(wait);
             // Else nobody may know it any more.
-            let reset = (at + 1 + row.draw(5) as usize) % 6;
-            let is_noticed = row.draw(2) == 0;
+            let reset = (at + 1 + row.random.below(5) as usize) % 6;
+            let is_noticed = row.random.below(2) == 0;
             row.reset(reset, is_noticed);
             row.run(15_000);
             assert_eq!(row.gaits(), [gait; 6], "seed {seed}");
