@@ -117,12 +117,11 @@ impl JointMotors for Joints {
 /// The joints are controlled from now on, or no longer: then the last drives are put into effect.
 #[inline(always)]
 pub(crate) fn control(masked: &Masked, is_on: bool) {
-    PERIOD.state.set(masked, IS_AWAITED);
+    PERIOD.state.set(masked, if is_on { IS_AWAITED } else { IS_OFF });
     if !is_on {
-        begin_period(masked);
+        put_into_effect(masked);
         PortB::set_output(1 << 4, false); // the probe
     }
-    PERIOD.state.set(masked, if is_on { IS_AWAITED } else { IS_OFF });
 }
 
 /// The period's interrupt has come.
@@ -175,9 +174,16 @@ pub(crate) fn begin_period(masked: &Masked) {
         return;
     }
     PERIOD.state.set(masked, HAS_BEGUN);
-    // SAFETY: PORTB and PORTC change with interrupts masked only, the compare units' registers here only.
-    let (probe, directions, speeds) = unsafe { (PORTB::steal(), PORTC::steal(), TC1::steal()) };
-    probe.portb().modify(|_, w| w.pb4().set_bit());
+    // SAFETY: PORTB changes with interrupts masked only.
+    unsafe { PORTB::steal() }.portb().modify(|_, w| w.pb4().set_bit()); // the probe
+    put_into_effect(masked);
+}
+
+/// Puts the drives into effect.
+#[inline(always)]
+fn put_into_effect(masked: &Masked) {
+    // SAFETY: PORTC changes with interrupts masked only, the compare units' registers here only.
+    let (directions, speeds) = unsafe { (PORTC::steal(), TC1::steal()) };
     let [joint, roll] = &PERIOD.speeds;
     // SAFETY: a port touches no memory, whatever its register holds.
     directions

@@ -143,8 +143,11 @@ impl Lock {
     /// Takes the mutex if it is free. From here on the task may own it without knowing.
     fn begin(&self, task: &mut Task) -> bool {
         task.mask(|masked| {
-            ready::running(masked).set_flag(masked, Flag::Locks);
-            self.take_at_once(masked)
+            let is_taken = self.take_at_once(masked);
+            if !is_taken {
+                ready::running(masked).set_flag(masked, Flag::Locks);
+            }
+            is_taken
         })
     }
 

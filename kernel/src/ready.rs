@@ -296,22 +296,26 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) {
 /// Undoes [`raise`]: the running task stands first in the queue of its priority again. Returns whether a
 /// switch is due.
 pub(crate) fn restore(task: &mut Task) -> bool {
-    task.mask(|masked| {
+    let was_raised = task.mask(|masked| {
         let task = running(masked);
         task.clear_flag(masked, Flag::Locks);
         let base = task.base(masked);
-        if base != task.level.get(masked) {
+        let was_raised = base != task.level.get(masked);
+        if was_raised {
             leave_first(masked, task);
             enqueue_first(masked, KERNEL.ready.last(base), task);
             task.level.set(masked, base);
             traversal::end(masked);
         }
+        was_raised
     });
     // As between `leave` and `dispatch`: the head is this task still, unless an ISR wakes one that outranks
     // the ceiling.
     arch::irq_window();
     task.mask(|masked| {
-        update_head(masked);
+        if was_raised {
+            update_head(masked);
+        }
         is_due(masked)
     })
 }

@@ -181,20 +181,26 @@ fn levels_say_what_the_timeline_says() {
     let all = transactions(wires.wire("0_bus", "SCL"), wires.wire("0_bus", "SDA"));
     let messages = report["bridge"]["messages"].as_u64().expect("they are counted");
     assert!(all.len() > 20 && messages > 20, "{} transactions, {messages} messages", all.len());
-    for bytes in &all {
-        let (address, is_acknowledged) = bytes.first().expect("an address comes first");
-        assert!(matches!(address >> 1, 0x10 | 0x11) && *is_acknowledged, "{bytes:02x?}");
-    }
+    let mut unheard = 0;
     let heard = all.iter().map(|bytes| {
+        let &(address, is_acknowledged) = bytes.first().expect("an address comes first");
+        assert!(matches!(address >> 1, 0x10 | 0x11), "{bytes:02x?}");
+        unheard += usize::from(!is_acknowledged);
+        let way = match address & 1 {
+            _ if !is_acknowledged => "nobody at",
+            0 => "write to",
+            _ => "read from",
+        };
         let data: Vec<String> = bytes[1..].iter().map(|(byte, _)| format!("{byte:02x}")).collect();
-        let way = if bytes[0].0 & 1 != 0 { "read from" } else { "write to" };
-        (format!("{way} {:#04x}", bytes[0].0 >> 1), data.join(" "))
+        (format!("{way} {:#04x}", address >> 1), data.join(" "))
     });
     let told = begun("0.master", "two-wire bus").map(|event| {
         let text = |value: &Value| value.as_str().expect("it is text").to_owned();
         (text(&event["name"]), text(&event["args"]["bytes"]))
     });
     let (heard, told): (Vec<_>, Vec<_>) = (heard.collect(), told.collect());
+    // Who still deals with the packet before is not there for the next one, now and then.
+    assert!(unheard * 50 < heard.len(), "{unheard} of {} found nobody", heard.len());
     assert!(told.starts_with(&heard) && told.len() <= heard.len() + 1, "{} of {}", heard.len(), told.len());
 
     // The joints' control is where the timeline has it.

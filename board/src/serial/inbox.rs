@@ -23,6 +23,16 @@ const PAUSE: u8 = 1;
 /// No slot.
 const NOWHERE: u8 = 0xff;
 
+/// What a line carries.
+#[doc(hidden)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// Frames that end with a zero. One stands in place of an end that was lost.
+    Frames,
+    /// Bytes that may pause anywhere.
+    Stream,
+}
+
 /// The bytes that have come on a line, and where in a frame it is.
 #[doc(hidden)]
 pub struct Inbox {
@@ -94,29 +104,30 @@ impl Inbox {
         self.lost.get(masked)
     }
 
-    /// Takes what has come, byte by byte, until `take` says that it was the last it wants. Where these are
-    /// `frames`, and no stream that may pause anywhere, it gets a zero in place of an end that was lost.
+    /// Takes what has come, byte by byte, until `take` says that it was the last it wants. Returns whether it
+    /// did.
     #[inline(always)]
-    pub fn drain(&self, task: &mut Task, frames: bool, mut take: impl FnMut(u8) -> bool) {
+    pub fn drain(&self, task: &mut Task, content: Content, mut take: impl FnMut(u8) -> bool) -> bool {
         let (mut first, end, mut anew) = task
             .mask(|masked| (self.first.get(masked), self.end.get(masked), self.begins_anew_at.get(masked)));
+        let mut is_last = false;
         // The bytes up to `end` are the task's: vectors add behind them.
-        while first != end {
+        while first != end && !is_last {
             if first == anew {
                 anew = NOWHERE;
                 task.mask(|masked| self.forget_beginning(masked, first));
-                if frames && take(0) {
+                if content == Content::Frames && take(0) {
+                    is_last = true;
                     break;
                 }
             }
             let Some(slot) = self.slots.get(usize::from(first)) else { break };
             let byte = task.mask(|masked| slot.get(masked));
             first = first.wrapping_add(1) & AROUND;
-            if take(byte) {
-                break;
-            }
+            is_last = take(byte);
         }
         task.mask(|masked| self.first.set(masked, first));
+        is_last
     }
 
     /// Forgets that a frame begins anew at `slot`, unless another one has since.

@@ -15,7 +15,7 @@ use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, TICKS, Task, now
 use tasks::device::{Receive, Transmit};
 
 use crate::guarded::Guarded;
-use inbox::Inbox;
+use inbox::{Content, Inbox};
 use outbox::Outbox;
 
 /// A line, named by its type.
@@ -95,10 +95,13 @@ pub struct Transmitter {
     begin: fn(&mut Task) -> bool,
 }
 
+/// In place of the length of a frame that does not fit its buffer, or has more than 254 bytes.
+const TOO_LONG: u8 = u8::MAX;
+
 /// The receiving half of a line. Of one type for all lines, too.
 pub struct Receiver {
     port: &'static Port,
-    /// Bytes of the frame that is coming in, up to 255.
+    /// Bytes of the frame that is coming in, or [`TOO_LONG`].
     length: u8,
 }
 
@@ -152,21 +155,23 @@ impl Receive for Receiver {
 
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
         loop {
-            let (mut length, mut is_whole) = (self.length, false);
-            self.port.inbox.drain(task, true, |byte| {
-                if let Some(slot) = buffer.get_mut(usize::from(length)) {
-                    *slot = byte;
-                }
-                length = length.saturating_add(1);
-                is_whole = byte == 0;
-                is_whole
+            let mut length = self.length;
+            let is_whole = self.port.inbox.drain(task, Content::Frames, |byte| {
+                length = match buffer.get_mut(usize::from(length)) {
+                    Some(slot) if length < TOO_LONG => {
+                        *slot = byte;
+                        length + 1
+                    }
+                    _ => TOO_LONG,
+                };
+                byte == 0
             });
             if !is_whole {
                 self.length = length;
                 return None;
             }
             self.length = 0;
-            if usize::from(length) <= buffer.len() {
+            if length != TOO_LONG {
                 return Some(length.into());
             }
             task.mask(|masked| self.port.inbox.lose(masked));
@@ -199,7 +204,7 @@ impl Receiver {
         task.mask(|masked| port.inbox.wake_at_first(masked, true));
         let length = loop {
             let mut length = 0;
-            port.inbox.drain(task, false, |byte| {
+            port.inbox.drain(task, Content::Stream, |byte| {
                 if let Some(slot) = buffer.get_mut(length) {
                     *slot = byte;
                     length += 1;

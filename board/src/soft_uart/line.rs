@@ -102,6 +102,7 @@ pub fn pulse_begins(masked: &Masked) {
 #[inline(always)]
 pub fn line_rises(masked: &Masked) {
     rises(masked);
+    joints::begin_if_due(masked); // as at the end of `line_changes`
 }
 
 /// The interrupt INT7 elsewhere: the line has fallen, or changed more than once.

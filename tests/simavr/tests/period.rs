@@ -1,0 +1,71 @@
+//! When the periods of the joints' control begin, whatever comes just then.
+
+use simavr_harness::{CONTROL_PROBE, Character, Controller, Engine, Mcu, RobotBuilder};
+use simulation::Shape;
+use superbot_tests_simavr::bounds::pull;
+use superbot_tests_simavr::{MILLISECOND, firmware};
+
+/// The module in the middle of three: its joints are controlled.
+const MIDDLE: usize = 1;
+
+/// Number of the serial port in software: the USARTs come first.
+const LINE: usize = 2;
+
+/// Cycles of a character.
+const CHARACTER: u64 = 4170;
+
+/// The begin of a period is held up by no more than what is left of one short vector, in cycles: its
+/// registers are restored, and Timer2's saved.
+const HELD_UP: u64 = 110;
+
+/// Something pulls at the joints the other way after so many periods, so that they are never at rest.
+const TURN: u64 = 40;
+
+fn mcu(engine: &mut Engine, controller: Controller) -> &mut Mcu {
+    engine.robot_mut().module_mut(MIDDLE).expect("it is there").mcu_mut(controller)
+}
+
+/// How much later the period begins than usual where a bit that comes in ends so many cycles behind that,
+/// `moments` each in a period of its own. `usual` is when one begins of which the next ones follow by a
+/// millisecond each.
+fn held_up(
+    engine: &mut Engine,
+    controller: Controller,
+    usual: u64,
+    moments: impl Iterator<Item = i64>,
+) -> u64 {
+    let mut most = 0;
+    for (period, behind) in (1..).zip(moments) {
+        if period % TURN == 0 {
+            pull(engine, MIDDLE, period / TURN % 2 == 0);
+        }
+        let usual = usual + period * MILLISECOND;
+        let start = (usual - CHARACTER / 10).saturating_add_signed(behind);
+        mcu(engine, controller).receive(LINE, Character { value: 0xff, start, end: start + CHARACTER });
+        engine.run_until(usual + MILLISECOND / 2);
+        let edges = mcu(engine, controller).take_edges(0);
+        let begin = edges.iter().find(|edge| edge.level).expect("the joints are controlled");
+        most = most.max(begin.cycle.saturating_sub(usual));
+    }
+    most
+}
+
+#[test]
+fn a_bit_that_ends_just_then_holds_up_no_period_for_long() {
+    for controller in Controller::ALL {
+        let wiring = Shape::Chain.wiring(3).expect("a chain may be so long");
+        let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).build().expect("the robot can be built");
+        let mut engine = Engine::new(robot, 1);
+        pull(&mut engine, MIDDLE, false);
+        engine.run_until(500 * MILLISECOND);
+        mcu(&mut engine, controller).add_probe(CONTROL_PROBE);
+        engine.run_until(520 * MILLISECOND + MILLISECOND / 2);
+        let edges = mcu(&mut engine, controller).take_edges(0);
+        let begins = edges.iter().filter(|edge| edge.level).map(|edge| edge.cycle);
+        let phase = begins.map(|begin| begin % MILLISECOND).min().expect("the joints are controlled");
+        let usual = engine.cycle() / MILLISECOND * MILLISECOND + phase;
+        let most = held_up(&mut engine, controller, usual, -300..100);
+        println!("{controller:?}: {most} cycles");
+        assert!(most <= HELD_UP, "{controller:?}: a period began {most} cycles late");
+    }
+}
