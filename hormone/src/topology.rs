@@ -32,8 +32,8 @@ const IN_VAIN: u16 = (RETRY_LIMIT as u16 + 1) * 289 / 10;
 
 /// The silences of a link that loses one probe of four, and at first those of one that was good until now:
 /// half of a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of
-/// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000. With less,
-/// links full of messages, which hold probes up, would count as lossy.
+/// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000. A link that is
+/// probed quickly and full of messages, which hold probes up, has a mean of 14 ms and so stays lossy.
 const FEW_SILENCES: u16 = 11 * MEAN_OVER;
 
 /// How long a new link is given the time of a lossy one if it loses nothing, in milliseconds.

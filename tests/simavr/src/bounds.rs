@@ -56,8 +56,16 @@ const PULL: f64 = 3.0;
 /// # Panics
 /// When there is no such module.
 pub fn pull(engine: &mut Engine, module: usize, is_back: bool) {
+    load(engine, module, if is_back { -PULL } else { PULL });
+}
+
+/// Loads all joints of a module, in Nm.
+///
+/// # Panics
+/// When there is no such module.
+pub fn load(engine: &mut Engine, module: usize, torque: f64) {
     let module = engine.robot_mut().module_mut(module).expect("it is there");
     for axis in Axis::ALL {
-        module.body_mut().joint_mut(axis).surroundings.load_torque = if is_back { -PULL } else { PULL };
+        module.body_mut().joint_mut(axis).surroundings.load_torque = torque;
     }
 }

@@ -2,7 +2,7 @@
 
 use simavr_harness::{CONTROL_PROBE, Character, Controller, Engine, Mcu, RobotBuilder};
 use simulation::Shape;
-use superbot_tests_simavr::bounds::pull;
+use superbot_tests_simavr::bounds::{load, pull};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
 /// The module in the middle of three: its joints are controlled.
@@ -43,29 +43,56 @@ fn held_up(
         let start = (usual - CHARACTER / 10).saturating_add_signed(behind);
         mcu(engine, controller).receive(LINE, Character { value: 0xff, start, end: start + CHARACTER });
         engine.run_until(usual + MILLISECOND / 2);
-        let edges = mcu(engine, controller).take_edges(0);
-        let begin = edges.iter().find(|edge| edge.level).expect("the joints are controlled");
-        most = most.max(begin.cycle.saturating_sub(usual));
+        let begin = begins(engine, controller).next().expect("the joints are controlled");
+        most = most.max(begin.saturating_sub(usual));
     }
     most
+}
+
+/// A robot whose middle module's joints are controlled, and when periods of this MCU begin: within each
+/// millisecond.
+fn controlled(controller: Controller) -> (Engine, u64) {
+    let wiring = Shape::Chain.wiring(3).expect("a chain may be so long");
+    let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).build().expect("the robot can be built");
+    let mut engine = Engine::new(robot, 1);
+    pull(&mut engine, MIDDLE, false);
+    engine.run_until(500 * MILLISECOND);
+    mcu(&mut engine, controller).add_probe(CONTROL_PROBE);
+    engine.run_until(520 * MILLISECOND + MILLISECOND / 2);
+    let phases = begins(&mut engine, controller).map(|begin| begin % MILLISECOND);
+    let phase = phases.min().expect("the joints are controlled");
+    (engine, phase)
+}
+
+/// When periods have begun since this was last asked.
+fn begins(engine: &mut Engine, controller: Controller) -> impl Iterator<Item = u64> {
+    let edges = mcu(engine, controller).take_edges(0);
+    edges.into_iter().filter(|edge| edge.level).map(|edge| edge.cycle)
 }
 
 #[test]
 fn a_bit_that_ends_just_then_holds_up_no_period_for_long() {
     for controller in Controller::ALL {
-        let wiring = Shape::Chain.wiring(3).expect("a chain may be so long");
-        let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).build().expect("the robot can be built");
-        let mut engine = Engine::new(robot, 1);
-        pull(&mut engine, MIDDLE, false);
-        engine.run_until(500 * MILLISECOND);
-        mcu(&mut engine, controller).add_probe(CONTROL_PROBE);
-        engine.run_until(520 * MILLISECOND + MILLISECOND / 2);
-        let edges = mcu(&mut engine, controller).take_edges(0);
-        let begins = edges.iter().filter(|edge| edge.level).map(|edge| edge.cycle);
-        let phase = begins.map(|begin| begin % MILLISECOND).min().expect("the joints are controlled");
+        let (mut engine, phase) = controlled(controller);
         let usual = engine.cycle() / MILLISECOND * MILLISECOND + phase;
         let most = held_up(&mut engine, controller, usual, -300..100);
         println!("{controller:?}: {most} cycles");
         assert!(most <= HELD_UP, "{controller:?}: a period began {most} cycles late");
+    }
+}
+
+#[test]
+fn no_period_begins_where_the_control_ends() {
+    for controller in Controller::ALL {
+        let (mut engine, phase) = controlled(controller);
+        load(&mut engine, MIDDLE, 0.0);
+        engine.run_until(3_000 * MILLISECOND);
+        let begins: Vec<u64> = begins(&mut engine, controller).collect();
+        let last = begins.last().expect("the joints were controlled");
+        assert!(*last < 2_500 * MILLISECOND, "{controller:?}: the joints are not at rest");
+        for begin in begins {
+            let late = (begin % MILLISECOND).abs_diff(phase);
+            assert!(late <= HELD_UP, "{controller:?}: a period began {late} cycles late, at {begin}");
+        }
     }
 }

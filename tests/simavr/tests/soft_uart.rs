@@ -32,7 +32,8 @@ fn exchange(mcu: &mut Mcu, frame: &[u8], off: i64) -> Vec<u8> {
         start += length;
     }
     let mut heard = Vec::new();
-    let end = mcu.cycle() + 2 * (frame.len() as u64 + 2) * length;
+    // Who found a character coming in tries again at the next tick, which is four characters away at most.
+    let end = mcu.cycle() + 2 * (frame.len() as u64 + 6) * length;
     while heard.last() != Some(&0) && mcu.cycle() < end {
         mcu.run_until(mcu.cycle() + FRAME);
         heard.extend(mcu.take_sent(LINE).into_iter().map(|character| character.value));
@@ -162,5 +163,20 @@ fn a_line_held_low_is_a_byte_that_is_lost() {
     mcu.run_until(start + 20 * FRAME);
     let heard: Vec<u8> = mcu.take_sent(LINE).into_iter().map(|character| character.value).collect();
     assert_eq!(heard, [5, 0]);
+    assert_eq!(mcu.markers().len(), 1, "the task has been told");
+}
+
+#[test]
+fn a_frame_longer_than_any_is_lost_and_the_next_one_comes() {
+    let mut mcu = echo();
+    let mut start = mcu.cycle();
+    let too_long = std::iter::repeat_n(0x55, 255).chain([0]);
+    for value in too_long.chain([1, 2, 3, 0]) {
+        mcu.receive(LINE, Character { value, start, end: start + FRAME });
+        start += FRAME;
+    }
+    mcu.run_until(start + 10 * FRAME);
+    let heard: Vec<u8> = mcu.take_sent(LINE).into_iter().map(|character| character.value).collect();
+    assert_eq!(heard, [1, 2, 3, 0]);
     assert_eq!(mcu.markers().len(), 1, "the task has been told");
 }

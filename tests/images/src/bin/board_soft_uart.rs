@@ -18,7 +18,10 @@ board::interrupts!(Interrupts: Tick, SoftUart);
 
 const LOST: u8 = 0x7f;
 
-static ECHO: Stack<200> = Stack::new();
+/// Longer than any frame that a line takes.
+const BUFFER: usize = 300;
+
+static ECHO: Stack<{ 170 + BUFFER }> = Stack::new();
 static HOLD_UP: Stack<120> = Stack::new();
 
 #[unsafe(no_mangle)]
@@ -52,7 +55,7 @@ fn spin<const TURNS: u8>() {
 }
 
 fn echo(task: &mut Task, mut receiver: Receiver, mut transmitter: Transmitter) -> Never {
-    let mut frame = [0; 32];
+    let mut frame = [0; BUFFER];
     loop {
         let length = receiver.wait(task, &mut frame);
         if receiver.overruns(task) != 0 {
