@@ -27,7 +27,7 @@ const NOWHERE: u8 = 0xff;
 #[doc(hidden)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Content {
-    /// Frames that end with a zero. One stands in place of an end that was lost.
+    /// Frames, each of which ends with a zero. Where the end of one was lost, a zero is inserted.
     Frames,
     /// Bytes that may pause anywhere.
     Stream,
@@ -116,8 +116,8 @@ impl Inbox {
             if first == anew {
                 anew = NOWHERE;
                 task.mask(|masked| self.forget_beginning(masked, first));
-                if content == Content::Frames && take(0) {
-                    is_last = true;
+                is_last = content == Content::Frames && take(0);
+                if is_last {
                     break;
                 }
             }

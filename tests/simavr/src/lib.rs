@@ -10,6 +10,7 @@ pub mod marks;
 pub mod model;
 pub mod qemu;
 pub mod rules;
+pub mod soft_uart;
 pub mod stacks;
 pub mod storm;
 pub mod sweep;

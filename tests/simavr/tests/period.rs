@@ -3,16 +3,11 @@
 use simavr_harness::{CONTROL_PROBE, Character, Controller, Engine, Mcu, RobotBuilder};
 use simulation::Shape;
 use superbot_tests_simavr::bounds::{load, pull};
+use superbot_tests_simavr::soft_uart::{FRAME, LINE};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
 /// The module in the middle of three: its joints are controlled.
 const MIDDLE: usize = 1;
-
-/// Number of the serial port in software: the USARTs come first.
-const LINE: usize = 2;
-
-/// Cycles of a character.
-const CHARACTER: u64 = 4170;
 
 /// The begin of a period is held up by no more than what is left of one short vector, in cycles: its
 /// registers are restored, and Timer2's saved.
@@ -40,8 +35,8 @@ fn held_up(
             pull(engine, MIDDLE, period / TURN % 2 == 0);
         }
         let usual = usual + period * MILLISECOND;
-        let start = (usual - CHARACTER / 10).saturating_add_signed(behind);
-        mcu(engine, controller).receive(LINE, Character { value: 0xff, start, end: start + CHARACTER });
+        let start = (usual - FRAME / 10).saturating_add_signed(behind);
+        mcu(engine, controller).receive(LINE, Character { value: 0xff, start, end: start + FRAME });
         engine.run_until(usual + MILLISECOND / 2);
         let begin = begins(engine, controller).next().expect("the joints are controlled");
         most = most.max(begin.saturating_sub(usual));

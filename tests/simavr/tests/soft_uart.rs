@@ -1,13 +1,8 @@
 //! The vectors of the UART in software against what the wire should show.
 
 use simavr_harness::{Character, Mcu, Pin, Place, SerialPins};
+use superbot_tests_simavr::soft_uart::{FRAME, LINE};
 use superbot_tests_simavr::{MILLISECOND, mcu};
-
-/// Cycles of a frame of ten bits at 38400 baud, as the timer counts them.
-const FRAME: u64 = 4170;
-
-/// Number of the line: the USARTs come first.
-const LINE: usize = 2;
 
 /// Most bytes of a frame, its zero among them: the inbox holds them, whenever the task is woken.
 const LONGEST: usize = 31;
