@@ -57,7 +57,9 @@ impl AdaptiveCommunication {
             self.tell_again();
         }
         while let (Some(probe), _) = self.due_probe(now) {
-            ac_send::send(probe, module);
+            if !ac_send::send(probe, module) {
+                self.take_back(probe);
+            }
         }
     }
 

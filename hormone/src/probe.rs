@@ -4,15 +4,16 @@
 //!
 //! ```text
 //!   7   6   5   4   3   2   1   0
-//! | 0 | q |   hears   |   dock    |
+//! | o | q |   hears   |   dock    |
 //! ```
 //! `dock` is the index of the dock the probe leaves by, `hears` that of the neighbour's dock whose
-//! probes arrive there, 7 for none; `q` asks for quick probes.
+//! probes arrive there, 7 for none; `q` asks for quick probes; `o` is set in every second probe.
 
 use tasks::dock::Dock;
 
 const HEARS_NOTHING: u8 = 7;
 const QUICK: u8 = 1 << 6;
+const ODD: u8 = 1 << 7;
 
 /// A probe as its receiver sees it.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -25,24 +26,27 @@ pub struct Probe {
     pub hears: Option<Dock>,
     /// The sender misses probes of the receiver, and asks for more of them.
     pub wants_more: bool,
+    /// Unlike in the probe that left by this dock before.
+    pub is_odd: bool,
 }
 
 impl Probe {
     /// The probe as one payload byte.
     pub fn to_byte(self) -> u8 {
         let quick = if self.wants_more { QUICK } else { 0 };
-        quick | self.hears.map_or(HEARS_NOTHING, Dock::index) << 3 | self.dock.index()
+        let odd = if self.is_odd { ODD } else { 0 };
+        odd | quick | self.hears.map_or(HEARS_NOTHING, Dock::index) << 3 | self.dock.index()
     }
 
     /// The probe in `payload`, or `None` if it is not exactly one byte of the layout above.
     pub fn from_payload(payload: &[u8]) -> Option<Probe> {
         let &[byte] = payload else { return None };
         let dock = Dock::from_index(byte & 7)?;
-        let hears = match (byte & !QUICK) >> 3 {
+        let hears = match byte >> 3 & 7 {
             HEARS_NOTHING => None,
             index => Some(Dock::from_index(index)?),
         };
-        Some(Probe { dock, hears, wants_more: byte & QUICK != 0 })
+        Some(Probe { dock, hears, wants_more: byte & QUICK != 0, is_odd: byte & ODD != 0 })
     }
 }
 
@@ -56,14 +60,15 @@ mod tests {
             .filter_map(|byte| Some((byte, Probe::from_payload(&[byte])?)))
             .inspect(|&(byte, probe)| assert_eq!(probe.to_byte(), byte))
             .count();
-        assert_eq!(readable, 6 * 7 * 2);
+        assert_eq!(readable, 6 * 7 * 2 * 2);
     }
 
     #[test]
     fn the_layout_is_the_documented_one() {
-        let probe = Probe { dock: Dock::Left, hears: Some(Dock::Back), wants_more: false };
+        let probe = Probe { dock: Dock::Left, hears: Some(Dock::Back), wants_more: false, is_odd: false };
         assert_eq!(probe.to_byte(), 0b00_001_010);
-        assert_eq!(Probe { dock: Dock::Front, hears: None, wants_more: true }.to_byte(), 0b01_111_000);
+        assert_eq!(Probe { wants_more: true, ..probe }.to_byte(), 0b01_001_010);
+        assert_eq!(Probe { dock: Dock::Front, hears: None, is_odd: true, ..probe }.to_byte(), 0b10_111_000);
     }
 
     #[test]

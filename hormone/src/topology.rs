@@ -32,9 +32,13 @@ const IN_VAIN: u16 = (RETRY_LIMIT as u16 + 1) * 289 / 10;
 
 /// The silences of a link that loses one probe of four, and at first those of one that was good until now:
 /// half of a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of
-/// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000. A link that is
-/// probed quickly and full of messages, which hold probes up, has a mean of 14 ms and so stays lossy.
+/// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000.
 const FEW_SILENCES: u16 = 11 * MEAN_OVER;
+
+/// So many probes in a row, odd and even by turns, show that few are lost, however seldom they come: where one
+/// of four is lost, chance makes such a row at one of two million. A link that is full of messages has no room
+/// for one each 8 ms, and so a mean of 14 ms.
+const WHOLE_ROW: u8 = 64;
 
 /// How long a new link is given the time of a lossy one if it loses nothing, in milliseconds.
 pub const UNKNOWN_FOR: u16 = 120;
@@ -111,6 +115,12 @@ struct Link {
     lossy_until: Option<u16>,
     /// Over a lossy link, [`MEAN_OVER`] times the mean silence between probes, in milliseconds.
     silences: u16,
+    /// Probes that came odd and even by turns, up to the last one; at most [`WHOLE_ROW`].
+    row: u8,
+    /// Whether the last probe was odd that was heard,
+    heard_odd: bool,
+    /// and the last one that left.
+    sent_odd: bool,
 }
 
 impl Link {
@@ -121,6 +131,9 @@ impl Link {
         heard_at: 0,
         lossy_until: None,
         silences: UNKNOWN_SILENCES,
+        row: 0,
+        heard_odd: false,
+        sent_odd: false,
     };
 
     fn neighbour(&self) -> Option<Dock> {
@@ -133,6 +146,8 @@ impl Link {
         if self.is_lossy() {
             self.silences = self.silences - self.silences / MEAN_OVER + silence.min(LOSSY_TIMEOUT);
         }
+        self.row = if probe.is_odd == self.heard_odd { 0 } else { (self.row + 1).min(WHOLE_ROW) };
+        self.heard_odd = probe.is_odd;
         if self.heard != Some(probe.dock) {
             self.lossy_until = Some(now.wrapping_add(NEW_FOR));
         } else if silence > GAP {
@@ -152,6 +167,10 @@ impl Link {
     /// Whether probes are lost, in one direction or the other.
     fn is_lossy(&self) -> bool {
         self.lossy_until.is_some() || self.wants_more
+    }
+
+    fn loses_few(&self) -> bool {
+        self.silences <= FEW_SILENCES || self.row == WHOLE_ROW
     }
 
     /// Whether probes of the other end are missing.
@@ -192,7 +211,7 @@ impl Topology {
         let before = self.neighbour(dock);
         let hears_us = probe.hears == Some(dock);
         let answer = !hears_us || self.hears(dock) != Some(probe.dock);
-        if let Some(link) = self.links.get_mut(usize::from(dock.index())) {
+        if let Some(link) = self.link_mut(dock) {
             link.hear(probe, hears_us, now);
         }
         Heard { changed: self.neighbour(dock) != before, answer }
@@ -209,7 +228,7 @@ impl Topology {
                 changed |= link.hears_us;
                 *link = Link::SILENT;
             }
-            if link.silences <= FEW_SILENCES && link.lossy_until.is_some_and(|until| reached(until, now)) {
+            if link.loses_few() && link.lossy_until.is_some_and(|until| reached(until, now)) {
                 link.lossy_until = None;
                 link.silences = FEW_SILENCES;
             }
@@ -227,10 +246,21 @@ impl Topology {
         self.links.map(|link| link.neighbour())
     }
 
-    /// The probe that leaves by `dock` at `now`.
-    pub fn probe(&self, dock: Dock, now: u16) -> Probe {
-        let wants_more = self.link(dock).is_some_and(|link| link.is_missing(now));
-        Probe { dock, hears: self.hears(dock), wants_more }
+    /// The probe that leaves by `dock` at `now`. One that does not leave is [taken back](Self::take_back).
+    pub fn probe(&mut self, dock: Dock, now: u16) -> Probe {
+        let mut probe = Probe { dock, hears: self.hears(dock), wants_more: false, is_odd: false };
+        if let Some(link) = self.link_mut(dock) {
+            link.sent_odd = !link.sent_odd;
+            (probe.wants_more, probe.is_odd) = (link.is_missing(now), link.sent_odd);
+        }
+        probe
+    }
+
+    /// The last probe for `dock` did not leave, and so is none that the other end could miss.
+    pub fn take_back(&mut self, dock: Dock) {
+        if let Some(link) = self.link_mut(dock) {
+            link.sent_odd = !link.sent_odd;
+        }
     }
 
     /// The docks whose links lose probes in one direction or the other, to be probed quickly.
@@ -252,6 +282,10 @@ impl Topology {
     fn link(&self, dock: Dock) -> Option<&Link> {
         self.links.get(usize::from(dock.index()))
     }
+
+    fn link_mut(&mut self, dock: Dock) -> Option<&mut Link> {
+        self.links.get_mut(usize::from(dock.index()))
+    }
 }
 
 #[cfg(test)]
@@ -261,8 +295,8 @@ mod tests {
     use crate::schedule::{PROBE_PERIOD, QUICK_PERIOD};
     use Dock::{Back, Down, Front, Left};
 
-    const CALLING: Probe = Probe { dock: Back, hears: None, wants_more: false };
-    const ATTACHED: Probe = Probe { dock: Back, hears: Some(Front), wants_more: false };
+    const CALLING: Probe = Probe { dock: Back, hears: None, wants_more: false, is_odd: false };
+    const ATTACHED: Probe = Probe { hears: Some(Front), ..CALLING };
 
     /// From one probe to the next over a lossy link that loses none, in the mean.
     const QUICK: u16 = PROBE_PERIOD / (PROBE_PERIOD / QUICK_PERIOD + 1);
@@ -281,7 +315,7 @@ mod tests {
     #[test]
     fn a_neighbour_counts_once_both_ends_hear_each_other() {
         let mut topology = Topology::new();
-        assert_eq!(topology.probe(Front, 0), Probe { dock: Front, hears: None, wants_more: false });
+        assert_eq!(topology.probe(Front, 0), Probe { dock: Front, is_odd: true, ..CALLING });
         assert_eq!(topology.heard(Front, CALLING, 0), Heard { changed: false, answer: true });
         assert_eq!(topology.neighbour(Front), None);
         assert_eq!(topology.probe(Front, 0).hears, Some(Back));
@@ -315,7 +349,7 @@ mod tests {
     fn another_dock_in_the_old_ones_place_is_a_change() {
         let mut topology = Topology::new();
         topology.heard(Front, ATTACHED, 0);
-        let turned = Probe { dock: Left, hears: Some(Front), wants_more: false };
+        let turned = Probe { dock: Left, ..ATTACHED };
         assert_eq!(topology.heard(Front, turned, 40), Heard { changed: true, answer: true });
         assert_eq!(topology.neighbour(Front), Some(Left));
     }
@@ -459,9 +493,45 @@ mod tests {
         assert!(few > 0.95 && some < 0.01 && many < 0.0001, "{few}, {some}, {many}");
     }
 
+    /// After how many probes a link counts as good that came back from a gap and is full of messages, of so
+    /// many probes, where this part of them is lost.
+    fn good_though_full_at_a_loss_of(loss: f64, probes: usize) -> Option<usize> {
+        let mut topology = good_since_a_second(Front, 0);
+        let (mut now, mut random, mut probe) = (GAP + 1, Random::new(1), ATTACHED);
+        topology.heard(Front, probe, now);
+        (0..probes).find(|_| {
+            now = now.wrapping_add(14);
+            probe.is_odd = !probe.is_odd;
+            if f64::from(random.below(1 << 24)) >= loss * f64::from(1 << 24) {
+                topology.heard(Front, probe, now);
+            }
+            topology.expire(now);
+            topology.lossy(now).is_empty()
+        })
+    }
+
+    #[test]
+    fn a_link_full_of_messages_counts_as_lossy_until_a_long_row_of_probes_was_whole() {
+        let soon = usize::from(LOSSY_FOR / 14);
+        assert_eq!(good_though_full_at_a_loss_of(0.0, 2 * soon), Some(soon));
+        let some = good_though_full_at_a_loss_of(0.05, 10 * soon);
+        assert!(some.is_some_and(|probes| probes > soon), "{some:?}");
+        assert_eq!(good_though_full_at_a_loss_of(0.25, 100_000), None);
+    }
+
+    #[test]
+    fn probes_are_odd_and_even_by_turns_at_each_dock_but_for_one_that_does_not_leave() {
+        let mut topology = Topology::new();
+        let mut odd = |dock| topology.probe(dock, 0).is_odd;
+        assert_eq!([odd(Front), odd(Front), odd(Front), odd(Back)], [true, false, true, true]);
+        topology.take_back(Front);
+        topology.take_back(Left);
+        assert_eq!([Front, Back, Left].map(|dock| topology.probe(dock, 0).is_odd), [true, false, false]);
+    }
+
     #[test]
     fn nothing_is_missing_by_a_reading_of_the_clock_older_than_the_probe() {
-        let topology = good_since_a_second(Front, 1_000);
+        let mut topology = good_since_a_second(Front, 1_000);
         assert!(!topology.probe(Front, 999).wants_more, "AC_RECV has run since AC_SEND read it");
         assert!(topology.lossy(999).is_empty());
         assert!(topology.probe(Front, 1_000 + GAP + 1).wants_more);

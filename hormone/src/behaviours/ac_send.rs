@@ -19,14 +19,16 @@ impl AdaptiveCommunication {
         }
         (probe, until(self.probe_at, now))
     }
+
+    /// A probe that was due was not [sent](send).
+    pub fn take_back(&mut self, probe: Probe) {
+        self.topology.take_back(probe.dock);
+    }
 }
 
-/// Sends a probe by its dock.
-pub fn send(probe: Probe, module: &mut impl Module) {
+/// Sends a probe by its dock. Returns whether there was room: the next one makes up for one that is lost.
+pub fn send(probe: Probe, module: &mut impl Module) -> bool {
     let to = Address::beyond(probe.dock, TaskCode::AC_RECEIVE);
     let from = Address::here(TaskCode::AC_RECEIVE);
-    if let Ok(message) = Message::datagram(to, from, &[probe.to_byte()]) {
-        // One that finds no room is lost like one on the wire: the next probe makes up for it.
-        let _ = module.send(message);
-    }
+    Message::datagram(to, from, &[probe.to_byte()]).is_ok_and(|message| module.send(message).is_ok())
 }

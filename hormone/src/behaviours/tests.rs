@@ -126,14 +126,29 @@ fn every_dock_is_probed_and_nobody_is_woken_for_nothing() {
 }
 
 #[test]
+fn no_probe_is_missed_that_found_no_room() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    for ticks in [90, 45, 130, 85, 200] {
+        run(&mut behaviours, &mut now, ticks, &mut here);
+        here.is_full = !here.is_full;
+    }
+    for dock in Dock::ALL {
+        let probes = here.to(Address::beyond(dock, TaskCode::AC_RECEIVE));
+        let odd = probes.iter().map(|probe| Probe::from_payload(probe).expect("it is a probe").is_odd);
+        assert!(odd.eq((0..probes.len()).map(|number| number % 2 == 0)), "{dock:?}: {probes:?}");
+    }
+}
+
+#[test]
 fn the_topology_is_told_once_there_is_room() {
     let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
     run(&mut behaviours, &mut now, 10, &mut here);
     let from = Address::beyond(Dock::Back, TaskCode::AC_RECEIVE);
     here.is_full = true;
     for _ in 0..4 {
-        let probe = Probe { dock: Dock::Left, hears: Some(Dock::Back), wants_more: false }.to_byte();
-        behaviours.receive(now, letter(TaskCode::AC_RECEIVE, from, &[probe]), &mut here);
+        let (dock, hears) = (Dock::Left, Some(Dock::Back));
+        let probe = Probe { dock, hears, wants_more: false, is_odd: false };
+        behaviours.receive(now, letter(TaskCode::AC_RECEIVE, from, &[probe.to_byte()]), &mut here);
         run(&mut behaviours, &mut now, 40, &mut here);
     }
     assert_eq!(here.to(HORMONE), [&[0_u8; 0]; 0]);
