@@ -76,7 +76,7 @@ impl Hormone {
                     2
                 };
                 let made_good = if is_made_good { MADE_GOOD } else { 0 };
-                let second = number % NUMBERS * RHYTHMS | rhythm % RHYTHMS;
+                let second = (number % NUMBERS * RHYTHMS) | (rhythm % RHYTHMS);
                 ([name << 4 | made_good | data as u8, second, low, high], length)
             }
             Hormone::Standing(Standing { number, gait, period }, knows) => {

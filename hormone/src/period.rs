@@ -34,7 +34,7 @@ impl Period {
     /// So many milliseconds; `None` if that is no multiple of 50, or less than 250 or more than 4000.
     pub const fn of_milliseconds(period: u16) -> Option<Period> {
         let units = period / UNIT;
-        let is_one = period % UNIT == 0 && units >= SHORTEST as u16 && units <= LONGEST as u16;
+        let is_one = period.is_multiple_of(UNIT) && units >= SHORTEST as u16 && units <= LONGEST as u16;
         if is_one { Some(Period(units as u8)) } else { None }
     }
 

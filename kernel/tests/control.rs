@@ -341,10 +341,10 @@ fn a_kill_finds_its_task_though_interrupts_wake_others_meanwhile() {
                     leak(Stack::<0>::new()).start(boot, Priority::P5, kill).unwrap();
                 };
                 host::run_for(3, start, |_, _| {});
-                let left = (0..WAITING).filter(|&number| number != victim);
+                let mut left = (0..WAITING).filter(|&number| number != victim);
                 let is_woken = |number: usize| woken[number].load(Ordering::Relaxed);
                 let place = format!("task {victim} killed, {posts} posts at section {section}");
-                assert!(left.map(is_woken).all(|is_woken| is_woken), "{place}: {woken:?}");
+                assert!(left.all(is_woken), "{place}: {woken:?}");
             }
         }
     }
@@ -451,7 +451,7 @@ fn a_search_is_right_though_another_task_suspends_one_meanwhile() {
             let stacks = &leak([const { Stack::<0>::new() }; MOST])[..ready];
             let start = |boot: &mut Boot| {
                 for stack in stacks {
-                    stack.start(boot, Priority::P5, |task| forever(task)).unwrap();
+                    stack.start(boot, Priority::P5, forever).unwrap();
                 }
                 start_when_woken(boot, wake, move |task| stacks[suspended].task().suspend(task).unwrap());
                 let search = move |task: &mut Task| {

@@ -229,7 +229,7 @@ impl Core<'_> {
                 self.set(to, value);
                 now.done(2)
             }
-            _ => return None,
+            _ => None,
         }
     }
 
@@ -250,7 +250,7 @@ impl Core<'_> {
                 self.set_pair(pointer, stepped);
                 now.done(2)
             }
-            _ => return None,
+            _ => None,
         }
     }
 

@@ -112,7 +112,7 @@ mod tests {
             for kind in [Kind::Datagram, Kind::Datagram, Kind::Datagram, Kind::Latest, Kind::Lasting] {
                 let message = Message::of_kind(here, here, &[], kind).expect("it is short");
                 let letter = kernel::Message::new(task, Letter::of(message));
-                let _ = MAILBOX.put(task, letter.ok().expect("there is a buffer"));
+                let _ = MAILBOX.put(task, letter.expect("there is a buffer"));
             }
             while let Some(letter) = MAILBOX.take(task) {
                 TAKEN.lock().expect("no test panicked with it").push(letter.kind());

@@ -41,7 +41,7 @@ fn pace(data: Data) -> Pace {
 
 /// The centipede's pace of a leader's beat: A and B in turn.
 fn nth(beat: u16) -> Hormone {
-    let data = if beat % 2 == 0 { A } else { B };
+    let data = if beat.is_multiple_of(2) { A } else { B };
     Hormone::Pace(Pace { number: (beat % 8) as u8, ..pace(data) })
 }
 
@@ -96,7 +96,7 @@ fn the_head_beats_a_at_0_and_b_at_half_a_period() {
         assert_eq!(head.next_due((beat - 1).wrapping_mul(BEAT)), Some(BEAT));
         let now = beat.wrapping_mul(BEAT);
         assert_eq!(head.timer(now.wrapping_sub(1)), None);
-        let data = if beat % 2 == 0 { A } else { B };
+        let data = if beat.is_multiple_of(2) { A } else { B };
         let response = head.timer(now).unwrap();
         assert_eq!((response.action, sent(response)), (Some(Straight), by(data, &[Back])));
         assert_eq!(response.event, Some(Event::HormoneGenerated(data)));

@@ -15,7 +15,7 @@ fn cp(data: Data) -> Pace {
 
 /// That of a leader's beat: A and B in turn.
 fn nth(beat: u16) -> Pace {
-    let (data, number) = (if beat % 2 == 0 { A } else { B }, beat as u8 % NUMBERS);
+    let (data, number) = (if beat.is_multiple_of(2) { A } else { B }, beat as u8 % NUMBERS);
     Pace { name: 1, data, is_made_good: false, number, rhythm: 7, lifetime: None }
 }
 

@@ -12,10 +12,10 @@ pub fn run(task: &mut Task, mailbox: &'static Mailbox, shared: &'static Shared, 
     loop {
         let time = now(task);
         let (probe, wait) = shared.with(task, |state| state.due_probe(time));
-        if let Some(probe) = probe {
-            if !send(probe, &mut Here { task, api }) {
-                shared.with(task, |state| state.take_back(probe));
-            }
+        if let Some(probe) = probe
+            && !send(probe, &mut Here { task, api })
+        {
+            shared.with(task, |state| state.take_back(probe));
         }
         if wait != 0 {
             mailbox.wake_in(task, wait);

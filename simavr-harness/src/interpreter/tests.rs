@@ -132,11 +132,9 @@ fn compare(part: &Part) -> usize {
 
 /// What the interpreter leaves to simavr whatever the state.
 fn is_rare(instruction: Instruction) -> bool {
-    match instruction {
-        Elpm { .. } | ElpmIncrement { .. } | FractionalProduct | Eijmp | Eicall => true,
-        Sleep | Wdr | Break | Spm | Invalid => true,
-        _ => false,
-    }
+    let is_long =
+        matches!(instruction, Elpm { .. } | ElpmIncrement { .. } | FractionalProduct | Eijmp | Eicall);
+    is_long || matches!(instruction, Sleep | Wdr | Break | Spm | Invalid)
 }
 
 /// Branches to the next instruction take one cycle or two, and of opcodes that the manual reserves nobody

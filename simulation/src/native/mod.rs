@@ -226,7 +226,7 @@ impl Native {
         let address = Address::here(TaskCode::HORMONE);
         if let Ok(message) = Message::new(address, address, payload) {
             for start in SENDS.map(|later| self.now + later) {
-                let wire = Wire::Data(label, Letter::of(message.clone()));
+                let wire = Wire::Data(label, Letter::of(message));
                 self.arrive(at, Flight { wire, span: start..start + time::frame(payload.len()) });
             }
         }

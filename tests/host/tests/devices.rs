@@ -377,7 +377,7 @@ fn a_joint_that_is_not_here_is_refused() {
         let (to, from) = (Address::here(TaskCode::joint(Axis::Front)), Address::here(HORMONE));
         let message = Message::new(to, from, &payload).expect("it is short");
         let letter = tasks::message::Letter::of(message);
-        let letter = kernel::Message::new(client.task, letter).ok().expect("there is a buffer");
+        let letter = kernel::Message::new(client.task, letter).expect("there is a buffer");
         client.devices.put(client.task, letter).ok().expect("there is room");
         assert_eq!(client.reports(10), [Report::Refused(TaskCode::joint(Axis::Front))]);
         assert_eq!(client.world().drive, 0);

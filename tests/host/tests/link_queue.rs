@@ -45,8 +45,7 @@ fn of_beats_that_wait_the_last_one_is_sent() {
                 let mut put = |byte, kind| {
                     let payload = [byte];
                     let message = Message::of_kind(to, from, &payload, kind).expect("it is short");
-                    let letter =
-                        kernel::Message::new(task, Letter::of(message)).ok().expect("there is a buffer");
+                    let letter = kernel::Message::new(task, Letter::of(message)).expect("there is a buffer");
                     PORT.mailbox().put(task, letter).ok().expect("there is room");
                 };
                 // The first is on its way at once.

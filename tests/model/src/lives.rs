@@ -20,6 +20,10 @@ pub struct Lives {
 struct Tasks([AtomicBool; TASKS]);
 
 impl Tasks {
+    const fn none() -> Self {
+        Tasks([const { AtomicBool::new(false) }; TASKS])
+    }
+
     fn has(&self, id: usize) -> bool {
         self.0.get(id).is_some_and(|is_in| is_in.load(Relaxed))
     }
@@ -34,8 +38,7 @@ impl Tasks {
 impl Lives {
     /// No task runs.
     pub const fn new() -> Self {
-        const NONE: [AtomicBool; TASKS] = [const { AtomicBool::new(false) }; TASKS];
-        Lives { started: Tasks(NONE), dying: Tasks(NONE) }
+        Lives { started: Tasks::none(), dying: Tasks::none() }
     }
 
     /// Task `id` was started.

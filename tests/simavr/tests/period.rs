@@ -32,7 +32,7 @@ fn held_up(
     let mut most = 0;
     for (period, behind) in (1..).zip(moments) {
         if period % TURN == 0 {
-            pull(engine, MIDDLE, period / TURN % 2 == 0);
+            pull(engine, MIDDLE, (period / TURN).is_multiple_of(2));
         }
         let usual = usual + period * MILLISECOND;
         let start = (usual - FRAME / 10).saturating_add_signed(behind);

@@ -53,9 +53,15 @@ pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Erro
 
 fn kind(rows: &[Row], column: &str) -> Kind {
     let values = || rows.iter().filter_map(|row| row.get(column)).filter(|value| !value.is_null());
-    let fits: [(Kind, fn(&Value) -> bool); 3] =
-        [(Kind::Truth, Value::is_boolean), (Kind::Whole, Value::is_i64), (Kind::Number, Value::is_number)];
-    fits.into_iter().find(|(_, fits)| values().all(fits)).map_or(Kind::Text, |(kind, _)| kind)
+    if values().all(Value::is_boolean) {
+        Kind::Truth
+    } else if values().all(Value::is_i64) {
+        Kind::Whole
+    } else if values().all(Value::is_number) {
+        Kind::Number
+    } else {
+        Kind::Text
+    }
 }
 
 fn field(name: &str, kind: Kind) -> Result<TypePtr, Box<dyn Error>> {
