@@ -26,7 +26,8 @@ use crate::timer::Ticks;
 /// highest priority of all tasks that lock it. Then no task ever waits for it, and what a task is delayed by
 /// is one section of a lower one at most. It can't block while it holds the value: the guard borrows its
 /// context. A task above the ceiling may lock it too, safely; it may have to wait, and then for lower tasks
-/// as well.
+/// as well. A guard that is forgotten keeps the mutex taken for good, and its task at the ceiling until that
+/// gives another one.
 #[repr(C)]
 pub struct Mutex<T> {
     /// First, where debuggers and other readers of RAM find it by the mutex's symbol.

@@ -412,6 +412,50 @@ fn who_has_a_mutex_is_left_alone() {
     TRIED.expect(&["tried", "tried"]);
 }
 
+#[test]
+fn a_guard_that_is_forgotten_keeps_its_mutex_and_does_no_other_harm() {
+    static FORGETFUL: Stack<0> = Stack::new();
+    static OTHER: Stack<0> = Stack::new();
+    static WAKE: Semaphore = Semaphore::new(0);
+    static KEPT: Mutex<u8> = Mutex::new(Priority::P1, 0);
+    static ANOTHER: Mutex<u8> = Mutex::new(Priority::P2, 0);
+    static LOG: Log = Log::new();
+    host::run_for(
+        9,
+        |boot| {
+            OTHER
+                .start(boot, Priority::P3, |task| {
+                    WAKE.wait(task);
+                    LOG.note("other runs");
+                    assert!(KEPT.try_lock(task).is_none() && KEPT.lock_timeout(task, 2).is_err());
+                    assert_eq!(FORGETFUL.task().kill(task), Err(Refused::Busy));
+                    WAKE.wait(task);
+                    LOG.note("other runs again");
+                    assert_eq!(FORGETFUL.task().kill(task), Ok(()));
+                    assert!(KEPT.lock_timeout(task, 2).is_err());
+                    LOG.note("it is kept");
+                    forever(task)
+                })
+                .unwrap();
+            FORGETFUL
+                .start(boot, Priority::P5, |task| {
+                    std::mem::forget(KEPT.lock(task));
+                    WAKE.post(task);
+                    LOG.note("at the ceiling");
+                    task.delay(1);
+                    LOG.note("at the ceiling again");
+                    task.delay(4);
+                    *ANOTHER.lock(task) += 1;
+                    WAKE.post(task);
+                    unreachable!("it is at its own priority again, and killed")
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["at the ceiling", "other runs", "at the ceiling again", "other runs again", "it is kept"]);
+}
+
 fn forever(task: &mut Task) -> kernel::Never {
     loop {
         task.delay(kernel::LONGEST);
