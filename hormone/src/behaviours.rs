@@ -17,6 +17,7 @@ use tasks::message::{Held, TaskCode};
 use crate::controller::Controller;
 use crate::gait::Gait;
 use crate::module::Module;
+use crate::pacemaker::Beats;
 use crate::schedule::Schedule;
 use crate::status::Status;
 use crate::time::until;
@@ -68,6 +69,13 @@ impl AdaptiveCommunication {
         self.next_look(now).min(until(self.probe_at, now))
     }
 
+    /// AC_SEND keeps out of the way of beats that HORMONE [expects](Schedule::expect).
+    pub fn expect(&mut self, beats: Option<Beats>) {
+        if let Some(beats) = beats {
+            self.schedule.expect(beats);
+        }
+    }
+
     /// Messages to AC_RECV that could not be read, and were ignored. Wraps.
     pub fn malformed(&self) -> u16 {
         self.malformed
@@ -103,6 +111,9 @@ impl Behaviours {
     #[inline(never)] // its stack is needed here alone
     pub fn poll(&mut self, now: u16, module: &mut impl Module) -> bool {
         let has_acted = self.hormone.act(now, module);
+        if has_acted {
+            self.adaptive_communication.expect(self.hormone.controller().beats());
+        }
         self.adaptive_communication.poll(now, module);
         has_acted
     }

@@ -17,7 +17,7 @@ use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
 use crate::order::{Course, Helm, Order, What};
 use crate::pace::{Pace, RHYTHMS};
-use crate::pacemaker::Pacemaker;
+use crate::pacemaker::{Beats, Pacemaker};
 use crate::period::Period;
 use crate::rule::{BACK, Rule, Send};
 use crate::sense::{Sense, Senses};
@@ -204,6 +204,12 @@ impl Controller {
             next = next.min(wait);
         }
         (next != NEVER).then_some(next)
+    }
+
+    /// The beats around now; `None` where none is awaited.
+    pub fn beats(&self) -> Option<Beats> {
+        let is_awaited = self.is_leader() || self.pacemaker.is_following();
+        is_awaited.then(|| self.pacemaker.beats(self.connected))
     }
 
     /// `hormone` came in by `dock` at `now`.

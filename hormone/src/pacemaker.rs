@@ -13,6 +13,8 @@
 //! A hormone that is early is the one least delayed, so it sets the timer, by an eighth of a beat at most;
 //! one that is late moves it by 1 ms only.
 
+use tasks::dock::DockSet;
+
 use crate::data::Data;
 use crate::gait::Gait;
 use crate::pace::{NUMBERS, Pace};
@@ -31,6 +33,15 @@ const LATE: u8 = NUMBERS - 1;
 
 /// So many beats are made good without a hormone; then the module knows no rhythm any more.
 const MOST_MISSED: u8 = 8;
+
+/// The last beat and the next one.
+#[derive(Clone, Copy)]
+pub struct Beats {
+    pub last_at: u16,
+    pub next_at: u16,
+    /// By which docks hormones come and go then.
+    pub docks: DockSet,
+}
 
 /// A timer that counts beats.
 pub struct Pacemaker {
@@ -115,6 +126,11 @@ impl Pacemaker {
         }
         self.skip(now);
         Some(self.last)
+    }
+
+    /// The beats around now, which come and go by `docks`.
+    pub fn beats(&self, docks: DockSet) -> Beats {
+        Beats { last_at: self.last_at, next_at: self.last_at.wrapping_add(self.gait.beat.get()), docks }
     }
 
     /// Milliseconds from `now` to a leader's next beat.

@@ -3,11 +3,14 @@
 //! The six docks take turns, [`STAGGER`] apart, so that their probes do not compete for the CPU and the
 //! bridge. A dock can be [hurried](Schedule::hurry): its probe goes out at once, beside its turn. That
 //! is how two modules find each other in little more than one period instead of three. Docks with a lossy
-//! link are
-//! [probed quickly](Schedule::set_quick), beside their turns too.
+//! link are [probed quickly](Schedule::set_quick), beside their turns too.
+//!
+//! A line that carries a probe has a hormone wait, or be drowned. So docks by which a beat comes and goes
+//! are not probed [around it](Schedule::expect).
 
 use tasks::dock::{Dock, DockSet};
 
+use crate::pacemaker::Beats;
 use crate::time::{reached, until};
 
 /// Each dock is probed once in this time, in milliseconds.
@@ -19,6 +22,12 @@ pub const STAGGER: u16 = PROBE_PERIOD / 6;
 /// From one probe to the next where links lose them, in milliseconds.
 pub const QUICK_PERIOD: u16 = 10;
 
+/// From when before a beat until when after it there are no probes, in milliseconds. They leave up to 7 ms
+/// later and take 1.6 ms; a hormone is on its way here for 2.3 ms, and to all three neighbours of a branch
+/// for 5 ms.
+const BEFORE_BEAT: u16 = 14;
+const AFTER_BEAT: u16 = 8;
+
 /// From the last dock's turn to the first one's: what the division above leaves over comes here.
 const ROUND_GAP: u16 = PROBE_PERIOD - 5 * STAGGER;
 
@@ -29,6 +38,7 @@ pub struct Schedule {
     turn_at: u16,
     quick: DockSet,
     quick_at: u16,
+    beats: Beats,
 }
 
 impl Schedule {
@@ -40,6 +50,7 @@ impl Schedule {
             turn_at: now,
             quick: DockSet::EMPTY,
             quick_at: now,
+            beats: Beats { last_at: now, next_at: now, docks: DockSet::EMPTY },
         }
     }
 
@@ -50,15 +61,22 @@ impl Schedule {
             self.quick_at = now.wrapping_add(QUICK_PERIOD);
             self.hurried = self.hurried.union(self.quick);
         }
-        if let Some(dock) = self.hurried.iter().next() {
-            self.hurried.remove(dock);
-            return Some(dock);
+        let held = if self.until_clear(now) != 0 { self.beats.docks } else { DockSet::EMPTY };
+        loop {
+            if let Some(dock) = self.hurried.without(held).iter().next() {
+                self.hurried.remove(dock);
+                return Some(dock);
+            }
+            if !reached(self.turn_at, now) {
+                return None;
+            }
+            self.hurried.insert(self.turn);
+            self.end_turn(now);
         }
-        if !reached(self.turn_at, now) {
-            return None;
-        }
-        let dock = self.turn;
-        let (turn, gap) = match Dock::from_index(dock.index() + 1) {
+    }
+
+    fn end_turn(&mut self, now: u16) {
+        let (turn, gap) = match Dock::from_index(self.turn.index() + 1) {
             Some(next) => (next, STAGGER),
             None => (Dock::Front, ROUND_GAP),
         };
@@ -68,16 +86,32 @@ impl Schedule {
         if reached(self.turn_at.wrapping_add(PROBE_PERIOD), now) {
             self.turn_at = now.wrapping_add(gap);
         }
-        Some(dock)
     }
 
-    /// Milliseconds from `now` until a probe is due; 0 if one is.
+    /// Milliseconds from `now` until a probe may be due; 0 if one is.
     pub fn next_due(&self, now: u16) -> u16 {
-        if !self.hurried.is_empty() {
-            return 0;
+        let mut wait = until(self.turn_at, now);
+        if !self.quick.is_empty() {
+            wait = wait.min(until(self.quick_at, now));
         }
-        let turn = until(self.turn_at, now);
-        if self.quick.is_empty() { turn } else { turn.min(until(self.quick_at, now)) }
+        if !self.hurried.is_empty() {
+            let clear = self.until_clear(now);
+            let is_held = clear != 0 && self.hurried.without(self.beats.docks).is_empty();
+            wait = wait.min(if is_held { clear } else { 0 });
+        }
+        wait
+    }
+
+    /// These are the beats around now.
+    pub fn expect(&mut self, beats: Beats) {
+        self.beats = beats;
+    }
+
+    /// Milliseconds from `now` until no beat is near.
+    fn until_clear(&self, now: u16) -> u16 {
+        let left = |begin, length: u16| length.saturating_sub(now.wrapping_sub(begin));
+        let next = left(self.beats.next_at.wrapping_sub(BEFORE_BEAT), BEFORE_BEAT + AFTER_BEAT);
+        next.max(left(self.beats.last_at, AFTER_BEAT))
     }
 
     /// Probes `docks`, and no others, every [`QUICK_PERIOD`]. Returns whether these are more than before,
@@ -149,6 +183,46 @@ mod tests {
             assert!(schedule.due(now).is_some());
         }
         assert_eq!(now, 99 / 6 * PROBE_PERIOD + 99 % 6 * STAGGER);
+    }
+
+    #[test]
+    fn around_a_beat_the_docks_that_it_goes_by_wait_and_the_others_do_not() {
+        for start in [0, 65_450] {
+            let mut schedule = Schedule::new(start);
+            let docks = DockSet::of(&[Dock::Front, Dock::Back, Dock::Left]);
+            schedule.set_quick(DockSet::of(&[Dock::Back, Dock::Up]), start);
+            let next_at = start.wrapping_add(100);
+            schedule.expect(Beats { last_at: start, next_at, docks });
+            let window = 100 - BEFORE_BEAT..100 + AFTER_BEAT;
+            let sent = probes(&mut schedule, start, 200);
+            let within = sent.iter().filter(|(at, _)| window.contains(at));
+            assert!(within.clone().all(|(_, dock)| !docks.contains(*dock)), "{sent:?}");
+            assert_eq!(within.filter(|(_, dock)| *dock == Dock::Up).count(), 3, "{sent:?}");
+            let after: Vec<Dock> =
+                sent.iter().filter(|(at, _)| *at == window.end).map(|(_, dock)| *dock).collect();
+            assert_eq!(after, [Dock::Back, Dock::Left], "they have waited, each once");
+            let turns = sent.iter().filter(|(_, dock)| *dock == Dock::Left).count();
+            assert_eq!(turns, 5, "no turn is lost");
+        }
+    }
+
+    #[test]
+    fn whoever_waits_for_a_beat_to_be_over_is_not_woken_without_end() {
+        let mut schedule = Schedule::new(0);
+        schedule.set_quick(DockSet::of(&[Dock::Up]), 0);
+        let (mut now, mut wakes) = (0, 0);
+        for beat in 1..=20 {
+            let next_at = beat * 125;
+            schedule.expect(Beats { last_at: next_at - 125, next_at, docks: DockSet::of(&Dock::ALL) });
+            while now < beat * 125 {
+                while schedule.due(now).is_some() {}
+                let wait = schedule.next_due(now);
+                assert_ne!(wait, 0, "at {now}");
+                now += wait;
+                wakes += 1;
+            }
+        }
+        assert!(wakes <= now / STAGGER + now / QUICK_PERIOD + 20, "{wakes} in {now} ms");
     }
 
     #[test]

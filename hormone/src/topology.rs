@@ -3,11 +3,11 @@
 //! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would
 //! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
 //! from a gap of two probes or more counts as lossy for a while, and as long as it loses more than one probe
-//! of four; both ends probe it every 10 ms beside its turns, so every 8 ms in the mean. It is given 18 times
-//! the mean silence between its probes and the time for which probes wait behind two messages, 900 ms at
-//! most. Then some sixty probes go out: all are lost with a chance of 0.75^60, 3 in 10^8. The mean is over 64
-//! probes: over 16 it is half of what it should be often enough to lose a neighbour a minute in a robot of
-//! 100. Where fewer are lost, the time is that of a good link.
+//! of four; both ends probe it every 10 ms beside its turns, but around [beats](crate::schedule), so every 8
+//! ms in the mean. It is given 18 times the mean silence between its probes and the time for which probes
+//! wait behind two messages, 900 ms at most. Then some sixty probes go out: all are lost with a chance of
+//! 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should be often enough to
+//! lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of a good link.
 //!
 //! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
 //! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.
@@ -35,9 +35,9 @@ const IN_VAIN: u16 = (RETRY_LIMIT as u16 + 1) * 289 / 10;
 /// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000.
 const FEW_SILENCES: u16 = 11 * MEAN_OVER;
 
-/// So many probes in a row, odd and even by turns, show that few are lost, however seldom they come: where one
-/// of four is lost, chance makes such a row at one of two million. A link that is full of messages has no room
-/// for one each 8 ms, and so a mean of 14 ms.
+/// So many probes in a row, odd and even by turns, show that few are lost, however seldom they come: where
+/// one of four is lost, chance makes such a row at one of two million. A link that is full of messages has no
+/// room for one each 8 ms, and so a mean of 14 ms.
 const WHOLE_ROW: u8 = 64;
 
 /// How long a new link is given the time of a lossy one if it loses nothing, in milliseconds.

@@ -93,7 +93,7 @@ fn legs_walk() {
         assert_eq!(report["types"], types);
         assert_eq!((&report["engine"], &report["legs"]), (&engine.into(), &6.into()));
         assert_eq!(report["gait_violations"], 0);
-        assert!(report["leg_skew_us_max"].as_f64().is_some_and(|us| us > 0.0 && us <= 5000.0), "{report:#}");
+        assert!(report["leg_skew_us_max"].as_f64().is_some_and(|us| us > 0.0 && us <= 2000.0), "{report:#}");
         assert!(report["recovery_periods_max"].as_f64().is_some_and(|periods| periods <= 1.3), "{report:#}");
         assert_eq!(report["cpu_load"].is_null(), engine == "host");
     }

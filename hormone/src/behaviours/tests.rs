@@ -180,6 +180,34 @@ fn a_hormone_that_finds_no_room_is_counted_and_not_told_of_as_sent() {
 }
 
 #[test]
+fn no_probe_is_in_the_way_of_a_beat() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    run(&mut behaviours, &mut now, 100, &mut here);
+    behaviours.receive(now, leg(), &mut here);
+    behaviours.receive(now, beat(A, Dock::Back), &mut here);
+    let (mut probed, mut others) = (Vec::new(), Vec::new());
+    for after in 0..1_100 {
+        if after == 503 {
+            behaviours.receive(now, beat(B, Dock::Back), &mut here);
+        }
+        here.sent.clear();
+        run(&mut behaviours, &mut now, 1, &mut here);
+        if !here.to(Address::beyond(Dock::Back, TaskCode::AC_RECEIVE)).is_empty() {
+            probed.push(after);
+        }
+        let others_now = Dock::ALL.iter().filter(|&&dock| dock != Dock::Back);
+        let sent = |dock: &&Dock| !here.to(Address::beyond(**dock, TaskCode::AC_RECEIVE)).is_empty();
+        others.extend(others_now.filter(sent).map(|_| after));
+    }
+    let around = |beat: u16| move |after: &&u16| (beat - 10..beat + 6).contains(*after);
+    for beat in [501, 1_001] {
+        assert_eq!(probed.iter().filter(around(beat)).count(), 0, "{probed:?}");
+        assert_ne!(others.iter().filter(around(beat)).count(), 0, "{others:?}");
+    }
+    assert!((27..=29).contains(&probed.len()), "{probed:?}");
+}
+
+#[test]
 fn joints_are_told_again_once_there_is_room_and_then_what_is_new_alone() {
     let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
     behaviours.receive(now, leg(), &mut here);

@@ -36,7 +36,11 @@ pub fn run(
         let time = now(task);
         let has_acted = hormone.act(time, &mut Here { task, api });
         if has_acted || reached(alarm, time) {
-            let unread = shared.with(task, |state| state.malformed());
+            let beats = hormone.controller().beats();
+            let unread = shared.with(task, |state| {
+                state.expect(beats);
+                state.malformed()
+            });
             if has_acted || unread != malformed {
                 malformed = unread;
                 status.with(task, |status| *status = hormone.status(malformed));

@@ -33,7 +33,7 @@ static RECEIVED: Semaphore = Semaphore::new(0);
 static RECEIVE: Stack<300> = Stack::new();
 static SEND: Stack<300> = Stack::new();
 static FLOOD: Stack<300> = Stack::new();
-static PROBE: Stack<300> = Stack::new();
+static PROBE: Stack<320> = Stack::new();
 static ASK: Stack<300> = Stack::new();
 
 /// What such an image does besides.

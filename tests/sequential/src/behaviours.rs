@@ -3,6 +3,7 @@
 use hormone::behaviours::AdaptiveCommunication;
 use hormone::behaviours::hormone::Behaviour;
 use hormone::gait::GaitName;
+use hormone::pacemaker::Beats;
 use hormone::status::Status;
 use hormone::task::Here;
 use hormone::task::hormone::ALIVE;
@@ -34,6 +35,11 @@ impl Neighbours {
         }
         self.state.poll(time, &mut Here { task, api: self.api });
         Some(time.wrapping_add(self.state.next_due(time)))
+    }
+
+    /// HORMONE expects these beats.
+    pub fn expect(&mut self, beats: Option<Beats>) {
+        self.state.expect(beats);
     }
 
     /// Messages that could not be read.
@@ -79,5 +85,10 @@ impl Hormones {
             self.status.with(task, |status| *status = self.state.status(unread));
         }
         Some(time.wrapping_add(self.state.next_due(time).min(ALIVE)))
+    }
+
+    /// The beats around now; `None` where none is awaited.
+    pub fn beats(&self) -> Option<Beats> {
+        self.state.controller().beats()
     }
 }

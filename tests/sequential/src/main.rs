@@ -92,7 +92,7 @@ static OFFICE: PostOffice = PostOffice {
 
 /// The stack of the loop, in bytes. `./x bench concurrency` fails when it needs more.
 mod stack {
-    const BYTES: usize = if cfg!(feature = "trial") { 1004 } else { 988 };
+    const BYTES: usize = if cfg!(feature = "trial") { 1024 } else { 1008 };
     pub static LOOP: super::Stack<BYTES> = super::Stack::new();
 }
 
@@ -191,6 +191,7 @@ fn run(task: &mut Task, board: Board) -> Never {
         }
         if due.has(Parts::HORMONES) {
             times.set(Parts::HORMONES, hormones.turn(task, neighbours.malformed()));
+            neighbours.expect(hormones.beats());
             keep_up(task, &mut times);
         }
         #[cfg(feature = "trial")]
