@@ -61,7 +61,7 @@ impl Schedule {
             self.quick_at = now.wrapping_add(QUICK_PERIOD);
             self.hurried = self.hurried.union(self.quick);
         }
-        let held = if self.until_clear(now) != 0 { self.beats.docks } else { DockSet::EMPTY };
+        let held = self.held(now);
         loop {
             if let Some(dock) = self.hurried.without(held).iter().next() {
                 self.hurried.remove(dock);
@@ -70,13 +70,19 @@ impl Schedule {
             if !reached(self.turn_at, now) {
                 return None;
             }
-            self.hurried.insert(self.turn);
-            self.end_turn(now);
+            let dock = self.end_turn(now);
+            if held.is_empty() || !held.contains(dock) {
+                return Some(dock);
+            }
+            self.hurried.insert(dock);
         }
     }
 
-    fn end_turn(&mut self, now: u16) {
-        let (turn, gap) = match Dock::from_index(self.turn.index() + 1) {
+    /// Whose turn it was.
+    #[inline(never)] // else `due` saves more registers than it uses, mostly
+    fn end_turn(&mut self, now: u16) -> Dock {
+        let dock = self.turn;
+        let (turn, gap) = match Dock::from_index(dock.index() + 1) {
             Some(next) => (next, STAGGER),
             None => (Dock::Front, ROUND_GAP),
         };
@@ -86,20 +92,17 @@ impl Schedule {
         if reached(self.turn_at.wrapping_add(PROBE_PERIOD), now) {
             self.turn_at = now.wrapping_add(gap);
         }
+        dock
     }
 
-    /// Milliseconds from `now` until a probe may be due; 0 if one is.
+    /// Milliseconds from `now` until a probe may be due; 0 if one is. Those that have waited for a beat to be
+    /// over leave with the next one.
     pub fn next_due(&self, now: u16) -> u16 {
-        let mut wait = until(self.turn_at, now);
-        if !self.quick.is_empty() {
-            wait = wait.min(until(self.quick_at, now));
+        if !self.hurried.without(self.held(now)).is_empty() {
+            return 0;
         }
-        if !self.hurried.is_empty() {
-            let clear = self.until_clear(now);
-            let is_held = clear != 0 && self.hurried.without(self.beats.docks).is_empty();
-            wait = wait.min(if is_held { clear } else { 0 });
-        }
-        wait
+        let turn = until(self.turn_at, now);
+        if self.quick.is_empty() { turn } else { turn.min(until(self.quick_at, now)) }
     }
 
     /// These are the beats around now.
@@ -107,11 +110,12 @@ impl Schedule {
         self.beats = beats;
     }
 
-    /// Milliseconds from `now` until no beat is near.
-    fn until_clear(&self, now: u16) -> u16 {
-        let left = |begin, length: u16| length.saturating_sub(now.wrapping_sub(begin));
-        let next = left(self.beats.next_at.wrapping_sub(BEFORE_BEAT), BEFORE_BEAT + AFTER_BEAT);
-        next.max(left(self.beats.last_at, AFTER_BEAT))
+    /// The docks that are not to be probed at `now`.
+    fn held(&self, now: u16) -> DockSet {
+        let Beats { last_at, next_at, docks } = self.beats;
+        let is_before = now.wrapping_sub(next_at.wrapping_sub(BEFORE_BEAT)) < BEFORE_BEAT + AFTER_BEAT;
+        let is_after = now.wrapping_sub(last_at) < AFTER_BEAT;
+        if is_before || is_after { docks } else { DockSet::EMPTY }
     }
 
     /// Probes `docks`, and no others, every [`QUICK_PERIOD`]. Returns whether these are more than before,
