@@ -95,14 +95,17 @@ impl Schedule {
         dock
     }
 
-    /// Milliseconds from `now` until a probe may be due; 0 if one is. Those that have waited for a beat to be
-    /// over leave with the next one.
+    /// Milliseconds from `now` until a probe may be due; 0 if one is.
     pub fn next_due(&self, now: u16) -> u16 {
-        if !self.hurried.without(self.held(now)).is_empty() {
-            return 0;
+        let mut wait = until(self.turn_at, now);
+        if !self.quick.is_empty() {
+            wait = wait.min(until(self.quick_at, now));
         }
-        let turn = until(self.turn_at, now);
-        if self.quick.is_empty() { turn } else { turn.min(until(self.quick_at, now)) }
+        if !self.hurried.is_empty() {
+            let is_held = self.hurried.without(self.held(now)).is_empty();
+            wait = wait.min(if is_held { self.until_clear(now) } else { 0 });
+        }
+        wait
     }
 
     /// These are the beats around now.
@@ -112,10 +115,14 @@ impl Schedule {
 
     /// The docks that are not to be probed at `now`.
     fn held(&self, now: u16) -> DockSet {
-        let Beats { last_at, next_at, docks } = self.beats;
-        let is_before = now.wrapping_sub(next_at.wrapping_sub(BEFORE_BEAT)) < BEFORE_BEAT + AFTER_BEAT;
-        let is_after = now.wrapping_sub(last_at) < AFTER_BEAT;
-        if is_before || is_after { docks } else { DockSet::EMPTY }
+        if self.until_clear(now) != 0 { self.beats.docks } else { DockSet::EMPTY }
+    }
+
+    /// Milliseconds from `now` until no beat is near.
+    fn until_clear(&self, now: u16) -> u16 {
+        let Beats { last_at, next_at, .. } = self.beats;
+        let near = if reached(next_at.wrapping_sub(BEFORE_BEAT), now) { next_at } else { last_at };
+        until(near.wrapping_add(AFTER_BEAT), now)
     }
 
     /// Probes `docks`, and no others, every [`QUICK_PERIOD`]. Returns whether these are more than before,

@@ -46,8 +46,9 @@ pub const UNKNOWN_FOR: u16 = 120;
 /// The silences of a new link. Each probe that follows another by 8 ms leaves three less.
 const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 
-/// A silence longer than this is a gap, in milliseconds: two probes or more are missing.
-const GAP: u16 = 100;
+/// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and the
+/// next one waits for a beat to be over and for its moment, it is up to 109.
+const GAP: u16 = 110;
 
 /// How long a link counts as lossy after a gap that ended, in milliseconds.
 const LOSSY_FOR: u16 = 8_000;
