@@ -46,8 +46,8 @@ pub const UNKNOWN_FOR: u16 = 120;
 /// The silences of a new link. Each probe that follows another by 8 ms leaves three less.
 const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 
-/// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and the
-/// next one waits for a beat to be over and for its moment, it is up to 109.
+/// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and
+/// the next one waits for a beat to be over and for its moment, it is up to 109.
 const GAP: u16 = 110;
 
 /// How long a link counts as lossy after a gap that ended, in milliseconds.
@@ -469,6 +469,11 @@ mod tests {
         assert_eq!(timeout_where_one_arrives_of(6), LOSSY_TIMEOUT);
     }
 
+    /// Whether a probe arrives where this part of them is lost.
+    fn arrives(random: &mut Random, loss: f64) -> bool {
+        f64::from(random.below(1 << 24)) >= loss * f64::from(1 << 24)
+    }
+
     /// At which part of a hundred thousand probes a link would count as good that came back from a gap, where
     /// this part of them is lost.
     fn good_at_a_loss_of(loss: f64) -> f64 {
@@ -479,7 +484,7 @@ mod tests {
         // Beside four probes 10 ms apart, the turn of the dock comes between two.
         for step in [10, 10, 10, 4, 6].into_iter().cycle().take(probes) {
             now = now.wrapping_add(step);
-            if f64::from(random.below(1 << 24)) >= loss * f64::from(1 << 24) {
+            if arrives(&mut random, loss) {
                 topology.heard(Front, ATTACHED, now);
             }
             let link = topology.link(Front).expect("it is a dock");
@@ -503,7 +508,7 @@ mod tests {
         (0..probes).find(|_| {
             now = now.wrapping_add(14);
             probe.is_odd = !probe.is_odd;
-            if f64::from(random.below(1 << 24)) >= loss * f64::from(1 << 24) {
+            if arrives(&mut random, loss) {
                 topology.heard(Front, probe, now);
             }
             topology.expire(now);

@@ -13,8 +13,8 @@ const MIDDLE: usize = 1;
 /// registers are restored, and Timer2's saved.
 const HELD_UP: u64 = 60;
 
-/// A period begins in time whatever comes, in cycles: 20 us.
-const IN_TIME: u64 = 320;
+/// And with what else comes to the module by no more than this, in cycles.
+const IN_TIME: u64 = 110;
 
 /// Something pulls at the joints the other way after so many periods, so that they are never at rest.
 const TURN: u64 = 40;
