@@ -20,7 +20,7 @@ use crate::pace::{Pace, RHYTHMS};
 use crate::pacemaker::{Beats, Pacemaker};
 use crate::period::Period;
 use crate::rule::{BACK, Rule, Send};
-use crate::sense::{Sense, Senses};
+use crate::sense::{Sense, Senses, between_readings};
 use crate::standing::{Ledger, STOP, Standing};
 use crate::status::Status;
 use crate::time::{reached, until};
@@ -92,6 +92,8 @@ pub struct Controller {
     senses: Senses,
     /// Whether there was a beat since the sensors were asked.
     is_beat: bool,
+    /// When they are to be asked again in this beat.
+    ask_again_at: Option<u16>,
     election: Election,
     helm: Helm,
     ledger: Ledger,
@@ -118,6 +120,7 @@ impl Controller {
             last_rule: 0,
             senses: Senses::NONE,
             is_beat: false,
+            ask_again_at: None,
             election: Election::new(seed, now),
             helm: Helm::new(),
             ledger: Ledger::new(gait.name),
@@ -343,25 +346,31 @@ impl Controller {
         self.ledger.standing().gait == STOP
     }
 
-    /// The senses whose sensors are to be asked now, for [`read`](Self::read): once a beat, those that are a
-    /// condition of a rule for this type.
-    pub fn asks(&mut self) -> impl Iterator<Item = Sense> {
+    /// The senses whose sensors are to be asked at `now`, for [`read`](Self::read): eight times a beat those
+    /// that are a condition of a rule for this type.
+    pub fn asks(&mut self, now: u16) -> impl Iterator<Item = Sense> {
         let is_beat = core::mem::take(&mut self.is_beat);
         if is_beat {
-            self.senses.age();
+            self.senses.beat();
         }
-        Sense::ALL.into_iter().filter(move |&sense| is_beat && self.minds(sense))
+        let is_due = is_beat || self.next_ask(now) == Some(0);
+        let asks = Sense::ALL.map(|sense| is_due && self.minds(sense));
+        if is_due {
+            let again_at = now.wrapping_add(between_readings(self.gait().beat));
+            self.ask_again_at = asks.contains(&true).then_some(again_at);
+        }
+        Sense::ALL.into_iter().zip(asks).filter(|(_, asks)| *asks).map(|(sense, _)| sense)
+    }
+
+    /// Milliseconds from `now` until sensors are to be asked again; `None` while none is.
+    pub fn next_ask(&self, now: u16) -> Option<u16> {
+        self.ask_again_at.map(|at| until(at, now))
     }
 
     /// Whether there is a rule for this type with this sense.
     fn minds(&self, sense: Sense) -> bool {
         let case = Case::new(self.acting, Source::Timer).given(Some(sense));
         self.gait().rules.iter().any(|rule| rule.case.is_like(case))
-    }
-
-    /// Whether there was a beat since the last call of [`asks`](Self::asks).
-    pub fn is_beat(&self) -> bool {
-        self.is_beat
     }
 
     /// The sensor of `sense` reads `value`.
@@ -506,9 +515,11 @@ impl Controller {
         self.pacemaker.gait()
     }
 
+    #[inline(never)] // it stands here several times: flash
     fn rest(&mut self) -> Response {
         self.status.action = Action::Rest;
         self.senses = Senses::NONE;
+        self.ask_again_at = None;
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 
@@ -534,7 +545,7 @@ impl Controller {
         }
     }
 
-    #[inline(never)] // it stands here several times: flash
+    #[inline(never)] // likewise
     fn dropped(&mut self) -> Response {
         self.status.dropped = self.status.dropped.wrapping_add(1);
         NOTHING

@@ -136,9 +136,9 @@ impl Schedule {
         is_more
     }
 
-    /// Probes `dock` at once: its neighbour waits for an answer.
-    pub fn hurry(&mut self, dock: Dock) {
-        self.hurried.insert(dock);
+    /// Probes `docks` at once: a neighbour waits for an answer, or does not know yet that it is not heard.
+    pub fn hurry(&mut self, docks: DockSet) {
+        self.hurried = self.hurried.union(docks);
     }
 }
 
@@ -173,8 +173,8 @@ mod tests {
     fn a_hurried_dock_is_probed_once_at_once_and_keeps_its_turn() {
         let mut schedule = Schedule::new(0);
         probes(&mut schedule, 0, 10);
-        schedule.hurry(Dock::Down);
-        schedule.hurry(Dock::Down);
+        schedule.hurry(DockSet::of(&[Dock::Down]));
+        schedule.hurry(DockSet::of(&[Dock::Down]));
         assert_eq!(schedule.next_due(10), 0);
         assert_eq!(probes(&mut schedule, 10, 2), [(0, Dock::Down)]);
         assert_eq!(probes(&mut schedule, 12, 1), [(0, Dock::Left)]);

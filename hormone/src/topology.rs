@@ -219,14 +219,17 @@ impl Topology {
     }
 
     /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy or new link for up to
-    /// [`LOSSY_TIMEOUT`]; whether a neighbour was lost by it. Call at least every 20 ms: then a loss over a
-    /// link that loses no more than one probe of six is noticed within 300 ms at both ends, even if only one
-    /// of them went deaf; but not in the first [`UNKNOWN_FOR`] of the link.
-    pub fn expire(&mut self, now: u16) -> bool {
-        let mut changed = false;
-        for link in &mut self.links {
+    /// [`LOSSY_TIMEOUT`]. Returns by which docks a neighbour was lost, to be probed at once. Call at least
+    /// every 20 ms: then a loss over a link that loses no more than one probe of six is noticed within 300 ms
+    /// at both ends, even if only one of them went deaf; but not in the first [`UNKNOWN_FOR`] of the link.
+    pub fn expire(&mut self, now: u16) -> DockSet {
+        let mut lost = DockSet::EMPTY;
+        for dock in (0..6).filter_map(Dock::from_index) {
+            let Some(link) = self.link_mut(dock) else { continue };
             if link.is_lost(now) {
-                changed |= link.hears_us;
+                if link.hears_us {
+                    lost.insert(dock);
+                }
                 *link = Link::SILENT;
             }
             if link.loses_few() && link.lossy_until.is_some_and(|until| reached(until, now)) {
@@ -234,7 +237,7 @@ impl Topology {
                 link.silences = FEW_SILENCES;
             }
         }
-        changed
+        lost
     }
 
     /// The neighbour's dock attached to `dock`.
@@ -359,11 +362,11 @@ mod tests {
     fn silence_loses_a_neighbour_at_the_timeout_also_when_the_clock_wraps() {
         let last = 65_500;
         let mut topology = good_since_a_second(Front, last);
-        assert!(!topology.expire(last.wrapping_sub(1)), "a reading older than the probe");
-        assert!(!topology.expire(last.wrapping_add(LOSS_TIMEOUT - 1)));
-        assert!(topology.expire(last.wrapping_add(LOSS_TIMEOUT)));
+        assert!(topology.expire(last.wrapping_sub(1)).is_empty(), "a reading older than the probe");
+        assert!(topology.expire(last.wrapping_add(LOSS_TIMEOUT - 1)).is_empty());
+        assert_eq!(topology.expire(last.wrapping_add(LOSS_TIMEOUT)), DockSet::of(&[Front]));
         assert_eq!(topology.neighbour(Front), None);
-        assert!(!topology.expire(last.wrapping_add(LOSS_TIMEOUT)), "lost only once");
+        assert!(topology.expire(last.wrapping_add(LOSS_TIMEOUT)).is_empty(), "lost only once");
     }
 
     #[test]
@@ -371,7 +374,7 @@ mod tests {
         let mut topology = Topology::new();
         topology.heard(Front, CALLING, 0);
         assert_eq!(topology.probe(Front, LOSSY_TIMEOUT).hears, Some(Back));
-        assert!(!topology.expire(LOSSY_TIMEOUT));
+        assert!(topology.expire(LOSSY_TIMEOUT).is_empty());
         assert_eq!(topology.probe(Front, LOSSY_TIMEOUT).hears, None);
     }
 
@@ -395,8 +398,8 @@ mod tests {
             for time in (0..=age).step_by(QUICK.into()) {
                 topology.heard(Front, ATTACHED, time);
             }
-            assert!(!topology.expire(age + timeout - 30), "within {timeout} ms after {age} ms");
-            assert!(topology.expire(age + timeout), "{timeout} ms after {age} ms");
+            assert!(topology.expire(age + timeout - 30).is_empty(), "within {timeout} ms after {age} ms");
+            assert!(!topology.expire(age + timeout).is_empty(), "{timeout} ms after {age} ms");
         }
         let mut topology = Topology::new();
         for time in (0..=600).step_by(QUICK.into()) {
@@ -415,11 +418,11 @@ mod tests {
             let last = start + 20 * 400;
             for time in (start..=last).step_by(20) {
                 topology.heard(Front, probe, time);
-                assert!(!topology.expire(time));
+                assert!(topology.expire(time).is_empty());
             }
             assert!(!topology.probe(Front, last).wants_more, "nothing is missing here");
-            assert!(!topology.expire(last + timeout - 30), "within {timeout} ms");
-            assert!(topology.expire(last + timeout), "after {timeout} ms");
+            assert!(topology.expire(last + timeout - 30).is_empty(), "within {timeout} ms");
+            assert!(!topology.expire(last + timeout).is_empty(), "after {timeout} ms");
         }
     }
 
@@ -432,13 +435,13 @@ mod tests {
         assert_eq!(topology.lossy(2 * GAP + 1), DockSet::of(&[Front]));
         assert!(topology.probe(Front, 2 * GAP + 1).wants_more);
         let last = 2 * GAP + 1;
-        assert!(!topology.expire(last + LOSS_TIMEOUT - 1));
-        assert!(topology.expire(last + LOSS_TIMEOUT));
+        assert!(topology.expire(last + LOSS_TIMEOUT - 1).is_empty());
+        assert!(!topology.expire(last + LOSS_TIMEOUT).is_empty());
 
         let mut topology = good_since_a_second(Front, 1_000);
         for time in (1_150..10_000).step_by(10) {
             topology.heard(Front, ATTACHED, time);
-            assert!(!topology.expire(time));
+            assert!(topology.expire(time).is_empty());
             assert_eq!(topology.lossy(time).is_empty(), time >= 1_150 + LOSSY_FOR, "at {time}");
         }
         topology.heard(Front, ATTACHED, 10_200);
@@ -458,7 +461,9 @@ mod tests {
             now += 10 * probes;
         }
         let last = now - 10 * probes;
-        (0..=LOSSY_TIMEOUT).find(|wait| topology.expire(last + wait)).expect("it is given up some time")
+        (0..=LOSSY_TIMEOUT)
+            .find(|wait| !topology.expire(last + wait).is_empty())
+            .expect("it is given up some time")
     }
 
     #[test]

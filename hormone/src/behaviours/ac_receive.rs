@@ -1,5 +1,6 @@
 //! AC_RECV: keeps the topology out of the probes that come in, and tells HORMONE of each change.
 
+use tasks::dock::DockSet;
 use tasks::message::{Address, Letter, Message, TaskCode};
 
 use super::AdaptiveCommunication;
@@ -23,7 +24,7 @@ impl AdaptiveCommunication {
         };
         let heard = self.topology.heard(dock, probe, now);
         if heard.answer {
-            self.schedule.hurry(dock);
+            self.schedule.hurry(DockSet::of(&[dock]));
             self.probe_at = now;
         }
         if heard.changed {
@@ -41,9 +42,11 @@ impl AdaptiveCommunication {
             return (None, false);
         }
         self.look_at = now.wrapping_add(LOOK);
-        let is_news = self.is_news | self.topology.expire(now);
+        let lost = self.topology.expire(now);
+        let is_news = self.is_news | !lost.is_empty();
         self.is_news = false;
-        let hurries = self.schedule.set_quick(self.topology.lossy(now), now);
+        self.schedule.hurry(lost);
+        let hurries = self.schedule.set_quick(self.topology.lossy(now), now) | !lost.is_empty();
         if hurries {
             self.probe_at = now;
         }

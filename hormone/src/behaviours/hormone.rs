@@ -52,7 +52,10 @@ impl Behaviour {
                 if let Some((axis, state)) = Report::of_joint(letter.payload()) {
                     self.joints.hear(now, axis, state);
                 }
-                read(controller, letter.payload());
+                if read(controller, letter.payload()) {
+                    // It counts from the next beat on.
+                    return;
+                }
                 Some(recall(now, controller, letter.payload()))
             }
         };
@@ -66,8 +69,13 @@ impl Behaviour {
     /// Counts a message that could not be read. A flood of them shall not keep the module busy.
     fn malformed(&mut self, now: u16) {
         self.controller.malformed();
-        if until(self.due, now) > SHOWN_WITHIN {
-            self.due = now.wrapping_add(SHOWN_WITHIN);
+        self.due_within(SHOWN_WITHIN, now);
+    }
+
+    /// Has something to do in so many milliseconds, if not sooner.
+    fn due_within(&mut self, milliseconds: u16, now: u16) {
+        if milliseconds < until(self.due, now) {
+            self.due = now.wrapping_add(milliseconds);
         }
     }
 
@@ -81,7 +89,7 @@ impl Behaviour {
         self.turn(now, posture, module);
         self.keep(module);
         self.docks.ask(self.controller.status().action.docking(), module);
-        self.ask_sensors(module);
+        self.ask_sensors(now, module);
         true
     }
 
@@ -118,11 +126,14 @@ impl Behaviour {
         }
     }
 
-    /// Asks what rules depend on. What finds no room now is asked with the next beat.
+    /// Asks what rules depend on. What finds no room now is asked the next time. Sets when that is.
     #[inline(never)] // likewise
-    fn ask_sensors(&mut self, module: &mut impl Module) {
-        for sense in self.controller.asks() {
+    fn ask_sensors(&mut self, now: u16, module: &mut impl Module) {
+        for sense in self.controller.asks(now) {
             let _ = module.request(Request::Read(sense.sensor()));
+        }
+        if let Some(left) = self.controller.next_ask(now) {
+            self.due_within(left, now);
         }
     }
 
@@ -130,8 +141,8 @@ impl Behaviour {
     #[inline(never)] // likewise
     fn turn(&mut self, now: u16, posture: Option<Posture>, module: &mut impl Module) {
         self.joints.turn(now, posture, module);
-        if let Some(left) = self.joints.retry_in(now).filter(|&left| left < until(self.due, now)) {
-            self.due = now.wrapping_add(left);
+        if let Some(left) = self.joints.retry_in(now) {
+            self.due_within(left, now);
         }
     }
 
@@ -157,13 +168,17 @@ fn learn(now: u16, controller: &mut Controller, payload: &[u8]) -> Option<Respon
     Some(controller.topology(&neighbours, now))
 }
 
-/// A device answered.
-fn read(controller: &mut Controller, payload: &[u8]) {
+/// A device answered. Returns whether this was what a sensor reads that a sense goes by.
+#[inline(never)] // its stack is needed here alone
+fn read(controller: &mut Controller, payload: &[u8]) -> bool {
+    let mut is_reading = false;
     for sense in Sense::ALL {
         if let Some(value) = Report::value_of(sense.sensor(), payload) {
             controller.read(sense, value);
+            is_reading = true;
         }
     }
+    is_reading
 }
 
 /// The memory told what it kept.

@@ -265,6 +265,32 @@ fn a_joint_that_has_stalled_is_told_again_after_a_while_also_where_no_beat_comes
 }
 
 #[test]
+fn the_mean_of_what_a_sensor_reads_in_a_beat_counts_from_the_next_one_on() {
+    for (jolts, action) in [(2, Action::Swing), (7, Action::SwingOver)] {
+        let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+        let sensor = Sense::UpsideDown.sensor();
+        let from = Address::here(Request::Read(sensor).task());
+        behaviours.receive(now, leg(), &mut here);
+        behaviours.receive(now, beat(B, Dock::Back), &mut here);
+        let mut asked = 0;
+        for _ in 0..490 {
+            run(&mut behaviours, &mut now, 1, &mut here);
+            let asks = here.requests().iter().filter(|request| matches!(request, Request::Read(_))).count();
+            if asks > asked {
+                asked = asks;
+                let value = if asked <= jolts { -1000 } else { 1000 };
+                let report = Report::Value(sensor, value).to_payload();
+                behaviours.receive(now, letter(TaskCode::HORMONE, from, &report), &mut here);
+            }
+        }
+        assert_eq!(asked, 8);
+        behaviours.receive(now, beat(A, Dock::Back), &mut here);
+        run(&mut behaviours, &mut now, 1, &mut here);
+        assert_eq!(behaviours.status().action, action);
+    }
+}
+
+#[test]
 fn what_devices_report_is_no_topology_and_what_cannot_be_read_is_counted() {
     let (mut behaviours, mut here, now) = (behaviours(), Here::default(), 65_500);
     behaviours.receive(now, leg(), &mut here);

@@ -1,8 +1,8 @@
 use super::*;
 use crate::election::Token;
 use crate::gait::{GAITS, GaitName};
-use crate::sense::LASTS;
 use crate::sense::Sense::UpsideDown;
+use crate::sense::{LASTS, between_readings};
 use Action::{Holding, HoldingOver, Rest, Straight, Swing, SwingOver};
 use Data::{A, B};
 use Dock::{Back, Down, Front, Left, Right, Up};
@@ -317,8 +317,14 @@ fn a_leg_that_lies_on_its_back_lifts_the_other_way_until_it_does_not_or_nobody_s
                     action => action,
                 };
                 assert_eq!(action, expected, "beat {beat} of {answers:?}");
-                assert!(controller.asks().eq([UpsideDown]));
-                assert!(controller.asks().eq([]), "once a beat");
+                let now = beat_of * BEAT;
+                let between = between_readings(NonZeroU16::new(BEAT).unwrap());
+                for reading in 0..8 {
+                    let now = now + reading * between;
+                    assert!(controller.asks(now).eq([UpsideDown]));
+                    assert_eq!(controller.next_ask(now), Some(between));
+                    assert!(controller.asks(now + 1).eq([]), "once");
+                }
                 if let Some(value) = answer {
                     controller.read(UpsideDown, value);
                     said = (value < 0).then_some(beat);
@@ -338,10 +344,13 @@ fn who_has_no_rule_with_a_condition_asks_nothing() {
         for neighbours in types {
             let mut controller = Controller::new(gait, 0, 0);
             let _ = attach(&mut controller, &neighbours, 0);
-            assert!(controller.asks().eq([]), "no beat yet");
+            assert_eq!(controller.next_ask(0), None, "no beat yet");
+            assert!(controller.asks(0).eq([]));
             let _ = controller.received(Front, Hormone::Pace(Pace { name: gait.name, ..pace(A) }), 10);
             let is_leg = [LEFT_LEG, RIGHT_LEG].contains(&neighbours);
-            assert_eq!(controller.asks().eq([UpsideDown]), is_leg && has_condition, "{}", gait.name);
+            let asks = is_leg && has_condition;
+            assert_eq!(controller.asks(10).eq([UpsideDown]), asks, "{}", gait.name);
+            assert_eq!(controller.next_ask(10).is_some(), asks, "nobody is woken for nothing");
         }
     }
 }
@@ -351,6 +360,7 @@ fn what_was_sensed_is_forgotten_by_who_rests() {
     let mut leg = module(&LEFT_LEG);
     leg.read(UpsideDown, -1000);
     let _ = attach(&mut leg, &RIGHT_LEG, 10);
+    assert_eq!(leg.next_ask(10), None, "nor is it asked any more");
     assert_eq!(leg.received(Back, cp(B), 20).action, Some(Swing));
 }
 
@@ -359,9 +369,9 @@ fn a_beat_made_good_asks_and_obeys_too() {
     let mut leg = module(&LEFT_LEG);
     let _ = leg.received(Back, cp(B), 0);
     leg.read(UpsideDown, -1000);
-    assert!(leg.asks().eq([UpsideDown]));
+    assert!(leg.asks(0).eq([UpsideDown]));
     assert_eq!(leg.timer(BEAT + 12).unwrap().action, Some(SwingOver));
-    assert!(leg.asks().eq([UpsideDown]));
+    assert!(leg.asks(BEAT + 12).eq([UpsideDown]));
 }
 
 #[test]

@@ -4,9 +4,9 @@ use hormone::gait::GaitName::Centipede;
 use hormone::module_type::ModuleType;
 use hormone::schedule::PROBE_PERIOD;
 use hormone::topology::UNKNOWN_FOR;
-use tasks::dock::Dock::{Back, Front};
+use tasks::dock::Dock::{Back, Front, Left};
 
-use crate::robot::{Robot, hundred_modules};
+use crate::robot::{Random, Robot, Segment, hundred_modules};
 
 /// Milliseconds within which a neighbour is found and a loss is noticed.
 const FOUND: u32 = 150;
@@ -78,4 +78,24 @@ fn with_a_dock_blind_in_one_direction_neither_end_counts_the_other() {
         robot.run(LOST);
         assert_eq!([robot.neighbours(0), robot.neighbours(1)], [[None; 6]; 2], "lost at both ends");
     }
+}
+
+#[test]
+fn a_dock_that_goes_blind_while_the_robot_walks_is_missed_at_both_ends_in_time() {
+    let mut random = Random::new(5);
+    let mut longest = 0;
+    for seed in 0..60 {
+        let mut robot = Robot::with_body(Centipede.gait(), &[Segment::Branch, Segment::Spine], seed);
+        robot.longest_delay = 3;
+        robot.discover(FOUND).unwrap();
+        robot.run(1_000);
+        for blind in [(0, Back), (1, Front), (1, Left), (2, Back), (4, Back), (5, Front)] {
+            robot.run(1_000 + random.below(500) as u32);
+            robot.blind.push(blind);
+            longest = longest.max(robot.discover(400).expect("it is lost"));
+            robot.blind.clear();
+            robot.discover(2 * FOUND).expect("found once both directions carry");
+        }
+    }
+    assert!(longest <= LOST, "after {longest} ms");
 }

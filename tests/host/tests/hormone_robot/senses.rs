@@ -96,3 +96,24 @@ fn a_sensor_that_fell_silent_is_forgotten() {
         assert_walks(&robot, gait, forgotten_at, robot.now, Swing);
     }
 }
+
+#[test]
+fn a_jolt_is_not_taken_for_lying_otherwise() {
+    let mut random = Random::new(8);
+    for (gait, body) in WALKS {
+        for up in [1000, -1000] {
+            let mut robot = robot(gait, body, 5);
+            robot.up = up;
+            robot.run(3_000);
+            let from = robot.now;
+            for _ in 0..100 {
+                // A foot lands, and rattles.
+                robot.up = -up;
+                robot.run(1 + random.below(25) as u32);
+                robot.up = up;
+                robot.run(200 + random.below(200) as u32);
+            }
+            assert_walks(&robot, gait, from, robot.now, if up < 0 { SwingOver } else { Swing });
+        }
+    }
+}
