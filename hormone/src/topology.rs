@@ -252,12 +252,11 @@ impl Topology {
 
     /// The probe that leaves by `dock` at `now`. One that does not leave is [taken back](Self::take_back).
     pub fn probe(&mut self, dock: Dock, now: u16) -> Probe {
-        let mut probe = Probe { dock, hears: self.hears(dock), wants_more: false, is_odd: false };
-        if let Some(link) = self.link_mut(dock) {
-            link.sent_odd = !link.sent_odd;
-            (probe.wants_more, probe.is_odd) = (link.is_missing(now), link.sent_odd);
-        }
-        probe
+        let Some(link) = self.link_mut(dock) else {
+            return Probe { dock, hears: None, wants_more: false, is_odd: false };
+        };
+        link.sent_odd = !link.sent_odd;
+        Probe { dock, hears: link.heard, wants_more: link.is_missing(now), is_odd: link.sent_odd }
     }
 
     /// The last probe for `dock` did not leave, and so is none that the other end could miss.
