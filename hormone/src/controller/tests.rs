@@ -375,6 +375,19 @@ fn a_beat_made_good_asks_and_obeys_too() {
 }
 
 #[test]
+fn a_leg_whose_gait_has_no_such_rule_any_more_does_not_ask_again() {
+    let mut leg = module(&LEFT_LEG);
+    let _ = leg.received(Back, cp(B), 0);
+    let late = BEAT - 10;
+    assert!(leg.asks(late).eq([UpsideDown]));
+    let rolling = GaitName::RollingTrack as u8;
+    let _ = leg.received(Back, Hormone::Pace(Pace { name: rolling, ..pace(A) }), BEAT);
+    assert_eq!(leg.status().gait, rolling);
+    assert!(leg.asks(BEAT).eq([]));
+    assert_eq!(leg.next_ask(BEAT), None, "it is not woken without end");
+}
+
+#[test]
 fn the_status_shows_and_counts() {
     let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
     assert_eq!(*controller.status(), Status { gait: 1, ..Status::POWER_UP });
