@@ -2,9 +2,9 @@
 //!
 //! Between the reading at which a sense begins to hold and the one at which it ends, it stays as it is: so
 //! noise does not have a module do now this, now that. HORMONE asks the sensor eight times a beat, while its
-//! type has a rule with the sense, and the mean goes for the next beats. One reading would not do: a foot that
-//! lands jolts its leg by more than its weight. To add a sense, add its line to the registry at the end of
-//! this file.
+//! type has a rule with the sense, and the mean goes for the next beats. One reading would not do: a foot
+//! that lands jolts its leg by more than its weight. To add a sense, add its line to the registry at the end
+//! of this file.
 
 use core::num::NonZeroU16;
 

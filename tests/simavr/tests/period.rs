@@ -13,8 +13,11 @@ const MIDDLE: usize = 1;
 /// registers are restored, and Timer2's saved.
 const HELD_UP: u64 = 60;
 
-/// And with what else comes to the module by no more than this, in cycles.
+/// With what else comes to the module by no more than this, in cycles, in one robot of [`ROBOTS`],
 const IN_TIME: u64 = 110;
+
+/// and by no more than 20 us in any.
+const AT_MOST: u64 = 320;
 
 /// Something pulls at the joints the other way after so many periods, so that they are never at rest.
 const TURN: u64 = 40;
@@ -23,8 +26,11 @@ fn mcu(engine: &mut Engine, controller: Controller) -> &mut Mcu {
     engine.robot_mut().module_mut(MIDDLE).expect("it is there").mcu_mut(controller)
 }
 
-/// Each moment, and each robot, is tried so often: what else comes just then in one of them is by chance.
-const TRIES: usize = 5;
+/// Each moment is tried so often: what else comes just then at one of them is not the bit's affair.
+const TRIES: usize = 3;
+
+/// So many robots are tried, of one seed each: what else comes as the control ends is by chance.
+const ROBOTS: u64 = 5;
 
 /// How much later the period begins than usual where a bit that comes in ends so many cycles behind that, at
 /// most of all `moments` and at least of all tries of one. `usual` is when one begins of which the next ones
@@ -85,7 +91,7 @@ fn a_bit_that_ends_just_then_holds_up_no_period_for_long() {
 #[test]
 fn no_period_begins_where_the_control_ends() {
     for controller in Controller::ALL {
-        let tries = (1..=TRIES as u64).map(|seed| {
+        let tries = (1..=ROBOTS).map(|seed| {
             let (mut engine, phase) = controlled(controller, seed);
             load(&mut engine, MIDDLE, 0.0);
             engine.run_until(3_000 * MILLISECOND);
@@ -96,9 +102,8 @@ fn no_period_begins_where_the_control_ends() {
         });
         let late: Vec<u64> = tries.collect();
         println!("{controller:?}: {late:?} cycles");
-        assert!(
-            late.iter().any(|late| *late <= IN_TIME),
-            "{controller:?}: periods began {late:?} cycles late"
-        );
+        let [least, most] =
+            [late.iter().min(), late.iter().max()].map(|late| *late.expect("robots were tried"));
+        assert!(most <= AT_MOST && least <= IN_TIME, "{controller:?}: periods began {late:?} cycles late");
     }
 }
