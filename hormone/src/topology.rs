@@ -27,8 +27,9 @@ pub const LOSSY_TIMEOUT: u16 = 900;
 /// Probes over which the mean silence is taken, more or less: the last one has this part in it.
 const MEAN_OVER: u16 = 64;
 
-/// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of both takes 28.9.
-const IN_VAIN: u16 = (RETRY_LIMIT as u16 + 1) * 289 / 10;
+/// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of each takes up to
+/// 9, for its frame, its ACK's time, the back-off, and a probe that comes in.
+const IN_VAIN: u16 = 2 * (RETRY_LIMIT as u16 + 1) * 9;
 
 /// The silences of a link that loses one probe of four, and at first those of one that was good until now:
 /// half of a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of
@@ -47,8 +48,8 @@ pub const UNKNOWN_FOR: u16 = 120;
 const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 
 /// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and
-/// the next one waits for a beat to be over and for its moment, it is up to 109.
-const GAP: u16 = 110;
+/// the next one waits for a beat to be over and for its moment, it is up to 101.
+const GAP: u16 = 102;
 
 /// How long a link counts as lossy after a gap that ended, in milliseconds.
 const LOSSY_FOR: u16 = 8_000;

@@ -196,6 +196,13 @@ impl Port {
             self.alarm = Some(clock.tick(self.incoming.end) + TICK);
             return None;
         }
+        // The receiving task ranks higher.
+        let taken_at = self.incoming.end + RECEIVE;
+        if now < taken_at {
+            self.end.is_awake = false;
+            self.alarm = Some(taken_at);
+            return None;
+        }
         let flight = self.sender.poll(clock.ticks(now), &mut self.end).map(|frame| {
             let wire = Wire::of(frame);
             let span = now + SEND..now + SEND + wire.cycles();

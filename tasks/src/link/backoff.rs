@@ -3,6 +3,12 @@
 //! On a half-duplex medium two ends that collided once and repeat after the same time-out collide
 //! for ever. Each adds a few milliseconds of its own.
 
+/// The longest delay, in milliseconds. Of two ends that begin a millisecond apart the later one hears the
+/// other and waits, so a few suffice; and where light is bad, nothing keeps messages waiting longer than this.
+pub const LONGEST: u8 = 3;
+
+const _: () = assert!((LONGEST + 1).is_power_of_two(), "all delays are equally frequent");
+
 /// A 16-bit linear feedback shift register (Galois form, x^16 + x^14 + x^13 + x^11 + 1, period
 /// 65535).
 pub struct Backoff(u16);
@@ -14,7 +20,7 @@ impl Backoff {
         Backoff(if seed == 0 { 1 } else { seed })
     }
 
-    /// The delay to add before the next repetition or datagram, 0..=7 ms.
+    /// The delay to add before the next repetition or datagram, 0..=[`LONGEST`] ms.
     pub fn next_ms(&mut self) -> u8 {
         // More shifts than bits are taken, so that no bit is used twice, and a number that has no
         // factor in common with the period, so that every state has its turn.
@@ -25,7 +31,7 @@ impl Backoff {
                 self.0 ^= 0xB400;
             }
         }
-        (self.0 & 7) as u8
+        self.0 as u8 & LONGEST
     }
 }
 
@@ -36,13 +42,13 @@ mod tests {
     #[test]
     fn all_delays_are_equally_frequent_over_the_period() {
         let mut backoff = Backoff::new(0);
-        let mut counts = [0_u16; 8];
+        let mut counts = [0_u16; LONGEST as usize + 1];
         for _ in 0..65535_u16 {
             counts[usize::from(backoff.next_ms())] += 1;
         }
         assert_eq!(backoff.0, 1, "the register is back where it began");
         // Every state but zero.
-        assert_eq!(counts, [8191, 8192, 8192, 8192, 8192, 8192, 8192, 8192]);
+        assert_eq!(counts, [16_383, 16_384, 16_384, 16_384]);
     }
 
     #[test]

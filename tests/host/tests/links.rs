@@ -28,6 +28,8 @@ const MESSAGES: u8 = 30;
 struct Line {
     /// What is on its way to each end, and what waits for it there.
     toward: [VecDeque<u8>; 2],
+    /// Whether a frame comes in at each end.
+    comes_in: [bool; 2],
     signals: [Option<&'static Semaphore>; 2],
     /// What becomes of the frame of this number.
     fate: fn(usize) -> Fate,
@@ -56,13 +58,16 @@ impl End {
 
 impl Transmit for End {
     fn is_busy(&self, _task: &mut Task) -> bool {
-        false
+        self.line().comes_in[self.1]
     }
 
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]) {
+        let there = 1 - self.1;
+        self.line().comes_in[there] = true;
         task.delay(2);
         let time = now(task);
         let mut line = self.line();
+        line.comes_in[there] = false;
         let fate = (line.fate)(line.frames);
         line.frames += 1;
         let frame = Frame::decode(&mut bytes.to_vec()).map(|frame| match frame {
@@ -79,7 +84,6 @@ impl Transmit for End {
             Fate::Lost => bytes.clear(),
             Fate::Spoilt => bytes[1] ^= 0x40,
         }
-        let there = 1 - self.1;
         line.toward[there].extend(bytes);
         let signal = line.signals[there];
         drop(line);
@@ -129,6 +133,7 @@ fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
 fn run_with(fate: fn(usize) -> Fate, seeds: [u16; 2], pauses: [Vec<Ticks>; 2]) -> Outcome {
     let line = Line {
         toward: Default::default(),
+        comes_in: [false; 2],
         signals: [None; 2],
         fate,
         frames: 0,
@@ -252,7 +257,7 @@ fn what_is_lost_or_spoilt_is_repeated_and_arrives_once_and_in_order() {
 
 #[test]
 fn where_nobody_hears_a_message_is_given_up() {
-    let pauses = [0; 2].map(|_| vec![100; MESSAGES.into()]);
+    let pauses = [0; 2].map(|_| vec![150; 20]);
     let outcome = run_with(|_| Fate::Lost, [5, 6], pauses);
     assert_eq!(outcome.heard, [vec![], vec![]]);
     for counters in outcome.counters {

@@ -16,7 +16,9 @@ use hormone::pace::Pace;
 use hormone::time::until;
 use hormone::topology::Neighbours;
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
+use tasks::link::backoff::LONGEST;
 use tasks::link::port::RETRY_LIMIT;
+use tasks::link::sender::ACK_TIMEOUT;
 use tasks::message::{Address, Letter, Message, TaskCode};
 use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
@@ -500,8 +502,9 @@ impl Robot {
             if is_through && !self.is_lost() {
                 break;
             }
-            // The frame, the time-out for the ACK, and the back-off.
-            time += 2 + 9 + self.random.below(8) as u32;
+            // The frame, the time-out for the ACK, a probe that comes in, and the back-off.
+            let back_off = self.random.below(u64::from(LONGEST) + 1);
+            time += 2 + u32::from(ACK_TIMEOUT) + 2 + back_off as u32;
         }
         self.busy_until.insert(from, time);
         arrival
