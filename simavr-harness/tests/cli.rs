@@ -64,7 +64,11 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
     is_true(mean_and_max(&report["cpu_load"]["slave"], "cpu_load.slave") < 1.0, "cpu_load.slave");
 
     is_true(report["link"]["frames"].as_u64().is_some_and(|frames| frames > 100), "link.frames");
-    is_true(report["link"]["retries"] == 0, "link.retries");
+    // While all find each other at once an ACK may be late, once.
+    let retries = report["link"]["retries"].as_u64();
+    is_true(retries.is_some_and(|retries| retries <= 1), "link.retries");
+    let first = json(&run(&["sim", "chain", "--modules", "5", "--seconds", "0.4", "--json", "-"]));
+    is_true(first["link"]["retries"].as_u64() == retries, "link.retries since the first 0.4 s");
     // A module whose power comes in the midst of a neighbour's frame hears the rest of it.
     is_true(report["link"]["errors"].as_u64().is_some_and(|errors| errors <= 8), "link.errors");
     let hash = report["state_hash"].as_str().unwrap_or_default();

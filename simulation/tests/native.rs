@@ -566,6 +566,25 @@ fn an_order_reaches_a_hundred_modules_soon_also_while_three_frames_of_four_are_l
     }
 }
 
+/// Within a Period and the time in which neighbours find each other, on the mean of some robots.
+#[test]
+fn a_hundred_modules_come_right_soon_whatever_part_of_the_frames_is_lost() {
+    const ROBOTS: u64 = 8;
+    for loss in [0.0, 0.3, 0.5, 0.6, 0.7, 0.75] {
+        let (mut right_after, mut found_after) = (0.0, 0);
+        for seed in 1..=ROBOTS {
+            let loss = format!("[[event]]\nat = 0\nloss = {loss}");
+            let run = run(robot(Shape::Centipede, 100, seed), &loss, 10);
+            assert_eq!(faults(&run), [""; 0], "{loss}, seed {seed}");
+            right_after += run.observer.gait.recovery_periods().expect("all walk");
+            found_after += run.observer.discovery.found_after.expect("all have neighbours");
+        }
+        let found_after = found_after as f64 / PERIOD as f64;
+        let most = ROBOTS as f64 + found_after;
+        assert!(right_after <= most, "{loss} lost: {right_after} of {most} Periods, by {ROBOTS} robots");
+    }
+}
+
 /// Two ways lead from the head to module 4, one of them through a branch more: on them legs would step otherwise.
 #[test]
 fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {

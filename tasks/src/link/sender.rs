@@ -19,8 +19,8 @@ use super::signature::Signature;
 use crate::message::{Held, Kind, TaskCode};
 
 /// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that
-/// heard the message was not sending, so the ACK is the next that it sends, within 0.4 ms; once something
-/// comes in, its end is waited for.
+/// heard the message was not sending, so the ACK is the next that it sends, mostly within 0.4 ms; once
+/// something comes in, its end is waited for.
 pub const ACK_TIMEOUT: Ticks = 2;
 
 /// What sender and receiver of a dock both work on.
