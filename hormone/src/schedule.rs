@@ -26,8 +26,8 @@ pub const QUICK_PERIOD: u16 = 10;
 /// From when before a beat until when after it there are no probes, in milliseconds. They leave a back-off
 /// later and take 1.6 ms; a hormone is on its way here for 2.3 ms, and may be 3 ms early; and to all three
 /// neighbours of a branch it is on its way for 5 ms.
-const BEFORE_BEAT: u16 = backoff::LONGEST as u16 + 7;
-const AFTER_BEAT: u16 = 8;
+pub const BEFORE_BEAT: u16 = backoff::LONGEST as u16 + 7;
+pub const AFTER_BEAT: u16 = 8;
 
 /// From the last dock's turn to the first one's: what the division above leaves over comes here.
 const ROUND_GAP: u16 = PROBE_PERIOD - 5 * STAGGER;

@@ -13,9 +13,12 @@
 //! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.
 
 use tasks::dock::{Dock, DockSet};
+use tasks::link::backoff;
 use tasks::link::port::RETRY_LIMIT;
+use tasks::link::sender::ACK_TIMEOUT;
 
 use crate::probe::Probe;
+use crate::schedule::{AFTER_BEAT, BEFORE_BEAT, PROBE_PERIOD};
 use crate::time::reached;
 
 /// A neighbour that has been silent for this long is lost, in milliseconds: six probes.
@@ -27,9 +30,9 @@ pub const LOSSY_TIMEOUT: u16 = 900;
 /// Probes over which the mean silence is taken, more or less: the last one has this part in it.
 const MEAN_OVER: u16 = 64;
 
-/// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of each takes up to
-/// 9, for its frame, its ACK's time, the back-off, and a probe that comes in.
-const IN_VAIN: u16 = 2 * (RETRY_LIMIT as u16 + 1) * 9;
+/// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of each takes its
+/// frame, up to 2 ms, its ACK's time, the back-off, and a probe that comes in, up to 2 ms.
+const IN_VAIN: u16 = 2 * (RETRY_LIMIT as u16 + 1) * (2 + ACK_TIMEOUT + backoff::LONGEST as u16 + 2);
 
 /// The silences of a link that loses one probe of four, and at first those of one that was good until now:
 /// half of a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of
@@ -48,8 +51,8 @@ pub const UNKNOWN_FOR: u16 = 120;
 const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 
 /// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and
-/// the next one waits for a beat to be over and for its moment, it is up to 101.
-const GAP: u16 = 102;
+/// the next one waits for a beat to be over and for its moment, it is shorter.
+const GAP: u16 = 2 * PROBE_PERIOD + BEFORE_BEAT + AFTER_BEAT + backoff::LONGEST as u16 + 1;
 
 /// How long a link counts as lossy after a gap that ended, in milliseconds.
 const LOSSY_FOR: u16 = 8_000;
@@ -296,7 +299,7 @@ impl Topology {
 mod tests {
     use super::*;
     use crate::random::Random;
-    use crate::schedule::{PROBE_PERIOD, QUICK_PERIOD};
+    use crate::schedule::QUICK_PERIOD;
     use Dock::{Back, Down, Front, Left};
 
     const CALLING: Probe = Probe { dock: Back, hears: None, wants_more: false, is_odd: false };

@@ -191,16 +191,12 @@ impl Port {
         if now < self.sends_until {
             return None;
         }
-        if now < self.incoming.end {
-            self.end.is_awake = false;
-            self.alarm = Some(clock.tick(self.incoming.end) + TICK);
-            return None;
-        }
-        // The receiving task ranks higher.
+        // A busy line is looked at again at a tick; and what has come in the receiving task takes first.
         let taken_at = self.incoming.end + RECEIVE;
         if now < taken_at {
+            let is_busy = now < self.incoming.end;
             self.end.is_awake = false;
-            self.alarm = Some(taken_at);
+            self.alarm = Some(if is_busy { clock.tick(self.incoming.end) + TICK } else { taken_at });
             return None;
         }
         let flight = self.sender.poll(clock.ticks(now), &mut self.end).map(|frame| {

@@ -4,7 +4,7 @@
 //! for ever. Each adds a few milliseconds of its own.
 
 /// The longest delay, in milliseconds. Of two ends that begin a millisecond apart the later one hears the
-/// other and waits, so a few suffice; and where light is bad, nothing keeps messages waiting longer than this.
+/// other and waits, so a few suffice; and where light is bad, messages wait for nothing else as long.
 pub const LONGEST: u8 = 3;
 
 const _: () = assert!((LONGEST + 1).is_power_of_two(), "all delays are equally frequent");
