@@ -71,9 +71,7 @@ impl AdaptiveCommunication {
 
     /// AC_SEND keeps out of the way of beats that HORMONE [expects](Schedule::expect).
     pub fn expect(&mut self, beats: Option<Beats>) {
-        if let Some(beats) = beats {
-            self.schedule.expect(beats);
-        }
+        self.schedule.expect(beats);
     }
 
     /// Messages to AC_RECV that could not be read, and were ignored. Wraps.
@@ -111,9 +109,7 @@ impl Behaviours {
     #[inline(never)] // its stack is needed here alone
     pub fn poll(&mut self, now: u16, module: &mut impl Module) -> bool {
         let has_acted = self.hormone.act(now, module);
-        if has_acted {
-            self.adaptive_communication.expect(self.hormone.controller().beats());
-        }
+        self.adaptive_communication.expect(self.hormone.controller().beats());
         self.adaptive_communication.poll(now, module);
         has_acted
     }

@@ -161,9 +161,9 @@ impl Controller {
         if let Some((order, docks)) = self.helm.due() {
             return Some(self.send(Hormone::Order(order), docks));
         }
-        if self.is_in_ring()
-            && let Some(token) = self.election.round(now)
-        {
+        if !self.is_in_ring() {
+            self.election.rest(now);
+        } else if let Some(token) = self.election.round(now) {
             return Some(self.send(Hormone::Token(token), BACK));
         }
         if self.reshaped_at.is_some_and(|at| reached(at, now)) {

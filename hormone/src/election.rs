@@ -129,6 +129,13 @@ impl Election {
         self.round_at = now;
     }
 
+    /// The module is in no ring at `now`. A round that is due stays due, though the clock comes round.
+    pub fn rest(&mut self, now: u16) {
+        if reached(self.round_at, now) {
+            self.round_at = now;
+        }
+    }
+
     /// The token to send, if a round begins at `now`.
     pub fn round(&mut self, now: u16) -> Option<Token> {
         if !reached(self.round_at, now) {

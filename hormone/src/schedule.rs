@@ -109,9 +109,13 @@ impl Schedule {
         wait
     }
 
-    /// These are the beats around now.
-    pub fn expect(&mut self, beats: Beats) {
-        self.beats = beats;
+    /// These are the beats around now; none is awaited where they are `None`.
+    pub fn expect(&mut self, beats: Option<Beats>) {
+        match beats {
+            Some(beats) => self.beats = beats,
+            // The times of the last one would come round again with the clock.
+            None => self.beats.docks = DockSet::EMPTY,
+        }
     }
 
     /// The docks that are not to be probed at `now`.
@@ -204,7 +208,7 @@ mod tests {
             let docks = DockSet::of(&[Dock::Front, Dock::Back, Dock::Left]);
             schedule.set_quick(DockSet::of(&[Dock::Back, Dock::Up]), start);
             let next_at = start.wrapping_add(100);
-            schedule.expect(Beats { last_at: start, next_at, docks });
+            schedule.expect(Some(Beats { last_at: start, next_at, docks }));
             let window = 100 - BEFORE_BEAT..100 + AFTER_BEAT;
             let sent = probes(&mut schedule, start, 200);
             let within = sent.iter().filter(|(at, _)| window.contains(at));
@@ -225,7 +229,7 @@ mod tests {
         let (mut now, mut wakes) = (0, 0);
         for beat in 1..=20 {
             let next_at = beat * 125;
-            schedule.expect(Beats { last_at: next_at - 125, next_at, docks: DockSet::of(&Dock::ALL) });
+            schedule.expect(Some(Beats { last_at: next_at - 125, next_at, docks: DockSet::of(&Dock::ALL) }));
             while now < beat * 125 {
                 while schedule.due(now).is_some() {}
                 let wait = schedule.next_due(now);
@@ -235,6 +239,18 @@ mod tests {
             }
         }
         assert!(wakes <= now / STAGGER + now / QUICK_PERIOD + 20, "{wakes} in {now} ms");
+    }
+
+    #[test]
+    fn without_beats_no_dock_waits_however_long_ago_the_last_one_was() {
+        let mut schedule = Schedule::new(0);
+        schedule.expect(Some(Beats { last_at: 0, next_at: 500, docks: DockSet::of(&Dock::ALL) }));
+        probes(&mut schedule, 0, 400);
+        schedule.expect(None);
+        for second in 0..140 {
+            let sent = probes(&mut schedule, (400 + second * 1_000_u32) as u16, 1_000);
+            assert_eq!(sent.len(), 6 * 1_000 / usize::from(PROBE_PERIOD), "after {second} s");
+        }
     }
 
     #[test]

@@ -236,9 +236,13 @@ impl Topology {
                 }
                 *link = Link::SILENT;
             }
-            if link.loses_few() && link.lossy_until.is_some_and(|until| reached(until, now)) {
-                link.lossy_until = None;
-                link.silences = FEW_SILENCES;
+            if link.lossy_until.is_some_and(|until| reached(until, now)) {
+                if link.loses_few() {
+                    link.lossy_until = None;
+                    link.silences = FEW_SILENCES;
+                } else {
+                    link.lossy_until = Some(now); // what is over stays over, though the clock comes round
+                }
             }
         }
         lost

@@ -542,6 +542,40 @@ fn a_robot_of_which_all_were_reset_goes_on_as_it_was_ordered() {
     }
 }
 
+/// The behaviours' clock comes round every 65.5 s: what was long ago is not to be taken for what is to come.
+#[test]
+fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {
+    // Nobody beats; who has beats by another gait has none; and nobody leads.
+    for (shape, modules, gait) in
+        [(Shape::Centipede, 14, 0), (Shape::Centipede, 14, GaitName::Caterpillar as u8), (Shape::Ring, 6, 0)]
+    {
+        let order = |at: u8, gait: u8| {
+            format!("[[event]]\nat = {at}\ncommand = [{}, {at}, 255]\nto = '0.Up'\n", 0xd0 + gait)
+        };
+        let walks = if shape == Shape::Ring { GaitName::RollingTrack } else { GaitName::Centipede } as u8;
+        let events = order(2, walks) + &order(5, gait) + &order(105, walks);
+        let run = run(robot(shape, modules, 1), &events, 115);
+        assert_eq!(run.observer.discovery.lapses, 0, "{shape:?}, {gait}");
+        assert_eq!(faults(&run), Vec::<String>::new(), "{shape:?}, {gait}");
+    }
+}
+
+/// Nobody leads it any more, and when its modules last stood for election means nothing by then.
+#[test]
+fn a_ring_that_lost_its_leader_while_it_walked_another_way_rolls_soon_whenever_that_is_ordered() {
+    let order = |at: u32, number: u8, gait: GaitName| {
+        format!("[[event]]\nat = {at}\ncommand = [{}, {number}, 255]\nto = '0.Up'\n", 0xd0 + gait as u8)
+    };
+    let resets: String =
+        (0..6).map(|module| format!("[[event]]\nat = {}\nreset = {module}\n", 8 + module)).collect();
+    let begin = order(2, 1, GaitName::RollingTrack) + &order(7, 2, GaitName::Caterpillar) + &resets;
+    for at in [20, 45, 60, 75] {
+        let events = begin.clone() + &order(at, 3, GaitName::RollingTrack);
+        let run = run(robot(Shape::Ring, 6, 1), &events, u64::from(at) + 6);
+        assert_eq!(count_of(&run.robot, |status| status.action == Action::Roll), 6, "ordered at {at} s");
+    }
+}
+
 /// How long an order at a module takes to the last of 100, in quarters of a second.
 fn order_takes(module: usize, loss: f64, seed: u64) -> u64 {
     let at = 8;

@@ -3,6 +3,7 @@
 
 use std::error::Error;
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 use stack_bound::{Annotations, Image, stacks};
@@ -40,7 +41,8 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
     };
     let mut code = ExitCode::SUCCESS;
     for stack in &stacks {
-        println!("{stack}");
+        writeln!(std::io::stdout(), "{stack}")
+            .map_err(|error| format!("can't write to the standard output: {error}"))?;
         if stack.is_too_small() {
             eprintln!("error: in {}, a stack is too small: {stack}", path.display());
             code = ExitCode::FAILURE;

@@ -5,6 +5,7 @@
 
 use std::error::Error;
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 use serde::Serialize;
@@ -47,7 +48,8 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
     };
     match printed {
         Ok(printed) => {
-            print!("{printed}");
+            write!(std::io::stdout(), "{printed}")
+                .map_err(|error| format!("can't write to the standard output: {error}"))?;
             Ok(ExitCode::SUCCESS)
         }
         Err(problems) => {

@@ -21,6 +21,10 @@ use crate::topology;
 /// How soon the count of messages that could not be read is shown, in ticks of 1 ms.
 const SHOWN_WITHIN: u16 = 20;
 
+/// It looks at the clock this often though nothing is due, in milliseconds: so no moment that is over comes to
+/// count as one that lies ahead.
+const AT_LEAST_EVERY: u16 = LONGEST / 2;
+
 /// The state of HORMONE, and what it told the joints and docks.
 pub struct Behaviour {
     controller: Controller,
@@ -149,8 +153,8 @@ impl Behaviour {
     /// Where the joints are to be. Sets when there will be more to do.
     #[inline(never)]
     fn posture(&mut self, now: u16) -> Option<Posture> {
-        let beat = self.controller.next_due(now).unwrap_or(LONGEST);
-        let posture = self.controller.until_posture(now).unwrap_or(LONGEST);
+        let beat = self.controller.next_due(now).unwrap_or(AT_LEAST_EVERY);
+        let posture = self.controller.until_posture(now).unwrap_or(AT_LEAST_EVERY);
         self.due = now.wrapping_add(beat.min(posture));
         self.controller.posture(now)
     }

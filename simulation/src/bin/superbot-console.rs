@@ -36,10 +36,13 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     match open(port).and_then(|port| converse(port.try_clone()?, port, topic, PATIENCE)) {
-        Ok(text) => {
-            print!("{text}");
-            ExitCode::SUCCESS
-        }
+        Ok(text) => match io::stdout().write_all(text.as_bytes()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("superbot-console: can't write to the standard output: {error}");
+                ExitCode::FAILURE
+            }
+        },
         Err(error) => {
             eprintln!("superbot-console: {port}: {error}");
             ExitCode::FAILURE
