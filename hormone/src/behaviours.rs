@@ -109,7 +109,9 @@ impl Behaviours {
     #[inline(never)] // its stack is needed here alone
     pub fn poll(&mut self, now: u16, module: &mut impl Module) -> bool {
         let has_acted = self.hormone.act(now, module);
-        self.adaptive_communication.expect(self.hormone.controller().beats());
+        if has_acted {
+            self.adaptive_communication.expect(self.hormone.controller().beats());
+        }
         self.adaptive_communication.poll(now, module);
         has_acted
     }
