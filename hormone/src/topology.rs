@@ -459,6 +459,23 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_link_that_loses_none_any_more_is_calm_soon_however_long_it_lost_some() {
+        for seconds in [10, 45, 60] {
+            let mut topology = good_since_a_second(Front, 1_000);
+            let mut hear = |times: std::ops::Range<u32>, period: usize| {
+                for time in times.step_by(period) {
+                    topology.heard(Front, ATTACHED, time as u16);
+                    topology.expire(time as u16);
+                }
+            };
+            let calm = 1_150 + 1_000 * seconds;
+            hear(1_150..calm, 20);
+            hear(calm..calm + 3_000, 10);
+            assert!(topology.lossy((calm + 2_990) as u16).is_empty(), "after {seconds} s");
+        }
+    }
+
     /// When a neighbour is given up over a link that has lost this part of its quick probes for a while.
     fn timeout_where_one_arrives_of(probes: u16) -> u16 {
         let mut topology = good_since_a_second(Front, 0);
