@@ -2,6 +2,7 @@
 //!
 //! A moment counts as past for the 32.7 s after it and as future for the 32.7 s before it, so a
 //! reading that is a little older than the last one, as between two tasks, does no harm.
+//! Whoever keeps a moment for longer forgets it, or keeps it up to date: else what is long over is to come.
 
 /// The longest time that a moment can lie ahead, in milliseconds.
 pub const LONGEST: u16 = 0x7fff;
