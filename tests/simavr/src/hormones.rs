@@ -9,7 +9,7 @@ use tasks::dock::Dock;
 use crate::MILLISECOND;
 use crate::chain::Deed;
 
-/// In this time a hormone is delivered or given up: nine transmissions, each with its wait for an ACK.
+/// In this time a hormone is delivered or given up: 21 transmissions, each with its wait for an ACK.
 pub const HOP_AT_MOST: u64 = 250 * MILLISECOND;
 
 /// What became of the hormones sent from each module's Back to the Front of the next.
