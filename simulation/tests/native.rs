@@ -525,18 +525,22 @@ fn a_head_that_was_reset_or_is_new_walks_as_the_robot_does() {
     }
 }
 
+/// At `at`, in s, a remote control's order with this number: to walk by this gait, in its own Period.
+fn order(at: u32, number: u8, gait: u8) -> String {
+    format!("[[event]]\nat = {at}\ncommand = [{}, {number}, 255]\nto = '0.Up'\n", 0xd0 + gait)
+}
+
 #[test]
 fn a_robot_of_which_all_were_reset_goes_on_as_it_was_ordered() {
     let all = |at: f64, modules: usize| -> String {
         (0..modules).map(|module| format!("[[event]]\nat = {at}\nreset = {module}\n")).collect()
     };
-    let order = |gait: u8| format!("[[event]]\nat = 1\ncommand = [{}, 1, 255]\nto = '0.Up'\n", 0xd0 + gait);
     for (shape, gait, action) in [
         (Shape::Ring, GaitName::RollingTrack, Action::Roll),
         (Shape::Chain, GaitName::Caterpillar, Action::Wave),
     ] {
         // Twice, for what was recalled is to be kept.
-        let events = order(gait as u8) + &all(5.0, 6) + &all(12.0, 6);
+        let events = order(1, 1, gait as u8) + &all(5.0, 6) + &all(12.0, 6);
         let run = run(robot(shape, 6, 1), &events, 20);
         assert_eq!(count_of(&run.robot, |status| status.action == action), 6, "{events}");
     }
@@ -549,11 +553,8 @@ fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {
     for (shape, modules, gait) in
         [(Shape::Centipede, 14, 0), (Shape::Centipede, 14, GaitName::Caterpillar as u8), (Shape::Ring, 6, 0)]
     {
-        let order = |at: u8, gait: u8| {
-            format!("[[event]]\nat = {at}\ncommand = [{}, {at}, 255]\nto = '0.Up'\n", 0xd0 + gait)
-        };
         let walks = if shape == Shape::Ring { GaitName::RollingTrack } else { GaitName::Centipede } as u8;
-        let events = order(2, walks) + &order(5, gait) + &order(105, walks);
+        let events = order(2, 1, walks) + &order(5, 2, gait) + &order(105, 3, walks);
         let run = run(robot(shape, modules, 1), &events, 115);
         assert_eq!(run.observer.discovery.lapses, 0, "{shape:?}, {gait}");
         assert_eq!(faults(&run), Vec::<String>::new(), "{shape:?}, {gait}");
@@ -563,14 +564,12 @@ fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {
 /// Nobody leads it any more, and when its modules last stood for election means nothing by then.
 #[test]
 fn a_ring_that_lost_its_leader_while_it_walked_another_way_rolls_soon_whenever_that_is_ordered() {
-    let order = |at: u32, number: u8, gait: GaitName| {
-        format!("[[event]]\nat = {at}\ncommand = [{}, {number}, 255]\nto = '0.Up'\n", 0xd0 + gait as u8)
-    };
     let resets: String =
         (0..6).map(|module| format!("[[event]]\nat = {}\nreset = {module}\n", 8 + module)).collect();
-    let begin = order(2, 1, GaitName::RollingTrack) + &order(7, 2, GaitName::Caterpillar) + &resets;
+    let [rolls, crawls] = [GaitName::RollingTrack, GaitName::Caterpillar].map(|gait| gait as u8);
+    let begin = order(2, 1, rolls) + &order(7, 2, crawls) + &resets;
     for at in [20, 45, 60, 75] {
-        let events = begin.clone() + &order(at, 3, GaitName::RollingTrack);
+        let events = begin.clone() + &order(at, 3, rolls);
         let run = run(robot(Shape::Ring, 6, 1), &events, u64::from(at) + 6);
         assert_eq!(count_of(&run.robot, |status| status.action == Action::Roll), 6, "ordered at {at} s");
     }

@@ -21,8 +21,8 @@ use crate::topology;
 /// How soon the count of messages that could not be read is shown, in ticks of 1 ms.
 const SHOWN_WITHIN: u16 = 20;
 
-/// It looks at the clock this often though nothing is due, in milliseconds: so no moment that is over comes to
-/// count as one that lies ahead.
+/// It looks at the clock this often though nothing is due, in milliseconds: so no moment that is over comes
+/// to count as one that lies ahead.
 const AT_LEAST_EVERY: u16 = LONGEST / 2;
 
 /// The state of HORMONE, and what it told the joints and docks.

@@ -137,8 +137,8 @@ fn a_hormone_whose_frame_is_lost_is_repeated() {
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
     Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(3);
-    // Not before the frame of 1.8 ms and the wait for an ACK are over, of which the first tick may come at once; but
-    // for what higher tasks delay HORMONE in the run without a loss.
+    // Not before the frame of 1.8 ms and the wait for an ACK are over, of which the first tick may come at
+    // once; but for what higher tasks delay HORMONE in the run without a loss.
     let soonest = u64::from(ACK_TIMEOUT - 1) * MILLISECOND + 3 * MILLISECOND / 2;
     let received = Behaviour::HormoneReceived(Dock::Front, HIT);
     let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
