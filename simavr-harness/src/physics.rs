@@ -114,28 +114,26 @@ impl Environment for Physics {
     }
 
     fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring) {
-        if let Change::Kill(_) = change {
-            // A module without power stays where it is.
-            return;
-        }
-        let (old, new) = (before.attachments(), wiring.attachments());
-        for (one, _) in old.filter(|(one, other)| wiring.peer(*one) != Some(*other)) {
-            self.world.detach(place(one));
-        }
-        if let &Change::Swap(one, other) = change {
-            self.world.swap(one, other);
-        }
-        for (one, other) in new.filter(|(one, other)| before.peer(*one) != Some(*other)) {
-            self.world.attach(place(one), place(other));
+        match *change {
+            // A module without power stays where it is, and holds on to what it held.
+            Change::Kill(_) => return,
+            Change::Swap(one, other) => self.world.swap(one, other),
+            Change::Push { module, newtons } => self.world.push(module, newtons, PUSH_MILLISECONDS),
+            Change::Roll(degrees) => {
+                self.world.turn_over(degrees - self.roll);
+                self.roll = degrees;
+            }
+            _ => {
+                let (old, new) = (before.attachments(), wiring.attachments());
+                for (one, _) in old.filter(|(one, other)| wiring.peer(*one) != Some(*other)) {
+                    self.world.detach(place(one));
+                }
+                for (one, other) in new.filter(|(one, other)| before.peer(*one) != Some(*other)) {
+                    self.world.attach(place(one), place(other));
+                }
+            }
         }
         self.tilt.wired(wiring);
-        if let &Change::Push { module, newtons } = change {
-            self.world.push(module, newtons, PUSH_MILLISECONDS);
-        }
-        if let &Change::Roll(degrees) = change {
-            self.world.turn_over(degrees - self.roll);
-            self.roll = degrees;
-        }
     }
 
     fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing> {

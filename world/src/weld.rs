@@ -29,7 +29,7 @@ pub struct Weld {
 impl Weld {
     /// A weld between two docks as they are now.
     pub fn new(simulation: &Simulation, faces: [Face; 2]) -> Self {
-        let bodies = faces.map(|face| model::half(face.module, face.dock.half()));
+        let bodies = bodies(faces);
         let [one, other] = faces.map(|face| face.dock.in_half());
         let points = [one, other].map(|dock| dock.translation * MILLI);
         let fitting = one * attached(faces[0].dock, faces[1].dock) * other.inverse();
@@ -52,6 +52,24 @@ impl Weld {
     /// Pulls for a step, as the constraint `index`.
     pub fn pull(&mut self, simulation: &mut Simulation, index: usize) {
         self.left = (self.left - self.rate).max(0.0);
+        self.hold(simulation, index);
+    }
+
+    /// Holds the module `other` in place of `one` from now on, and the other way round.
+    pub fn swap(&mut self, one: usize, other: usize, simulation: &mut Simulation, index: usize) {
+        for face in &mut self.faces {
+            if face.module == one {
+                face.module = other;
+            } else if face.module == other {
+                face.module = one;
+            }
+        }
+        self.bodies = bodies(self.faces);
+        self.hold(simulation, index);
+    }
+
+    /// Holds the docks as far from where they fit as they have been pulled, as the constraint `index`.
+    fn hold(&self, simulation: &mut Simulation, index: usize) {
         let points = [self.points[0] + self.off * self.left, self.points[1]];
         simulation.weld(index, self.bodies, points, self.turn.slerp(self.turned, self.left));
     }
@@ -63,6 +81,11 @@ impl Weld {
         let turn = DQuat::from_mat3(&(one.inverse() * other).matrix3);
         (apart.length() / MILLI, turn.angle_between(self.turn).to_degrees())
     }
+}
+
+/// The halves that have these docks.
+fn bodies(faces: [Face; 2]) -> [usize; 2] {
+    faces.map(|face| model::half(face.module, face.dock.half()))
 }
 
 /// The frame of a body in the world, in m.

@@ -192,8 +192,10 @@ impl World {
         Ok(())
     }
 
-    /// Two docks take hold of each other where they are, and pull until they fit.
+    /// Two docks take hold of each other where they are, and pull until they fit. They let go of what they held.
     pub fn attach(&mut self, one: Face, other: Face) {
+        self.detach(one);
+        self.detach(other);
         let weld = Weld::new(&self.simulation, [one, other]);
         let Some(index) = self.welds.iter().position(Option::is_none) else { return };
         self.welds[index].insert(weld).pull(&mut self.simulation, index);
@@ -214,10 +216,15 @@ impl World {
         self.pushes[module] = (newtons, milliseconds);
     }
 
-    /// Two modules change places, with the angles of their joints. What holds them is not changed.
+    /// Two modules change places, with the angles of their joints. What held one of them holds the other then.
     pub fn swap(&mut self, one: usize, other: usize) {
         swap(self.simulation.positions_mut(), POSITIONS, one, other);
         swap(self.simulation.speeds_mut(), SPEEDS, one, other);
+        for (index, weld) in self.welds.iter_mut().enumerate() {
+            if let Some(weld) = weld {
+                weld.swap(one, other, &mut self.simulation, index);
+            }
+        }
         self.simulation.update();
     }
 

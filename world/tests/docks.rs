@@ -50,6 +50,38 @@ fn what_lets_go_falls_apart() {
 }
 
 #[test]
+fn who_changes_places_is_held_there_by_what_held_the_other() {
+    for (one, other) in [(0, 3), (1, 3), (1, 2)] {
+        let mut world = chain(4);
+        run(&mut world, [3.0, 0.0, 3.0], 200);
+        world.swap(one, other);
+        let mut order = [0, 1, 2, 3];
+        order.swap(one, other);
+        run(&mut world, [3.0, 0.0, 3.0], 200);
+        assert!(world.dock_error().0 < 0.5, "{:?}", world.dock_error());
+        for place in 1..4 {
+            let [back, front] = [(place - 1, Dock::Back), (place, Dock::Front)]
+                .map(|(place, dock)| world.dock(Face { module: order[place], dock }).translation);
+            let gap = (back - front).length();
+            assert!(gap < 0.5, "{one} and {other}: {gap} mm at {place}");
+        }
+    }
+}
+
+#[test]
+fn a_dock_that_takes_hold_of_another_lets_go_of_what_it_held() {
+    let modules = [at(0.0, 0.0, 0.0), at(-178.0, 3.0, 0.0), at(-90.0, 500.0, 0.0)];
+    let mut world = World::new(&modules, &Ground::default()).unwrap();
+    let [first, third] = [0, 2].map(|module| Face { module, dock: Dock::Back });
+    let front = Face { module: 1, dock: Dock::Front };
+    world.attach(first, front);
+    assert!(world.dock_error().0 > 5.0);
+    world.attach(front, third);
+    world.detach(third);
+    assert_eq!(world.dock_error(), (0.0, 0.0), "nothing is held");
+}
+
+#[test]
 fn a_leg_is_attached_by_a_quarter_turn_and_stands_upright_when_rolled() {
     use glam::{DAffine3, DVec3};
     use plants::geometry::attached;

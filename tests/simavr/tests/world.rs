@@ -103,6 +103,19 @@ fn modules_that_change_places_take_their_joints_with_them() {
     assert!(engine.trouble().is_none());
 }
 
+#[test]
+fn who_changes_places_beside_a_module_without_power_leaves_that_where_it_is() {
+    let mut engine = centipede(10, 1, 2);
+    engine.run_until(2 * SECOND);
+    engine.change(&Change::Kill(5)).unwrap();
+    engine.change(&Change::Swap(4, 9)).unwrap();
+    engine.run_until(3 * SECOND);
+    assert_eq!(engine.trouble(), None);
+    let robot = engine.robot();
+    let gap = robot.distance(Face { module: 9, dock: Dock::Back }, Face { module: 5, dock: Dock::Front });
+    assert!(gap.unwrap() < 1.0, "it holds what came in the place of the other: {gap:?}");
+}
+
 /// A robot from a file, at power-up.
 fn start(file: &str) -> Run<Engine> {
     let Scenario { wiring, terrain, timeline, .. } = Scenario::from_toml(file).unwrap();
