@@ -192,7 +192,7 @@ impl World {
         Ok(())
     }
 
-    /// Two docks take hold of each other where they are, and pull until they fit. They let go of what they held.
+    /// Two docks take hold of each other where they are, and pull until they fit. What they held they let go.
     pub fn attach(&mut self, one: Face, other: Face) {
         self.detach(one);
         self.detach(other);
@@ -216,7 +216,7 @@ impl World {
         self.pushes[module] = (newtons, milliseconds);
     }
 
-    /// Two modules change places, with the angles of their joints. What held one of them holds the other then.
+    /// Two modules change places, with the angles of their joints. What held the one holds the other then.
     pub fn swap(&mut self, one: usize, other: usize) {
         swap(self.simulation.positions_mut(), POSITIONS, one, other);
         swap(self.simulation.speeds_mut(), SPEEDS, one, other);
