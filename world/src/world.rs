@@ -1,5 +1,7 @@
 //! The world: modules, what holds them together, and the ground.
 
+use std::fmt;
+
 use glam::{DAffine3, DVec3};
 use plants::geometry::{Angles, Dock, Half};
 use plants::motion::Motion;
@@ -22,6 +24,10 @@ pub const STEP_SECONDS: f64 = 1e-3;
 /// A joint that turns faster than this has exploded, in rad/s: 20 times what its motor turns without load.
 const WILD: f64 = 28.0;
 
+/// Docks that hold each other and are farther apart than this, in mm, have not come together. Those that have
+/// are off by tenths of one.
+const APART: f64 = 20.0;
+
 /// What is no deeper in something than this touches it, in m.
 const TOUCH: f64 = 1e-3;
 
@@ -33,6 +39,12 @@ const RAISES: usize = 100;
 pub struct Face {
     pub module: usize,
     pub dock: Dock,
+}
+
+impl fmt::Display for Face {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}.{:?}", self.module, self.dock)
+    }
 }
 
 /// A module at the beginning: its frame, in mm, the angles of its joints, and what it is made of.
@@ -173,7 +185,12 @@ impl World {
         self.trouble(module, place.checked_sub(hinges), what.into())
     }
 
-    fn trouble(&self, module: usize, hinge: Option<usize>, what: String) -> Trouble {
+    fn trouble(&self, module: usize, hinge: Option<usize>, mut what: String) -> Trouble {
+        if let Some(([one, other], mm)) = self.farthest().filter(|(_, mm)| *mm > APART) {
+            what += &format!(
+                "; {one} and {other} hold each other and are {mm:.0} mm apart: see if they can meet"
+            );
+        }
         let body = model::root(module) + hinge.map_or(0, |hinge| hinge + 1);
         let last = self.history.of(module, hinge.unwrap_or_else(|| self.history.fastest(module)));
         Trouble { seconds: self.seconds(), place: model::name(body), what, last }
@@ -337,6 +354,12 @@ impl World {
     pub fn front(&self, module: usize) -> DAffine3 {
         let frame = weld::frame(&self.simulation, model::half(module, Half::Front));
         DAffine3 { translation: frame.translation / MILLI, ..frame }
+    }
+
+    /// The docks that hold each other and are the farthest apart, and how far, in mm.
+    fn farthest(&self) -> Option<([Face; 2], f64)> {
+        let apart = self.welds.iter().flatten().map(|weld| (weld.faces, weld.error(&self.simulation).0));
+        apart.max_by(|one, other| one.1.total_cmp(&other.1))
     }
 
     /// The most by which docks that are attached are off: in mm, and in degrees.

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::at;
+use common::{at, chain};
 use plants::geometry::Dock;
 use world::{Block, Face, Ground, Moment, Placed, Trouble, World, WorldError};
 
@@ -47,6 +47,14 @@ fn a_load_that_nothing_bears_breaks_the_world_and_the_last_100_ms_are_told() {
             (0.5 * pair[1].degrees_per_second * 1e-3, 1.5 * pair[1].degrees_per_second * 1e-3);
         assert!((least.min(most)..=least.max(most)).contains(&turned), "{pair:?}");
     }
+}
+
+#[test]
+fn docks_that_can_not_meet_are_named() {
+    let mut world = chain(2);
+    world.attach(Face { module: 0, dock: Dock::Front }, Face { module: 1, dock: Dock::Back });
+    let trouble = (0..2000).find_map(|_| world.step(&[[0.0; 3]; 2]).err()).expect("it breaks").to_string();
+    assert!(trouble.contains("; 0.Front and 1.Back hold each other and are 3"), "{trouble}");
 }
 
 #[test]
