@@ -11,7 +11,6 @@ use crate::world::{Face, STEP_SECONDS};
 /// A dock that holds another. It begins where the docks are, and pulls them to where they fit.
 pub struct Weld {
     pub faces: [Face; 2],
-    bodies: [usize; 2],
     /// The middles of the faces in the frames of their bodies, in m.
     points: [DVec3; 2],
     /// How the second body is turned against the first where the docks fit.
@@ -29,11 +28,10 @@ pub struct Weld {
 impl Weld {
     /// A weld between two docks as they are now.
     pub fn new(simulation: &Simulation, faces: [Face; 2]) -> Self {
-        let bodies = bodies(faces);
         let [one, other] = faces.map(|face| face.dock.in_half());
         let points = [one, other].map(|dock| dock.translation * MILLI);
         let fitting = one * attached(faces[0].dock, faces[1].dock) * other.inverse();
-        let [first, second] = bodies.map(|body| frame(simulation, body));
+        let [first, second] = bodies(faces).map(|body| frame(simulation, body));
         let actual = first.inverse() * second;
         let off = actual.transform_point3(points[1]) - points[0];
         let turn = DQuat::from_mat3(&fitting.matrix3);
@@ -41,7 +39,7 @@ impl Weld {
         let seconds = (off.length() / MILLI / PULL_SPEED)
             .max(turn.angle_between(turned).to_degrees() / PULL_TURN)
             .max(STEP_SECONDS);
-        Weld { faces, bodies, points, turn, off, turned, left: 1.0, rate: STEP_SECONDS / seconds }
+        Weld { faces, points, turn, off, turned, left: 1.0, rate: STEP_SECONDS / seconds }
     }
 
     /// Whether it still pulls.
@@ -64,19 +62,18 @@ impl Weld {
                 face.module = one;
             }
         }
-        self.bodies = bodies(self.faces);
         self.hold(simulation, index);
     }
 
     /// Holds the docks as far from where they fit as they have been pulled, as the constraint `index`.
     fn hold(&self, simulation: &mut Simulation, index: usize) {
         let points = [self.points[0] + self.off * self.left, self.points[1]];
-        simulation.weld(index, self.bodies, points, self.turn.slerp(self.turned, self.left));
+        simulation.weld(index, bodies(self.faces), points, self.turn.slerp(self.turned, self.left));
     }
 
     /// How far the docks are from where they fit: in mm, and in degrees.
     pub fn error(&self, simulation: &Simulation) -> (f64, f64) {
-        let [one, other] = self.bodies.map(|body| frame(simulation, body));
+        let [one, other] = bodies(self.faces).map(|body| frame(simulation, body));
         let apart = one.transform_point3(self.points[0]) - other.transform_point3(self.points[1]);
         let turn = DQuat::from_mat3(&(one.inverse() * other).matrix3);
         (apart.length() / MILLI, turn.angle_between(self.turn).to_degrees())
