@@ -207,10 +207,12 @@ impl Boot {
 
     /// A context for calls that an interrupt might make, for setting up. It ends with the `Boot`:
     ///
-    /// ```compile_fail,E0521
+    /// ```compile_fail,E0505
     /// # use kernel::{Boot, Interrupt};
-    /// fn forge(boot: &mut Boot) -> &'static mut Interrupt {
-    ///     boot.interrupt() // error: borrowed data escapes outside of function
+    /// fn keep(mut boot: Boot) {
+    ///     let context: &mut Interrupt = boot.interrupt();
+    ///     drop(boot); // error: cannot move out of `boot` because it is borrowed
+    ///     let _kept = context;
     /// }
     /// ```
     pub fn interrupt(&mut self) -> &mut Interrupt {

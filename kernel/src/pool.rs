@@ -18,7 +18,7 @@ use crate::critical::{Masked, MaskedCell};
 /// `pool` must return the same pool each time, and no other pool may have its slots: a slot in two pools
 /// would make two messages that own one buffer.
 ///
-/// ```compile_fail,E0199
+/// ```compile_fail,E0200
 /// # use kernel::{Pool, Pooled, Slot};
 /// struct Reading(u16);
 /// static SLOTS: [Slot<Reading>; 1] = [Slot::new()];
