@@ -115,8 +115,6 @@ impl Environment for Physics {
 
     fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring) {
         match *change {
-            // A module without power stays where it is, and holds on to what it held.
-            Change::Kill(_) => return,
             Change::Swap(one, other) => self.world.swap(one, other),
             Change::Push { module, newtons } => self.world.push(module, newtons, PUSH_MILLISECONDS),
             Change::Roll(degrees) => {
@@ -125,10 +123,10 @@ impl Environment for Physics {
             }
             _ => {
                 let (old, new) = (before.attachments(), wiring.attachments());
-                for (one, _) in old.filter(|(one, other)| wiring.peer(*one) != Some(*other)) {
+                for (one, _) in old.filter(|(one, other)| wiring.attached(*one) != Some(*other)) {
                     self.world.detach(place(one));
                 }
-                for (one, other) in new.filter(|(one, other)| before.peer(*one) != Some(*other)) {
+                for (one, other) in new.filter(|(one, other)| before.attached(*one) != Some(*other)) {
                     self.world.attach(place(one), place(other));
                 }
             }
@@ -141,7 +139,7 @@ impl Environment for Physics {
         let own = dock(from);
         let others = (0..wiring.modules())
             .flat_map(|module| tasks::dock::Dock::ALL.map(|dock| Face { module, dock }))
-            .filter(|&face| face != from && wiring.peer(face).is_none());
+            .filter(|&face| face != from && wiring.attached(face).is_none());
         let facing = others.filter_map(|face| {
             let (millimetres, degrees) = geometry::before(own, dock(face))?;
             Some(Facing { face, millimetres, degrees })

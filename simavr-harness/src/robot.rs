@@ -313,13 +313,13 @@ impl Robot {
         if let Some(physics) = &mut self.physics {
             physics.change(change, &before, &self.wiring);
         }
-        for face in before.attached() {
+        for face in before.faces() {
             if self.wiring.peer(face) != before.peer(face) {
                 *self.port_mut(face) = None;
             }
         }
-        let new: Vec<(Face, Face)> = self.wiring.attachments().collect();
-        for (one, other) in new.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
+        let links: Vec<(Face, Face)> = self.wiring.links().collect();
+        for (one, other) in links.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
             self.join(one, other);
         }
         self.set_latches(&before);

@@ -24,7 +24,7 @@ pub enum Change {
     Swap(usize, usize),
     /// MCUs of a module are reset.
     Reset { module: usize, mcus: Mcus },
-    /// A module's power fails. It stays where it is, and is no neighbour to anyone.
+    /// A module's power fails. It stays where it is and attached, and is no neighbour to anyone.
     Kill(usize),
     /// Frames are lost from now on.
     Loss { links: Links, probability: f64 },
@@ -67,7 +67,7 @@ pub enum Links {
 }
 
 impl Change {
-    /// Brings the wiring to what it is after this. A module without power counts as attached to nothing.
+    /// Brings the wiring to what it is after this. A module without power stays attached.
     ///
     /// # Errors
     /// It can't happen: a module is not there or has no power, a dock is not free or not attached.

@@ -54,20 +54,20 @@ pub trait Bodies {
 
     /// Docks that are attached are latched, and those that have come off are released, since it was wired so.
     fn set_latches(&mut self, before: &Wiring) {
-        let faces: Vec<Face> = before.attached().chain(self.wiring().attached()).collect();
+        let faces: Vec<Face> = before.faces().chain(self.wiring().faces()).collect();
         for face in faces {
-            let peer = self.wiring().peer(face);
-            if peer != before.peer(face)
+            let attached = self.wiring().attached(face);
+            if attached != before.attached(face)
                 && let Some(body) = self.body_mut(face.module)
             {
-                body.set_latch(face.dock, if peer.is_some() { End::Latched } else { End::Released });
+                body.set_latch(face.dock, if attached.is_some() { End::Latched } else { End::Released });
             }
         }
     }
 
     /// What comes of it that the latch of a dock has come to an end.
     fn arrive(&self, at: Face, end: End) -> Option<Change> {
-        let is_attached = self.wiring().peer(at).is_some();
+        let is_attached = self.wiring().attached(at).is_some();
         match end {
             End::Released if is_attached => Some(Change::Detach(at)),
             End::Latched if !is_attached => {
@@ -80,7 +80,7 @@ pub trait Bodies {
 
     /// The dock that reflects most of the light of a free one.
     fn before(&self, face: Face) -> Option<Facing> {
-        if self.wiring().peer(face).is_some() {
+        if self.wiring().attached(face).is_some() {
             return None;
         }
         let facing = self.facing(face).into_iter();

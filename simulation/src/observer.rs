@@ -125,7 +125,7 @@ impl Observer {
             self.muted.retain(|&face| links != Links::All && links != Links::From(face));
             if probability >= 1.0 {
                 match links {
-                    Links::All => self.muted.extend(self.wiring.attached()),
+                    Links::All => self.muted.extend(self.wiring.faces()),
                     Links::From(face) => self.muted.push(face),
                 }
             }

@@ -48,7 +48,7 @@ impl Wiring {
         let mut round = 0;
         let mut next = module;
         while round < self.modules() {
-            match self.peer(Face { module: next, dock: Dock::Back }) {
+            match self.attached(Face { module: next, dock: Dock::Back }) {
                 Some(Face { module: behind, dock: Dock::Front }) => next = behind,
                 _ => return [0.0; 3],
             }

@@ -33,7 +33,7 @@ impl Wiring {
         for (module, pose) in self.poses(from.module, &angles, &mut vec![false; self.modules()]) {
             for dock_of_body in Dock::ALL {
                 let face = Face { module, dock: dock_of_body };
-                if face == from || self.peer(face).is_some() {
+                if face == from || self.attached(face).is_some() {
                     continue;
                 }
                 let there = pose * dock(angles(module), dock_of_body);
@@ -83,7 +83,7 @@ impl Wiring {
             }
             poses.push((module, pose));
             for own in Dock::ALL {
-                if let Some(peer) = self.peer(Face { module, dock: own })
+                if let Some(peer) = self.attached(Face { module, dock: own })
                     && !is_found[peer.module]
                 {
                     let place = pose * dock(angles(module), own) * attached(own, peer.dock);

@@ -23,10 +23,12 @@ impl fmt::Display for Face {
 }
 
 /// Modules, and the attachments between their docks.
+///
+/// A module whose power has failed stays attached, and is nobody's [peer](Wiring::peer).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
     /// By module, in the order of [`Dock::ALL`], what is attached there.
-    peers: Vec<[Option<Face>; 6]>,
+    attached: Vec<[Option<Face>; 6]>,
     /// Modules whose power has failed.
     dead: Vec<usize>,
 }
@@ -53,11 +55,11 @@ pub enum WiringError {
 impl Wiring {
     /// So many modules, attached to nothing.
     pub fn new(modules: usize) -> Self {
-        Self { peers: vec![[None; 6]; modules], dead: Vec::new() }
+        Self { attached: vec![[None; 6]; modules], dead: Vec::new() }
     }
 
     pub fn modules(&self) -> usize {
-        self.peers.len()
+        self.attached.len()
     }
 
     /// Attaches two docks to each other.
@@ -70,21 +72,21 @@ impl Wiring {
         if one.module == other.module {
             return Err(WiringError::ModuleToItself { module: one.module });
         }
-        *self.peer_mut(one) = Some(other);
-        *self.peer_mut(other) = Some(one);
+        *self.attached_mut(one) = Some(other);
+        *self.attached_mut(other) = Some(one);
         Ok(())
     }
 
-    /// Detaches what is attached at a dock; returns what that was.
+    /// Detaches what is attached at a dock, with power or without; returns what that was.
     ///
     /// # Errors
-    /// The module is not there, or nothing at its dock.
+    /// The module is not there, has no power, or nothing at its dock.
     pub fn detach(&mut self, face: Face) -> Result<Face, WiringError> {
         let Face { module, dock } = face;
         self.check(module)?;
-        let peer = self.peer_mut(face).take().ok_or(WiringError::NotAttached { module, dock })?;
-        *self.peer_mut(peer) = None;
-        Ok(peer)
+        let other = self.attached_mut(face).take().ok_or(WiringError::NotAttached { module, dock })?;
+        *self.attached_mut(other) = None;
+        Ok(other)
     }
 
     /// Lets two modules change places.
@@ -97,29 +99,25 @@ impl Wiring {
         if one == other {
             return Err(WiringError::SwapWithItself { module: one });
         }
-        self.peers.swap(one, other);
-        for peer in self.peers.iter_mut().flatten().flatten() {
-            if peer.module == one {
-                peer.module = other;
-            } else if peer.module == other {
-                peer.module = one;
+        self.attached.swap(one, other);
+        for face in self.attached.iter_mut().flatten().flatten() {
+            if face.module == one {
+                face.module = other;
+            } else if face.module == other {
+                face.module = one;
             }
         }
         Ok(())
     }
 
-    /// A module's power fails: it counts as attached to nothing, and nothing else can happen to it.
+    /// A module's power fails: it is nobody's neighbour any more, and nothing else can happen to it but that
+    /// what it is attached to lets go of it.
     ///
     /// # Errors
-    /// It is not there.
+    /// It is not there, or has no power already.
     pub fn kill(&mut self, module: usize) -> Result<(), WiringError> {
         self.check(module)?;
         self.dead.push(module);
-        for dock in Dock::ALL {
-            if let Some(peer) = self.peer_mut(Face { module, dock }).take() {
-                *self.peer_mut(peer) = None;
-            }
-        }
         Ok(())
     }
 
@@ -138,7 +136,7 @@ impl Wiring {
     pub fn expect_free(&self, face: Face) -> Result<(), WiringError> {
         let Face { module, dock } = face;
         self.check(module)?;
-        if self.peer(face).is_some() { Err(WiringError::DockInUse { module, dock }) } else { Ok(()) }
+        if self.attached(face).is_some() { Err(WiringError::DockInUse { module, dock }) } else { Ok(()) }
     }
 
     /// # Errors
@@ -146,15 +144,20 @@ impl Wiring {
     pub fn expect_attached(&self, face: Face) -> Result<(), WiringError> {
         let Face { module, dock } = face;
         self.check(module)?;
-        if self.peer(face).is_none() { Err(WiringError::NotAttached { module, dock }) } else { Ok(()) }
+        if self.attached(face).is_none() { Err(WiringError::NotAttached { module, dock }) } else { Ok(()) }
     }
 
-    /// What is attached to a dock.
+    /// What is attached to a dock, with power or without.
+    pub fn attached(&self, face: Face) -> Option<Face> {
+        self.attached.get(face.module)?[usize::from(face.dock.index())]
+    }
+
+    /// What is attached to a dock and hears it. `None` where one of the two has no power.
     pub fn peer(&self, face: Face) -> Option<Face> {
-        self.peers.get(face.module)?[usize::from(face.dock.index())]
+        self.attached(face).filter(|peer| self.has_power(peer.module) && self.has_power(face.module))
     }
 
-    /// By dock, which dock of a neighbour is attached there: what the module has to find out.
+    /// By dock, which dock of a neighbour hears it there: what the module has to find out.
     pub fn neighbours(&self, module: usize) -> Neighbours {
         Dock::ALL.map(|dock| self.peer(Face { module, dock }).map(|peer| peer.dock))
     }
@@ -172,18 +175,23 @@ impl Wiring {
     }
 
     /// All faces that are attached to another.
-    pub fn attached(&self) -> impl Iterator<Item = Face> {
+    pub fn faces(&self) -> impl Iterator<Item = Face> {
         let faces = (0..self.modules()).flat_map(|module| Dock::ALL.map(|dock| Face { module, dock }));
-        faces.filter(|&face| self.peer(face).is_some())
+        faces.filter(|&face| self.attached(face).is_some())
     }
 
     /// All attachments, each once.
     pub fn attachments(&self) -> impl Iterator<Item = (Face, Face)> {
-        let pairs = self.attached().filter_map(|face| Some((face, self.peer(face)?)));
+        let pairs = self.faces().filter_map(|face| Some((face, self.attached(face)?)));
         pairs.filter(|(one, other)| (one.module, one.dock.index()) < (other.module, other.dock.index()))
     }
 
-    /// The modules that are attached to each other, body by body.
+    /// Likewise, those by which modules hear each other.
+    pub fn links(&self) -> impl Iterator<Item = (Face, Face)> {
+        self.attachments().filter(|&(one, _)| self.peer(one).is_some())
+    }
+
+    /// The modules that hear each other, directly or by way of others, body by body.
     pub fn bodies(&self) -> Vec<Vec<usize>> {
         let mut is_found = vec![false; self.modules()];
         let mut bodies = Vec::new();
@@ -193,7 +201,7 @@ impl Wiring {
             while let Some(module) = next.pop() {
                 if !std::mem::replace(&mut is_found[module], true) {
                     body.push(module);
-                    next.extend(self.peers[module].iter().flatten().map(|peer| peer.module));
+                    next.extend(self.peers(module));
                 }
             }
             bodies.push(body);
@@ -202,14 +210,15 @@ impl Wiring {
         bodies
     }
 
-    /// The modules at whose docks something else is attached than by `other`, a wiring of as many.
+    /// The modules that hear others at their docks than by `other`, a wiring of as many.
     pub fn differences(&self, other: &Wiring) -> Vec<usize> {
-        (0..self.modules()).filter(|&module| self.peers[module] != other.peers[module]).collect()
+        let peers = |wiring: &Wiring, module| Dock::ALL.map(|dock| wiring.peer(Face { module, dock }));
+        (0..self.modules()).filter(|&module| peers(self, module) != peers(other, module)).collect()
     }
 
-    /// Who is attached to a module.
+    /// Who hears a module.
     pub fn peers(&self, module: usize) -> impl Iterator<Item = usize> {
-        self.peers[module].iter().flatten().map(|peer| peer.module)
+        Dock::ALL.into_iter().filter_map(move |dock| Some(self.peer(Face { module, dock })?.module))
     }
 
     /// Whether a module has not lost its power.
@@ -218,7 +227,7 @@ impl Wiring {
     }
 
     /// The module is there.
-    fn peer_mut(&mut self, Face { module, dock }: Face) -> &mut Option<Face> {
-        &mut self.peers[module][usize::from(dock.index())]
+    fn attached_mut(&mut self, Face { module, dock }: Face) -> &mut Option<Face> {
+        &mut self.attached[module][usize::from(dock.index())]
     }
 }

@@ -58,7 +58,7 @@ impl Flashed {
         if let Some((module, _)) = self.others.iter().find(|(_, images)| !has_status(images)) {
             return Err(format!("module {module}: {NO_STATUS}").into());
         }
-        for face in scenario.wiring.attached() {
+        for face in scenario.wiring.faces() {
             let images = self.others.get(&face.module).unwrap_or(&self.rest);
             images.expect_link(face.dock).map_err(|error| format!("module {}: {error}", face.module))?;
         }

@@ -139,7 +139,7 @@ impl Native {
 
     /// Looks how far apart neighbours are.
     fn measure(&mut self) {
-        let distances = self.wiring.attachments().map(|(one, other)| one.module.abs_diff(other.module));
+        let distances = self.wiring.links().map(|(one, other)| one.module.abs_diff(other.module));
         self.distance = distances.max().unwrap_or(0);
     }
 

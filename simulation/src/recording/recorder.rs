@@ -73,7 +73,7 @@ impl Recorder {
     }
 
     fn look_for_losses(&mut self, robot: &impl Robot, look: usize) {
-        for from in robot.wiring().attached() {
+        for from in robot.wiring().faces() {
             let Some(lost) = robot.lost_frames(from) else { continue };
             let losses = self.recording.losses.get_or_insert_default();
             let before = self.lost.insert(from, lost).unwrap_or(0);

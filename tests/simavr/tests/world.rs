@@ -116,6 +116,23 @@ fn who_changes_places_beside_a_module_without_power_leaves_that_where_it_is() {
     assert!(gap.unwrap() < 1.0, "it holds what came in the place of the other: {gap:?}");
 }
 
+#[test]
+fn who_lets_go_of_a_module_without_power_comes_off_it() {
+    let mut engine = centipede(10, 1, 2);
+    engine.run_until(2 * SECOND);
+    engine.change(&Change::Kill(5)).unwrap();
+    let [alive, dead] = [Face { module: 4, dock: Dock::Back }, Face { module: 5, dock: Dock::Front }];
+    let gap = |engine: &mut Engine| {
+        engine.change(&Change::Push { module: 9, newtons: [-60.0, 0.0, 0.0] }).unwrap();
+        engine.run_until(engine.cycle() + SECOND);
+        engine.robot().distance(alive, dead).unwrap()
+    };
+    assert!(gap(&mut engine) < 1.0);
+    engine.change(&Change::Detach(alive)).unwrap();
+    assert!(gap(&mut engine) > 5.0);
+    assert_eq!(engine.trouble(), None);
+}
+
 /// A robot from a file, at power-up.
 fn start(file: &str) -> Run<Engine> {
     let Scenario { wiring, terrain, timeline, .. } = Scenario::from_toml(file).unwrap();
