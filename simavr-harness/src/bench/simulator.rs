@@ -22,9 +22,6 @@ use crate::part::Part;
 use crate::robot::RobotBuilder;
 use simulation::{CLOCK_HZ, Shape};
 
-/// How often each program runs by each interpreter.
-const ROUNDS: usize = 3;
-
 /// How many modules the robot has, and for how many cycles it runs.
 const MODULES: usize = 10;
 const ROBOT_RUNS: u64 = 2 * CLOCK_HZ as u64;
@@ -62,21 +59,22 @@ impl Pace {
     }
 }
 
-/// Measures all programs whose images lie in `directory`. On one thread.
+/// Measures all programs whose images lie in `directory`, of which each runs by each interpreter in each round, of
+/// which there is one at least. On one thread.
 ///
 /// # Errors
 /// An image is not there, or both interpreters don't come to the same state.
-pub fn measure(directory: &Path) -> Result<Vec<Pace>, BenchError> {
+pub fn measure(directory: &Path, rounds: usize) -> Result<Vec<Pace>, BenchError> {
     let mut paces = Vec::new();
     for (program, path, cycles) in PROGRAMS {
-        paces.push(of_program(program, Part::ATMEGA128, &directory.join(path), cycles)?);
+        paces.push(of_program(program, Part::ATMEGA128, &directory.join(path), cycles, rounds)?);
     }
     let (program, path, cycles) = MARKED;
     let path = directory.join(path);
-    let mut marked = of_program(program, Part::ATMEGA2560, &path, cycles)?;
-    marked.qemu_seconds = in_qemu(&path)?;
+    let mut marked = of_program(program, Part::ATMEGA2560, &path, cycles, rounds)?;
+    marked.qemu_seconds = in_qemu(&path, rounds)?;
     paces.push(marked);
-    paces.push(of_robot(directory)?);
+    paces.push(of_robot(directory, rounds)?);
     Ok(paces)
 }
 
@@ -90,10 +88,11 @@ fn of_program(
     part: &'static Part,
     path: &Path,
     cycles: u64,
+    rounds: usize,
 ) -> Result<Pace, BenchError> {
     let images = both(path)?;
     let start = |image: &Arc<Image>| Mcu::new(part, Arc::clone(image), 1);
-    let [decoded, simavr] = quickest(program, &images, |image| {
+    let [decoded, simavr] = quickest(program, rounds, &images, |image| {
         let mut mcu = start(image)?;
         let begin = Instant::now();
         mcu.run_until(cycles);
@@ -118,10 +117,10 @@ fn of_program(
 }
 
 /// The shortest time, in s, from the program's first byte at its serial port to its second.
-fn in_qemu(path: &Path) -> Result<Option<f64>, BenchError> {
+fn in_qemu(path: &Path, rounds: usize) -> Result<Option<f64>, BenchError> {
     let failed = |error: std::io::Error| unmeasurable("qemu-system-avr", error.to_string());
     let mut shortest: Option<f64> = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         let qemu = Command::new("qemu-system-avr")
             .args([
                 "-display", "none", "-monitor", "none", "-serial", "stdio", "-machine", "mega2560", "-bios",
@@ -150,7 +149,7 @@ fn in_qemu(path: &Path) -> Result<Option<f64>, BenchError> {
 }
 
 /// A centipede that walks, without a world.
-fn of_robot(directory: &Path) -> Result<Pace, BenchError> {
+fn of_robot(directory: &Path, rounds: usize) -> Result<Pace, BenchError> {
     let program = "a centipede of ten";
     let [master, slave] =
         ["firmware-master.elf", "firmware-slave.elf"].map(|name| both(&directory.join(name)));
@@ -158,7 +157,7 @@ fn of_robot(directory: &Path) -> Result<Pace, BenchError> {
     let robots = [Images { master, slave }, Images { master: left_master, slave: left_slave }];
     let wiring =
         Shape::Centipede.wiring(MODULES).map_err(|error| unmeasurable("robot", error.to_string()))?;
-    let [decoded, simavr] = quickest(program, &robots, |images| {
+    let [decoded, simavr] = quickest(program, rounds, &robots, |images| {
         let robot = RobotBuilder::wired(images.clone(), &wiring).seed(1).build()?;
         let mut engine = Engine::new(robot, 1);
         let begin = Instant::now();
@@ -179,11 +178,12 @@ fn of_robot(directory: &Path) -> Result<Pace, BenchError> {
 /// The shortest time, in s, that each of `subjects` takes to run.
 fn quickest<T>(
     program: &str,
+    rounds: usize,
     subjects: &[T; 2],
     run: impl Fn(&T) -> Result<(Duration, u64), BenchError>,
 ) -> Result<[f64; 2], BenchError> {
     let mut shortest = [f64::INFINITY; 2];
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds.max(1) {
         let [one, other] = [run(&subjects[0])?, run(&subjects[1])?];
         if one.1 != other.1 {
             return Err(unmeasurable("interpreters", format!("{program}: they come to different states")));

@@ -9,9 +9,12 @@ use simavr_harness::bench::simulator::{self, Pace};
 use super::arguments;
 use super::json::{Destination, tell};
 
+/// How often each program runs by each interpreter: what else the machine has to do is not to count.
+const ROUNDS: usize = 3;
+
 /// Measures and prints.
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
-    tell(destination, &Report(simulator::measure(&options.images)?))
+    tell(destination, &Report(simulator::measure(&options.images, ROUNDS)?))
 }
 
 #[derive(Serialize)]

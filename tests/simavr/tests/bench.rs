@@ -67,7 +67,7 @@ fn limit(line: &str) -> (&str, u64) {
 
 #[test]
 fn the_simulators_speed_is_that_of_whole_programs() {
-    let paces = simulator::measure(&images()).unwrap_or_else(|error| panic!("{error}"));
+    let paces = simulator::measure(&images(), 1).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(paces.len(), 5);
     for pace in &paces {
         assert!(pace.ratio() > 0.0 && pace.ratio().is_finite(), "{pace:?}");
