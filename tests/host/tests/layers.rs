@@ -15,6 +15,7 @@ fn no_crate_has_a_circle() {
         ("plants", ""),
         ("simulation", ""),
         ("simavr-harness", ""),
+        ("simavr-harness/program", ""),
         ("stack-bound", ""),
         ("time-bound", ""),
     ] {

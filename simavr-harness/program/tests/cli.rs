@@ -136,7 +136,7 @@ fn shapes_have_their_modules() {
 
 #[test]
 fn a_robot_file_is_run_through_its_changes() {
-    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
     let file = robots.join("changes.toml");
     let output = run(&["sim", file.to_str().expect("the path is text"), "--seconds", "19", "--json", "-"]);
     let report = json(&output);
@@ -198,7 +198,7 @@ fn modules_have_the_images_that_a_robot_file_names() {
 
 #[test]
 fn a_console_is_asked_and_what_it_tells_is_reported() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../robots/console.toml");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/console.toml");
     let output = run(&["sim", file, "--seconds", "5", "--json", "-"]);
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{told}");

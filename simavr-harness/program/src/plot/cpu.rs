@@ -7,11 +7,11 @@ use plotters::prelude::*;
 use simavr_harness::{Controller, Engine, Holder, RobotBuilder, Slice, Terrain, Trace};
 use simulation::{MILLISECOND, Robot, Shape};
 
-use crate::program::arguments::CoreName;
-use crate::program::chart::{COLOURS, FONT};
-use crate::program::dark::for_any_page;
-use crate::program::images::load_images;
-use crate::program::sim::POWER_UP_WITHIN;
+use crate::arguments::CoreName;
+use crate::chart::{COLOURS, FONT};
+use crate::dark::for_any_page;
+use crate::images::load_images;
+use crate::sim::POWER_UP_WITHIN;
 
 const MODULES: usize = 10;
 

@@ -1,5 +1,6 @@
-//! The program behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb` and
-//! `./x bench`, and the plot of `./x response`.
+//! `superbot-sim`: runs a robot in simavr or natively, shows it live, and says how it did. It is behind `./x sim`,
+//! `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb` and `./x bench`, and the plot of
+//! `./x response`.
 
 mod arguments;
 mod bench;
@@ -37,7 +38,7 @@ use arguments::{Arguments, Command};
 
 /// Exit status 0: the robot did as it should, or the figures are printed. 1: it did not. 2: nothing could be
 /// run.
-pub fn main() -> ExitCode {
+fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),
         Command::Terrain(options) => terrain::run(&options).map(|()| true),

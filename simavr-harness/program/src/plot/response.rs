@@ -10,8 +10,8 @@ use simavr_harness::bench::module::busy::{self, Seen};
 use simavr_harness::{CLOCK_HZ, Controller};
 use stack_bound::vectors;
 
-use crate::program::dark::for_any_page;
-use crate::program::response::{Bounds, bounds};
+use crate::dark::for_any_page;
+use crate::response::{Bounds, bounds};
 
 const SEEN: RGBColor = RGBColor(9, 105, 218);
 const BOUND: RGBColor = RGBColor(207, 34, 46);

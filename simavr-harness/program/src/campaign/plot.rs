@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::results::{self, Outcome, Row, cell};
 use super::statistics::{mean, wilson};
 use super::summary::{numbers, parameters};
-use crate::program::chart::{Chart, Curve, Point};
+use crate::chart::{Chart, Curve, Point};
 
 /// The figure that is no run's, but of many: how many of 100 failed.
 const FAILED: &str = "failed";

@@ -7,10 +7,10 @@ use hormone::event::Event;
 use simavr_harness::{CLOCK_HZ, Engine, RobotBuilder, Wiring};
 use simulation::{Deed, Face, MILLISECOND, Robot, Shape};
 
-use crate::program::arguments::CoreName;
-use crate::program::chart::{Chart, Curve, Point};
-use crate::program::images::load_images;
-use crate::program::sim::POWER_UP_WITHIN;
+use crate::arguments::CoreName;
+use crate::chart::{Chart, Curve, Point};
+use crate::images::load_images;
+use crate::sim::POWER_UP_WITHIN;
 
 const MODULES: usize = 30;
 

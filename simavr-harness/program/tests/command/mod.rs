@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 /// Where `./x build` puts the robot's images.
 pub fn images() -> PathBuf {
     std::env::var_os("SUPERBOT_IMAGES")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/images"), PathBuf::from)
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from)
 }
 
 pub fn run(arguments: &[&str]) -> Output {

@@ -7,7 +7,7 @@ use std::path::Path;
 use simavr_harness::bench::module::{Sample, step_response};
 use tasks::motor::Axis;
 
-use crate::program::chart::{Chart, Curve, Point};
+use crate::chart::{Chart, Curve, Point};
 
 /// What is shown, in ms since power-up: the joints rest before and after that.
 const SHOWN: Range<f64> = 400.0..1400.0;
