@@ -1,6 +1,7 @@
-//! `superbot-sim`: runs a robot in simavr or natively, shows it live, and says how it did. It is behind `./x sim`,
-//! `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb` and `./x bench`, and the plot of
-//! `./x response`.
+//! `superbot-sim`: runs a robot in simavr or natively, shows it live, and says how it did.
+//!
+//! It is behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb`
+//! and `./x bench`, and behind the plot of `./x response`.
 
 mod arguments;
 mod bench;

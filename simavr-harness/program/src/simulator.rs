@@ -9,7 +9,7 @@ use simavr_harness::bench::simulator::{self, Pace};
 use super::arguments;
 use super::json::{Destination, tell};
 
-/// How often each program runs by each interpreter: what else the machine has to do is not to count.
+/// How often each program runs by each interpreter: what else the machine does is not to count.
 const ROUNDS: usize = 3;
 
 /// Measures and prints.

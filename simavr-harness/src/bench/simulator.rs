@@ -59,8 +59,8 @@ impl Pace {
     }
 }
 
-/// Measures all programs whose images lie in `directory`, of which each runs by each interpreter in each round, of
-/// which there is one at least. On one thread.
+/// Measures all programs whose images lie in `directory`, by so many rounds, one at least: in each, a program
+/// runs by each interpreter. On one thread.
 ///
 /// # Errors
 /// An image is not there, or both interpreters don't come to the same state.
