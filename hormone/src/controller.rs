@@ -163,8 +163,8 @@ impl Controller {
         }
         if !self.is_in_ring() {
             self.election.rest(now);
-        } else if let Some(token) = self.election.round(now) {
-            return Some(self.send(Hormone::Token(token), BACK));
+        } else if let Some(response) = self.round(now) {
+            return Some(response);
         }
         if self.reshaped_at.is_some_and(|at| reached(at, now)) {
             return Some(self.reshaped(now));
@@ -233,6 +233,18 @@ impl Controller {
         }
     }
 
+    /// What a round of the election sends, if one begins at `now`. Who no longer leads after it, for no token
+    /// came back, rests.
+    fn round(&mut self, now: u16) -> Option<Response> {
+        let has_led = self.is_leader();
+        let token = self.election.round(now)?;
+        let sent = self.send(Hormone::Token(token), BACK);
+        if !has_led || self.is_leader() {
+            return Some(sent);
+        }
+        Some(Response { send: sent.send, ..self.rest() })
+    }
+
     #[inline(never)] // its stack is needed here alone
     fn hear_token(&mut self, token: Token, now: u16) -> Response {
         let has_led = self.is_leader();
@@ -286,12 +298,12 @@ impl Controller {
 
     /// Somebody orders the robot about: whoever is at the dock `from`, or a task of this module.
     pub fn order(&mut self, from: Option<Dock>, order: Order, now: u16) -> Response {
-        if !self.helm.hear(order, now) {
-            return self.dropped();
-        }
         match order.what {
             What::Walk(gait, period) => self.walk_from_now(gait, period, now),
             What::Steer(course, lifetime) => {
+                if !self.helm.hear(course, order.serial, now) {
+                    return self.dropped();
+                }
                 let mut docks = ALL_DOCKS;
                 if let Some(from) = from {
                     docks.remove(from);
@@ -324,6 +336,7 @@ impl Controller {
         self.ledger.set(standing, tell, now);
         if standing.gait == STOP {
             self.pacemaker.forget();
+            self.reshaped_at = None;
             return self.rest();
         }
         let Some(gait) = gait_named(standing.gait) else {
@@ -449,9 +462,10 @@ impl Controller {
         self.acting == ModuleType::Spine && (self.gait().leader == Leader::Elected || self.once().is_some())
     }
 
-    /// What the robot does once it has taken the shape in which this module has its type.
+    /// What the robot does once it has taken the shape in which this module has its type. One that was ordered
+    /// to stop does nothing.
     fn once(&self) -> Option<Once> {
-        self.gait().once.filter(|once| once.becomes == self.acting)
+        self.gait().once.filter(|once| once.becomes == self.acting && !self.is_halted())
     }
 
     /// Counts a message to a behaviour that could not be read.

@@ -58,11 +58,12 @@ pub enum What {
 pub struct Order {
     /// What is ordered.
     pub what: What,
-    /// Counts the orders of one remote control, modulo 256.
+    /// Counts the orders of one remote control, modulo 256. Only a course is told by it from an older one:
+    /// courses go round loops, and how to walk is told as the [standing order](crate::standing).
     pub serial: u8,
 }
 
-/// What a module remembers of orders.
+/// What a module remembers of courses.
 pub struct Helm {
     course: Course,
     serial: u8,
@@ -73,24 +74,23 @@ pub struct Helm {
 }
 
 impl Helm {
-    /// A module that has heard no order.
+    /// A module that has heard of no course.
     #[expect(clippy::new_without_default, reason = "the state at power-up, not a value to fall back on")]
     pub const fn new() -> Self {
         Helm { course: Course::Ahead, serial: 0, until: None, untold: DockSet::EMPTY }
     }
 
-    /// Takes in an order. Returns whether it is news: newer than the last, or the first for [`HOLDS`].
-    pub fn hear(&mut self, order: Order, now: u16) -> bool {
+    /// Takes in an order with this serial to hold a course. Returns whether it is news: newer than the last,
+    /// or the first for [`HOLDS`].
+    pub fn hear(&mut self, course: Course, serial: u8, now: u16) -> bool {
         self.expire(now);
-        let is_newer = (1..0x80).contains(&order.serial.wrapping_sub(self.serial));
+        let is_newer = (1..0x80).contains(&serial.wrapping_sub(self.serial));
         if self.until.is_some() && !is_newer {
             return false;
         }
-        self.serial = order.serial;
+        self.course = course;
+        self.serial = serial;
         self.until = Some(now.wrapping_add(HOLDS));
-        if let What::Steer(course, _) = order.what {
-            self.course = course;
-        }
         true
     }
 
@@ -130,29 +130,25 @@ impl Helm {
 mod tests {
     use super::*;
 
-    fn order(course: Course, serial: u8) -> Order {
-        Order { what: What::Steer(course, NonZeroU8::MAX), serial }
-    }
-
     #[test]
     fn a_newer_order_supersedes_an_older_one_also_when_serials_wrap() {
         let mut helm = Helm::new();
-        assert!(helm.hear(order(Course::Left, 255), 0));
-        assert!(helm.hear(order(Course::Right, 0), 10));
-        assert!(!helm.hear(order(Course::Left, 255), 20), "it came late");
-        assert!(!helm.hear(order(Course::Right, 0), 30), "it came back");
+        assert!(helm.hear(Course::Left, 255, 0));
+        assert!(helm.hear(Course::Right, 0, 10));
+        assert!(!helm.hear(Course::Left, 255, 20), "it came late");
+        assert!(!helm.hear(Course::Right, 0, 30), "it came back");
         assert_eq!(helm.course(), Course::Right);
     }
 
     #[test]
     fn a_course_holds_until_the_remote_control_has_been_silent() {
         let mut helm = Helm::new();
-        helm.hear(order(Course::Left, 7), 65_000);
+        helm.hear(Course::Left, 7, 65_000);
         assert_eq!(helm.next_due(65_000), Some(HOLDS));
         helm.expire(65_000_u16.wrapping_add(HOLDS - 1));
         assert_eq!(helm.course(), Course::Left);
         helm.expire(65_000_u16.wrapping_add(HOLDS));
         assert_eq!(helm.course(), Course::Ahead);
-        assert!(helm.hear(order(Course::Left, 7), 2_000), "another remote control begins as it likes");
+        assert!(helm.hear(Course::Left, 7, 2_000), "another remote control begins as it likes");
     }
 }

@@ -70,7 +70,7 @@ impl Standing {
     }
 
     /// Whether a module goes over from the other order to this one. Of two with one number, as they can be
-    /// where two robots become one, one has to win, whichever.
+    /// where two robots become one, one has to win: to stop, or else whichever.
     fn supersedes(self, other: Standing) -> bool {
         if self.number == other.number {
             return self.number != 0 && self.rank() > other.rank();
@@ -85,8 +85,8 @@ impl Standing {
         other.number == 0 || self.number != 0 && is_newer
     }
 
-    fn rank(self) -> (u8, u8) {
-        (self.gait, self.period.to_byte())
+    fn rank(self) -> (bool, u8, u8) {
+        (self.gait == STOP, self.gait, self.period.to_byte())
     }
 }
 

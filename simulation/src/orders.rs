@@ -81,10 +81,14 @@ impl Orders {
         self.reshaped.iter().map(|reshaped| reshaped.at).min()
     }
 
-    /// Has the bodies that have taken another shape by `now` walk by the gait that follows. Returns whom that
-    /// is new to.
+    /// Has the bodies that have taken another shape by `now` walk by the gait that follows, if they have not
+    /// been ordered otherwise meanwhile. Returns whom that is new to.
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
-        let over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
+        let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
+        over.retain(|reshaped| {
+            let once = self.gait(reshaped.module).and_then(|gait| gait.once);
+            once.is_some_and(|once| once.then == reshaped.then)
+        });
         let give = |Reshaped { module, then, .. }| self.give(wiring, module, Some(GaitName::gait(then)));
         over.into_iter().flat_map(give).collect()
     }

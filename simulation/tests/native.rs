@@ -474,6 +474,21 @@ fn a_chain_that_is_disturbed_while_it_closes_or_opens_does_so_all_the_same() {
 }
 
 #[test]
+fn a_robot_that_is_ordered_to_stop_while_it_takes_another_shape_stands() {
+    for tenths in (0..50_u32).step_by(3) {
+        for (from, at) in [(4, 4 * 10 + tenths), (20, 20 * 10 + tenths)] {
+            let seconds = f64::from(at) / 10.0;
+            let stop = format!("[[event]]\nat = {seconds}\ncommand = [0xd0, 9, 255]\nto = '2.Left'\n");
+            let events = RESHAPES.split("[[event]]").skip(1).map(|event| format!("[[event]]{event}"));
+            let before: String = events.take(if from == 4 { 2 } else { 3 }).collect();
+            let run = run(robot(Shape::Chain, 6, 1), &(before + &stop), u64::from(at / 10) + 12);
+            assert_eq!(count_of(&run.robot, |status| status.action == Action::Rest), 6, "{stop}");
+            assert_eq!(faults(&run), [""; 0], "{stop}");
+        }
+    }
+}
+
+#[test]
 fn a_ring_of_which_any_two_neighbours_are_reset_rolls_on() {
     for module in 0..6 {
         let events = format!(

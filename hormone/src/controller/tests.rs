@@ -640,6 +640,49 @@ fn a_ring_is_open_once_its_leader_has_been_head_for_a_while() {
 }
 
 #[test]
+fn a_robot_that_was_ordered_to_stop_stands_whatever_shape_it_takes() {
+    let stops = |module: &mut Controller, neighbours: &Neighbours| {
+        let _ = module.order(None, walk(STOP, 1), 3_100);
+        let _ = attach(module, neighbours, 3_200);
+        let sends = (3_200..20_000).filter_map(|now| module.timer(now).and_then(|response| response.send));
+        let tokens = sends.filter(|sent| matches!(sent.hormone, Hormone::Token(_))).count();
+        assert_eq!((tokens, module.ledger.standing().gait, module.status().action), (0, STOP, Rest));
+    };
+    let mut closes = Controller::new(GaitName::CloseRing.gait(), 3, 0);
+    let _ = attach(&mut closes, &HEAD, 0);
+    stops(&mut closes, &SPINE);
+    let mut opens = Controller::new(GaitName::OpenRing.gait(), 3, 0);
+    let _ = attach(&mut opens, &SPINE, 0);
+    let _ = attach(&mut opens, &HEAD, 3_000);
+    stops(&mut opens, &HEAD);
+}
+
+#[test]
+fn a_leader_whose_token_comes_back_no_more_rests() {
+    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let own = leader.election.round(2_000).unwrap();
+    let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_010);
+    for now in 2_010..60_000 {
+        let _ = leader.timer(now);
+    }
+    assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
+}
+
+#[test]
+fn how_to_walk_is_ordered_whatever_number_somebody_steers_by() {
+    let steer = What::Steer(Course::Left, NonZeroU8::new(40).unwrap());
+    let mut head = module(&HEAD);
+    let _ = head.received(Back, Hormone::Order(Order { what: steer, serial: 100 }), 10);
+    let _ = head.order(None, walk(STOP, 3), 20);
+    assert_eq!((head.ledger.standing().gait, head.course()), (STOP, Course::Left));
+    // Nor does it have the course last.
+    let _ = head.order(None, walk(1, 4), 1_000);
+    let _ = head.timer(10 + crate::order::HOLDS);
+    assert_eq!(head.course(), Course::Ahead);
+}
+
+#[test]
 fn in_a_ring_a_hormone_dies_and_what_is_made_good_lives_no_longer() {
     let mut spine = module(&SPINE);
     let name = GaitName::RollingTrack as u8;

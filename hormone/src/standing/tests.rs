@@ -178,6 +178,8 @@ fn of_two_orders_one_supersedes_the_other_and_none_itself() {
     let of = |number| Standing { number, ..Standing::none(3) };
     assert!(of(0x8002).supersedes(of(0xFFFF)) && of(2).supersedes(of(0x7FFF)), "numbers wrap");
     assert!(of(0x8001).supersedes(of(0x3FFF)), "what was given is newer than what was recalled");
+    let to_stop = Standing { gait: STOP, ..of(0x8001) };
+    assert!(to_stop.supersedes(of(0x8001)), "where two are given at once");
     assert_eq!(
         [0xFFFF, 0x7FFF, 0, 7].map(|last| of(last).next(4, Period::OWN).number),
         [0x8001, 0x8001, 0x8001, 0x8008]
