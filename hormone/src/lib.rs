@@ -12,8 +12,8 @@
 //! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`standing`], [`sense`], the [`rule`]s of a [`mod@gait`] |
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds
-//! in a `u16` that wraps (see [`time`]), and carries out what comes back. [`behaviours`] puts the three
-//! together to one state machine over messages; [`task`] drives it by the kernel's clock.
+//! in a `u16` that wraps (see [`time`]), and carries out what comes back. [`behaviours`] has the three as
+//! state machines over messages; [`task`] drives each by a task of its own and the kernel's clock.
 #![cfg_attr(not(test), no_std)]
 
 pub mod action;
