@@ -81,7 +81,8 @@ pub struct Gait {
 /// What can't be meant does not compile. A type, dock, letter or action that there is not:
 ///
 /// ```compile_fail,E0599
-/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType, module_type::ModuleType::*, rule::*};
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, rule::*};
+/// # use hormone::module_type::{ModuleType, ModuleType::*};
 /// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [received(ModuleType::Wing, A)] }
 /// ```
 /// ```compile_fail,E0599
@@ -92,7 +93,8 @@ pub struct Gait {
 /// ```
 /// ```compile_fail,E0599
 /// # use hormone::{action::Action, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*};
-/// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [received(Spine, A).perform(Action::Fly)] }
+/// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
+///     received(Spine, A).perform(Action::Fly)] }
 /// ```
 ///
 /// A letter past the last beat:
@@ -113,21 +115,25 @@ pub struct Gait {
 /// A sense that there is not, two rules for one case and sense, and a rule with a condition alone:
 ///
 /// ```compile_fail,E0599
-/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*, sense::Sense};
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*};
+/// # use hormone::{rule::*, sense::Sense};
 /// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
 ///     received(LeftLeg, A).given(Sense::Hungry).perform(SwingOver), received(LeftLeg, A).perform(Swing)] }
 /// ```
 /// ```compile_fail,E0080
-/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*, sense::Sense::*};
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*};
+/// # use hormone::{rule::*, sense::Sense::*};
 /// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
 ///     received(LeftLeg, A).to(B).perform(Swing),
 ///     received(LeftLeg, A).to(B).given(UpsideDown).perform(SwingOver),
 ///     received(LeftLeg, B).given(UpsideDown).perform(Holding)] }
 /// ```
 /// ```compile_fail,E0080
-/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*, sense::Sense::*};
+/// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*};
+/// # use hormone::{rule::*, sense::Sense::*};
 /// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
-///     received(LeftLeg, A).perform(Swing), received(LeftLeg, A).to(B).given(UpsideDown).perform(SwingOver)] }
+///     received(LeftLeg, A).perform(Swing),
+///     received(LeftLeg, A).to(B).given(UpsideDown).perform(SwingOver)] }
 /// ```
 ///
 /// A hormone that nobody receives: no left leg has a rule for A.
@@ -135,7 +141,8 @@ pub struct Gait {
 /// ```compile_fail,E0080
 /// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*};
 /// hormone::gait! { beats: 2, beat: 500, leader: Leader::Head, rules: [
-///     timer(Head, A).send(A, LEFT_RIGHT_BACK), received(Spine, A), received(RightLeg, A), received(LeftLeg, B)] }
+///     timer(Head, A).send(A, LEFT_RIGHT_BACK), received(Spine, A),
+///     received(RightLeg, A), received(LeftLeg, B)] }
 /// ```
 ///
 /// And a rule for the type that must stay safe:

@@ -4,7 +4,7 @@
 //!
 //! | name | hormone | bytes |
 //! |---|---|---|
-//! | 1 to 11 | [`Pace`] of the gait with this name | name, made good and data, number and rhythm, in a ring lifetime |
+//! | 1 to 11 | [`Pace`] of the named gait | name, made good and data, number and rhythm, in a ring lifetime |
 //! | 12 | [`Standing`] order | name and gait, number (low byte, high byte), knows (7) and Period (6..0) |
 //! | 13 | [`Order`] to walk by another gait | name and gait, serial, Period |
 //! | 14 | [`Order`] to steer | name and course, serial, lifetime |

@@ -5,11 +5,11 @@
 //! received hormones by a table of receptor rules, and propagates hormones. No module has an ID: what
 //! a module does follows from how it is attached.
 //!
-//! | behaviour | built from |
-//! |---|---|
-//! | AC_SEND | [`schedule`], [`probe`] |
-//! | AC_RECV | [`topology`], [`probe`] |
-//! | HORMONE | [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`standing`], [`sense`], the [`rule`]s of a [`mod@gait`] |
+//! What they are built from:
+//! - AC_SEND: [`schedule`], [`probe`].
+//! - AC_RECV: [`topology`], [`probe`].
+//! - HORMONE: [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`standing`],
+//!   [`sense`], the [`rule`]s of a [`mod@gait`].
 //!
 //! All but [`task`] is pure: it knows no clock, queue or device. The caller passes the time in, milliseconds
 //! in a `u16` that wraps (see [`time`]), and carries out what comes back. [`behaviours`] has the three as

@@ -24,8 +24,8 @@ use crate::pace::{NUMBERS, Pace};
 const PATIENCE: u16 = 12;
 
 /// After so many beats of which not even a late hormone came, that of another leader, or of the same one by
-/// another way, is followed. One may be lost, and one late; and who followed whichever came first would change its leader
-/// by a race where there are two ways.
+/// another way, is followed. One may be lost, and one late; and who followed whichever came first would
+/// change its leader by a race where there are two ways.
 const SILENT: u8 = 3;
 
 /// How far ahead of its beat a hormone is that comes a beat late.
@@ -167,8 +167,8 @@ impl Pacemaker {
         }
         let is_known = same_way && self.is_following();
         let is_same = is_known && pace.rhythm == self.rhythm;
-        // A link keeps the order of hormones: after one of this beat comes none of it or of one before, unless
-        // it was round a loop.
+        // A link keeps the order of hormones: after one of this beat comes none of it or of one before,
+        // unless it was round a loop.
         let is_in_order = self.missed > 0 || elapsed < beat / 4;
         match pace.ahead_of(self.number) {
             0 if is_same && is_in_order => return self.hear_again(pace),

@@ -1,6 +1,8 @@
-//! The AVR's instructions, decoded (AVR Instruction Set Manual): for all that executes a program or looks into one.
+//! The AVR's instructions, decoded (AVR Instruction Set Manual): for all that executes a program or looks
+//! into one.
 //!
-//! Opcodes that the manual reserves, and those of AVRs younger than the classic ones, are no instructions here.
+//! Opcodes that the manual reserves, and those of AVRs younger than the classic ones, are no instructions
+//! here.
 
 mod decode;
 
@@ -139,7 +141,8 @@ fn from_next(at: u32, words: i32) -> Word {
     Word::of((at + 1).wrapping_add_signed(words))
 }
 
-/// The number of a word in flash: 22 bits, of which a jump names all. Three bytes, for instructions are read often.
+/// The number of a word in flash: 22 bits, of which a jump names all. Three bytes, for instructions are read
+/// often.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word([u8; 3]);
 

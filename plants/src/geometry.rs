@@ -85,8 +85,9 @@ impl Half {
 }
 
 /// From a dock's frame to that of one attached to it. A Back is attached to a Left or a Right by a quarter
-/// turn, as a leg is: its hip turns about z of the body, and its half with the Front dock has its Up where the
-/// body has it when a left leg is rolled by 90 degrees, a right one by -90: each is the other in a mirror.
+/// turn, as a leg is: its hip turns about z of the body, and its half with the Front dock has its Up where
+/// the body has it when a left leg is rolled by 90 degrees, a right one by -90: each is the other in a
+/// mirror.
 pub fn attached(one: Dock, other: Dock) -> DAffine3 {
     let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let turn = match (one, other) {

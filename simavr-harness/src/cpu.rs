@@ -238,8 +238,8 @@ impl Cpu {
     /// Has simavr's own interpreter execute the run that has begun.
     pub fn run_by_simavr(self) {
         let avr = self.as_ptr();
-        // SAFETY: the instance is alive, and no reference into it exists across the call: callbacks use handles
-        // of their own.
+        // SAFETY: the instance is alive, and no reference into it exists across the call: callbacks use
+        // handles of their own.
         unsafe { (*avr).pc = avr_run_one(avr) }
     }
 

@@ -110,7 +110,8 @@ impl Image {
         Ok(Self { program: interpreter::decode(&flash), flash, symbols, coverage: None })
     }
 
-    /// The same, left to simavr's own interpreter, which decodes an instruction each time that it executes it.
+    /// The same, left to simavr's own interpreter, which decodes an instruction each time that it executes
+    /// it.
     pub fn undecoded(self) -> Self {
         Self { program: Vec::new(), ..self }
     }

@@ -309,8 +309,8 @@ impl Mcu {
 
     // --- Trace ----------------------------------------------------------------------------------
 
-    /// Takes note from now on of who has the CPU, what tasks wait for, and interrupts. To be called before the
-    /// program runs. It changes nothing of what happens.
+    /// Takes note from now on of who has the CPU, what tasks wait for, and interrupts. To be called before
+    /// the program runs. It changes nothing of what happens.
     ///
     /// # Errors
     /// The program has no kernel of ours.

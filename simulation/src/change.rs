@@ -37,8 +37,8 @@ pub enum Change {
     /// A module is pushed for [a moment](crate::PUSH_MILLISECONDS), by these newtons along x, y and z of the
     /// ground.
     Push { module: usize, newtons: [f64; 3] },
-    /// The potentiometers of a module's joints slip on their shafts: from now on they read so many degrees more, by
-    /// the joints' indices.
+    /// The potentiometers of a module's joints slip on their shafts: from now on they read so many degrees
+    /// more, by the joints' indices.
     Slip { module: usize, degrees: [f64; 3] },
     /// Someone with a remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock
     /// to which nothing is attached.

@@ -34,8 +34,8 @@ pub(crate) fn is_on_pins(dock: Dock) -> bool {
 }
 
 /// How much later than on a board a character comes from one of these docks to the other, in cycles: what is
-/// sent by pins is known only at its end, and what is received by them begins with an edge. So modules can run
-/// apart for the time of a character only if it is that late for each end on pins.
+/// sent by pins is known only at its end, and what is received by them begins with an edge. So modules can
+/// run apart for the time of a character only if it is that late for each end on pins.
 pub fn lateness(one: Dock, other: Dock) -> u64 {
     [one, other].into_iter().filter(|dock| is_on_pins(*dock)).count() as u64 * CHARACTER
 }

@@ -3,7 +3,8 @@
 use instruction_set::Instruction::{self, *};
 use instruction_set::{Word, Y, Z, branch, has_two_words};
 
-/// What an instruction does, or two that belong together. Registers are given by number, addresses in bytes of flash.
+/// What an instruction does, or two that belong together. Registers are given by number, addresses in bytes
+/// of flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
     Push(u8),

@@ -1,5 +1,5 @@
-//! What the interrupts of the ATmega128 are called, by the numbers of their vectors, from 0 (datasheet, "Interrupt
-//! Vectors in ATmega128").
+//! What the interrupts of the ATmega128 are called, by the numbers of their vectors, from 0 (datasheet,
+//! "Interrupt Vectors in ATmega128").
 
 const NAMES: [&str; 35] = [
     "RESET",

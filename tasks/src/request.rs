@@ -30,8 +30,8 @@ pub enum Request {
     Read(Sensor),
     /// Turn a joint to an angle, in 0.1 degree, at no more than so many degrees per second.
     Turn { axis: Axis, angle: i16, speed: u8 },
-    /// Turn a joint, from where it is, by so much, in 0.1 degree, at no more than so many degrees per second. The
-    /// search that asks for it is told nothing: it sees what comes of it.
+    /// Turn a joint, from where it is, by so much, in 0.1 degree, at no more than so many degrees per second.
+    /// The search that asks for it is told nothing: it sees what comes of it.
     TurnBy { axis: Axis, by: i16, speed: u8 },
     /// Switch a joint's motor off.
     Relax(Axis),

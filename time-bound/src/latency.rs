@@ -1,16 +1,17 @@
 //! How long an interrupt waits at most from where its flag is set until it is accepted.
 //!
-//! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with the
-//! lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for all with
-//! lower vectors that come until it is accepted. No task runs meanwhile. A flag is a bit: what sets it again before
-//! that has no interrupt of its own.
+//! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with
+//! the lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for
+//! all with lower vectors that come until it is accepted. No task runs meanwhile. A flag is a bit: what sets
+//! it again before that has no interrupt of its own.
 
 use serde::Serialize;
 
 use crate::bounds::{Bounds, Interrupt};
 use crate::costed::{Costed, PATIENCE, Runs, all_of};
 
-/// After a return the interrupted program executes one instruction, of 4 cycles at most, before the next interrupt.
+/// After a return the interrupted program executes one instruction, of 4 cycles at most, before the next
+/// interrupt.
 const BETWEEN: u64 = 4;
 
 /// How long an interrupt waits.

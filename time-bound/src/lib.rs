@@ -9,8 +9,8 @@
 //! above the machine code does not tell: that is [noted](Notes), and a loop without a note is an error that
 //! names it.
 //!
-//! What comes how often is noted, too: by [`Releases`], with what each event has run. From that follows how soon
-//! tasks [respond](Responses).
+//! What comes how often is noted, too: by [`Releases`], with what each event has run. From that follows how
+//! soon tasks [respond](Responses).
 //!
 //! The same ways, followed from where interrupts are masked to where they are enabled, tell for how long
 //! that is.

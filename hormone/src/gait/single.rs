@@ -1,7 +1,7 @@
 //! A module alone crawls, and turns.
 //!
-//! It beats its own time and sends nothing. The letters are four for the sake of a Period of 1.6 s, in which no
-//! joint has to turn faster than it can.
+//! It beats its own time and sends nothing. The letters are four for the sake of a Period of 1.6 s, in which
+//! no joint has to turn faster than it can.
 
 use super::Leader;
 use crate::action::Action::Inch;

@@ -38,7 +38,8 @@ pub enum Command {
     Plot(Plot),
     /// Debug one MCU of a robot with gdb, the whole robot stopped meanwhile, forward and back.
     Gdb(Gdb),
-    /// Plot what the CPUs are taken for in the worst case, as `./x response --json` tells it by the standard input.
+    /// Plot what the CPUs are taken for in the worst case, as `./x response --json` tells it by the standard
+    /// input.
     Response(Response),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
@@ -79,8 +80,8 @@ pub struct Sim {
     pub loss: f64,
 
     /// Vary what is assumed of modules, each for itself, by up to so much: mass, friction, torque, current,
-    /// gear-friction, gear-inertia, as in mass=20%; or how potentiometers sit on their shafts, of their travel,
-    /// as in potentiometer=1%. May be given several times.
+    /// gear-friction, gear-inertia, as in mass=20%; or how potentiometers sit on their shafts, of their
+    /// travel, as in potentiometer=1%. May be given several times.
     #[arg(long, value_name = "WHAT=PERCENT%")]
     pub vary: Vec<Variation>,
 
@@ -100,14 +101,14 @@ pub struct Sim {
     #[arg(long, value_name = "FILE.html")]
     pub record: Option<PathBuf>,
 
-    /// Show the run as it goes on in a browser, by a page of this machine alone, which can have a say in it: at
-    /// this port, or any that is free.
+    /// Show the run as it goes on in a browser, by a page of this machine alone, which can have a say in it:
+    /// at this port, or any that is free.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0",
         conflicts_with_all = ["record", "trace"])]
     pub view: Option<u16>,
 
-    /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows; or, where it ends in .vcd,
-    /// the levels of their pins and buses.
+    /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows; or, where it ends in
+    /// .vcd, the levels of their pins and buses.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
 

@@ -1,8 +1,8 @@
 //! What an MCU does, over time: who has its CPU, what each task waits for, which interrupts are served.
 //!
 //! A [`Tracer`] sees it from outside: it looks at each instruction as it was executed, and at what the kernel
-//! keeps in SRAM where that instruction changed it. The program does not take a cycle more, and no MCU that is
-//! not traced is looked at.
+//! keeps in SRAM where that instruction changed it. The program does not take a cycle more, and no MCU that
+//! is not traced is looked at.
 //!
 //! - `watch`: which instructions and which bytes of SRAM are looked at.
 //! - `kernel`: what the kernel's data say, at addresses that the image's symbols tell.

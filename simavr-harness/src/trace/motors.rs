@@ -1,9 +1,9 @@
 //! The levels of the pins that drive an MCU's joints, by the registers of Timer1 and port C.
 //!
 //! simavr does not follow these, as the body does: so the pulses are those that the timer gives in the phase
-//! and frequency correct mode, which counts up to ICR1 and down again, with the MCU's clock (datasheet, "16-bit
-//! Timer/Counter", "Phase and Frequency Correct PWM Mode"). A pin is high while the counter is below the
-//! compare register, whose value is taken over at the bottom.
+//! and frequency correct mode, which counts up to ICR1 and down again, with the MCU's clock (datasheet,
+//! "16-bit Timer/Counter", "Phase and Frequency Correct PWM Mode"). A pin is high while the counter is below
+//! the compare register, whose value is taken over at the bottom.
 
 use crate::controller::Controller;
 use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};

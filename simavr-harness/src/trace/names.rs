@@ -38,8 +38,8 @@ impl Names {
         self.places.get(path).copied()
     }
 
-    /// Where the control blocks of tasks lie, their names, and how many bytes each takes with its stack: that is in a
-    /// module `stack`.
+    /// Where the control blocks of tasks lie, their names, and how many bytes each takes with its stack: that
+    /// is in a module `stack`.
     pub fn tasks(&self) -> impl Iterator<Item = (u16, &str, u16)> {
         self.places.iter().filter_map(|(path, &(start, size))| {
             let (module, name) = path.rsplit_once("::")?;

@@ -95,8 +95,8 @@ impl Inside {
         self.inputs.insert(place, (at, input));
     }
 
-    /// Puts a message into a mailbox: behind those that are on their way there, though who sends one later may
-    /// have less to do before.
+    /// Puts a message into a mailbox: behind those that are on their way there, though who sends one later
+    /// may have less to do before.
     pub fn post(&mut self, at: u64, input: Input) {
         let same =
             |other: &&(u64, Input)| mailbox(&other.1).is_some() && mailbox(&other.1) == mailbox(&input);

@@ -1,5 +1,5 @@
-//! What becomes of a packet that crosses to the other MCU: it is repeated where the bus fails, and given up in
-//! the end.
+//! What becomes of a packet that crosses to the other MCU: it is repeated where the bus fails, and given up
+//! in the end.
 //!
 //! Whoever has the bus and a clock drives it: while it is [idle](Sender::is_idle) give the next packet to the
 //! bus and [`begin`](Sender::begin); [`poll`](Sender::poll) it with each outcome, and at

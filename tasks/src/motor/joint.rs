@@ -211,8 +211,8 @@ impl Joint {
         !self.is_driven() || self.settled >= SETTLED
     }
 
-    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer; nor is one
-    /// that a load has moved by no more than the converter's noise, but for good.
+    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer; nor is
+    /// one that a load has moved by no more than the converter's noise, but for good.
     pub fn watch(&mut self, reading: Reading) {
         let position = POTENTIOMETER.position(reading.potentiometer);
         let Some(at) = position.filter(|position| self.rests_at(*position)) else {

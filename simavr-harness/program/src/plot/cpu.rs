@@ -63,8 +63,8 @@ pub fn plot(images: &Path, threads: usize) -> Result<String, Box<dyn Error>> {
     for_any_page(svg)
 }
 
-/// Where the time since `begin` went: tasks, the largest share first, without the time of interrupts, and these
-/// together.
+/// Where the time since `begin` went: tasks, the largest share first, without the time of interrupts, and
+/// these together.
 fn shares(controller: Controller, trace: &Trace, begin: u64) -> Vec<Share> {
     let mut cycles = vec![0; trace.tasks.len()];
     let mut interrupts = 0;

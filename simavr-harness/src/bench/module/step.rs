@@ -37,8 +37,8 @@ const START: f64 = 30.0;
 /// In s: after that they rest.
 const RESTS: u64 = 3;
 
-/// Measures on the images in `directory`, once a millisecond, how the spine of a chain of three, which begins bent
-/// by 30 degrees at every joint, goes straight.
+/// Measures on the images in `directory`, once a millisecond, how the spine of a chain of three, which begins
+/// bent by 30 degrees at every joint, goes straight.
 ///
 /// # Errors
 /// An image is not there.
