@@ -236,13 +236,11 @@ impl Controller {
     /// What a round of the election sends, if one begins at `now`. Who no longer leads after it, for no token
     /// came back, rests.
     fn round(&mut self, now: u16) -> Option<Response> {
-        let has_led = self.is_leader();
+        let has_led = self.election.ring().is_some();
         let token = self.election.round(now)?;
-        let sent = self.send(Hormone::Token(token), BACK);
-        if !has_led || self.is_leader() {
-            return Some(sent);
-        }
-        Some(Response { send: sent.send, ..self.rest() })
+        let Response { send, .. } = self.send(Hormone::Token(token), BACK);
+        let stands_down = has_led && self.election.ring().is_none();
+        Some(Response { send, ..if stands_down { self.rest() } else { NOTHING } })
     }
 
     #[inline(never)] // its stack is needed here alone

@@ -85,8 +85,8 @@ impl Standing {
         other.number == 0 || self.number != 0 && is_newer
     }
 
-    fn rank(self) -> (bool, u8, u8) {
-        (self.gait == STOP, self.gait, self.period.to_byte())
+    fn rank(self) -> u16 {
+        u16::from_be_bytes([self.gait.wrapping_sub(STOP + 1), self.period.to_byte()])
     }
 }
 

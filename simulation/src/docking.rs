@@ -42,8 +42,13 @@ pub trait Bodies {
         }
         for module in 0..modules {
             for dock in self.looking(module).iter() {
-                let nearest = self.before(Face { module, dock });
-                let counts = nearest.map_or(0, |facing| reflected(facing.millimetres, facing.degrees));
+                let face = Face { module, dock };
+                let counts = match self.wiring().attached(face) {
+                    Some(_) => reflected(0.0, 0.0),
+                    None => {
+                        self.before(face).map_or(0, |facing| reflected(facing.millimetres, facing.degrees))
+                    }
+                };
                 if let Some(body) = self.body_mut(module) {
                     body.reflect(dock, counts);
                 }
@@ -80,9 +85,6 @@ pub trait Bodies {
 
     /// The dock that reflects most of the light of a free one.
     fn before(&self, face: Face) -> Option<Facing> {
-        if self.wiring().attached(face).is_some() {
-            return None;
-        }
         let facing = self.facing(face).into_iter();
         facing.max_by_key(|facing| reflected(facing.millimetres, facing.degrees))
     }

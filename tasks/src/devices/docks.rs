@@ -37,6 +37,8 @@ struct Search {
     guidance: Guidance,
     /// Periods until the light is there.
     dark: u8,
+    /// Whether its latch was closed as it began: on nothing, for the dock was free.
+    was_latched: bool,
 }
 
 /// The three docks of one MCU. One docking motor runs at a time: their current is measured together.
@@ -76,7 +78,9 @@ impl Docks {
     /// Moves the latch of `dock`. Refused while another motor runs or the battery is too empty.
     pub fn latch(&mut self, dock: Dock, end: End, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
-        self.search = self.search.take().filter(|search| search.dock != dock);
+        if self.search.as_ref().is_some_and(|search| search.dock == dock) {
+            self.end_search(around);
+        }
         match self.devices(dock) {
             Some(devices) if may => {
                 devices.client = client;
@@ -96,8 +100,15 @@ impl Docks {
             return refuse(dock, client, around);
         };
         devices.client = client;
-        self.search = Some(Search { dock, guidance: Guidance::new(), dark: LIGHTS_UP });
+        let was_latched = around.end_switches(dock).is_latched;
+        self.search = Some(Search { dock, guidance: Guidance::new(), dark: LIGHTS_UP, was_latched });
         around.set_emitters(true);
+    }
+
+    /// The search that goes on is over.
+    fn end_search(&mut self, around: &mut impl Surroundings) {
+        self.search = None;
+        around.set_emitters(false);
     }
 
     /// Closes the power switch of `dock`, or opens it.
@@ -138,8 +149,8 @@ impl Docks {
                 devices.tell_latch(around);
             }
         }
-        if !allowance.docking() && self.search.take().is_some() {
-            around.set_emitters(false);
+        if !allowance.docking() && self.search.is_some() {
+            self.end_search(around);
         }
     }
 
@@ -166,7 +177,16 @@ impl Docks {
 
     fn go_on_searching<S: Surroundings>(&mut self, around: &mut S) {
         let Some(search) = &mut self.search else { return };
-        let dock = search.dock;
+        let Search { dock, was_latched, .. } = *search;
+        if !was_latched && around.end_switches(dock).is_latched {
+            // The neighbour has latched, and hooks that hold each other move as one.
+            self.end_search(around);
+            if let Some(angle) = around.angle(JOINT) {
+                around.order(JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
+            }
+            let Some(devices) = self.devices(dock) else { return };
+            return devices.tell(latch::State::At(End::Latched), around);
+        }
         if search.dark > 0 {
             search.dark -= 1;
             return around.look(Quantity::Proximity(dock));
@@ -192,10 +212,9 @@ impl Docks {
         if matches!(next, Next::GoOn | Next::Move(..)) {
             return around.look(Quantity::Proximity(dock));
         }
-        self.search = None;
-        around.set_emitters(false);
+        self.end_search(around);
         // One that has closed on nothing has to open first.
-        let end = if around.end_switches(dock).is_latched { End::Released } else { End::Latched };
+        let end = if was_latched { End::Released } else { End::Latched };
         let Some(devices) = self.devices(dock) else { return };
         if next == Next::Latch {
             devices.motor.move_to(end);
@@ -207,8 +226,11 @@ impl Docks {
 
 impl Devices {
     fn tell_latch(&self, around: &mut impl Surroundings) {
-        let state: latch::State = self.motor.state();
-        around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, state));
+        self.tell(self.motor.state(), around);
+    }
+
+    fn tell(&self, latch: latch::State, around: &mut impl Surroundings) {
+        around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, latch));
     }
 
     fn tell_switch(&self, around: &mut impl Surroundings) {

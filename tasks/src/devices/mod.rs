@@ -2,8 +2,8 @@
 //! sensors, power, memory.
 //!
 //! Each is a small state machine that takes requests and is stepped, and runs to completion: they share one
-//! stack, one mailbox and one [task](task). Stacks of their own would take about 200 bytes each, and there
-//! are ten of these tasks on the master.
+//! stack, one mailbox and one [task](task). Stacks of their own would take about 120 bytes each, and there
+//! are seven of these on the master and five on the slave.
 //!
 //! [`Devices`] holds them all, for whoever drives them: give it [each message](Devices::receive) as it comes;
 //! after these, when a joint has changed its state by itself, when a power switch has opened, and when
@@ -67,13 +67,15 @@ struct Client {
     /// Who asked last, and the state that was told last.
     client: TaskCode,
     told: State,
+    /// Whether a search has turned it since.
+    is_searching: bool,
 }
 
 impl Client {
     /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was
     /// reset, others do not know it yet.
     const fn of(axis: Axis) -> Self {
-        Client { axis, client: TaskCode::HORMONE, told: State::Moving }
+        Client { axis, client: TaskCode::HORMONE, told: State::Moving, is_searching: false }
     }
 }
 
@@ -205,16 +207,19 @@ impl<const N: usize> Devices<N> {
             return around.report(device, client, Report::Refused(device));
         };
         if let Some(joint) = self.joints.get_mut(index) {
-            joint.client = client;
-            joint.told = State::Moving;
+            *joint = Client { client, ..Client::of(axis) };
         }
         around.order(index, Order::Turn { angle, speed });
     }
 
-    /// A search has the joint turn. Whoever asked for its last turn still is told what becomes of it.
+    /// A search has the joint turn. Whoever asked for its last turn still is told what becomes of it, but not
+    /// that it pushes against what it is to move.
     fn turn_by(&mut self, axis: Axis, by: i16, speed: u8, around: &mut impl Surroundings) {
         let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else { return };
         if let Some(angle) = around.angle(index) {
+            if let Some(joint) = self.joints.get_mut(index) {
+                joint.is_searching = true;
+            }
             around.order(index, Order::Turn { angle: angle.saturating_add(by), speed });
         }
     }
@@ -226,7 +231,8 @@ impl<const N: usize> Devices<N> {
             let Some(state) = around.state(index) else { continue };
             let is_news = state != joint.told && state != State::Moving;
             joint.told = state;
-            if is_news && !self.docks.searches_with(index) {
+            let pushes = joint.is_searching && state == State::Stalled;
+            if is_news && !pushes && !self.docks.searches_with(index) {
                 let report = Report::Joint(joint.axis, state);
                 around.report(TaskCode::joint(joint.axis), joint.client, report);
             }
@@ -244,11 +250,14 @@ impl<const N: usize> Devices<N> {
 
     /// Sheds or takes up what the battery allows.
     fn allow(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
-        self.allowance = allowance;
+        let were_allowed = core::mem::replace(&mut self.allowance, allowance).joints();
         self.docks.allow(allowance, around);
-        if !allowance.joints() {
-            for index in 0..N {
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            if !allowance.joints() {
                 around.order(index, Order::Relax);
+            } else if !were_allowed {
+                // That it is off is told again: what was asked of it meanwhile was refused.
+                *joint = Client { client: joint.client, ..Client::of(joint.axis) };
             }
         }
     }

@@ -14,6 +14,8 @@ use crate::sensor::Sensor;
 pub struct Supply {
     battery: Battery,
     charger: Charger,
+    /// What the other MCU was told last: nothing yet, where this one was reset.
+    told: Option<Allowance>,
     /// What came in through docks of the other MCU, in mA, as far as it is known since the last look.
     beyond: u16,
 }
@@ -21,12 +23,12 @@ pub struct Supply {
 impl Supply {
     /// A full battery, until it is seen.
     pub const fn new() -> Self {
-        Supply { battery: Battery::new(), charger: Charger::new(), beyond: 0 }
+        Supply { battery: Battery::new(), charger: Charger::new(), told: None, beyond: 0 }
     }
 
     /// What may be switched on.
     pub fn allowance(&self) -> Allowance {
-        Allowance { level: self.battery.level(), is_charging: self.charger.wants_power() }
+        Allowance { level: self.battery.level(), is_charging: self.charger.is_on() }
     }
 
     /// Has measured what the next [`look`](Self::look) is to see.
@@ -64,15 +66,14 @@ impl Supply {
         let voltage = around.seen(Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
         let temperature = around.seen(Quantity::Sensor(Sensor::BatteryTemperature))?;
         let current = self.incoming(around);
-        let before = self.allowance();
         let charger = self.charger.look(Look { voltage, temperature, current });
         let level = self.battery.look(voltage);
         let allowance = self.allowance();
-        let is_news = allowance != before;
+        let is_news = self.told != Some(allowance);
         // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and
         // again, for the other MCU may have been reset.
         if is_news || allowance != Allowance::ALL {
-            around.request(TaskCode::POWER, Request::Allow(allowance));
+            self.tell(allowance, around);
         }
         if let Some(state) = charger {
             around.set_charger(self.charger.is_on());
@@ -93,7 +94,12 @@ impl Supply {
             self.charger.stop();
         }
         around.set_charger(self.charger.is_on());
-        around.request(TaskCode::POWER, Request::Allow(self.allowance()));
+        self.tell(self.allowance(), around);
+    }
+
+    fn tell(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
+        self.told = Some(allowance);
+        around.request(TaskCode::POWER, Request::Allow(allowance));
     }
 
     /// What comes in through all docks, in mA.

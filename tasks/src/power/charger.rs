@@ -33,7 +33,8 @@ impl State {
     }
 }
 
-/// Looks, of a quarter of a second, after which some current must come in: 2 s.
+/// Looks in a row, of a quarter of a second, without current that mean that none comes in: 2 s. A single one
+/// can be lost, where another MCU measures it.
 const PATIENCE: u16 = 8;
 
 /// Looks after which a battery that is not full never will be: 4 h.
@@ -91,14 +92,9 @@ impl Charger {
         self.state
     }
 
-    /// Whether it is to be on.
+    /// Whether it is to be on. While it pauses nothing comes in that a battery could count on.
     pub fn is_on(&self) -> bool {
         self.state == State::Charging
-    }
-
-    /// Whether it waits for power, or gets it.
-    pub fn wants_power(&self) -> bool {
-        matches!(self.state, State::Charging | State::Paused)
     }
 
     /// Begins to charge.
@@ -130,19 +126,20 @@ impl Charger {
             self.without = 0;
             return State::Paused;
         }
-        if look.current >= TAPER {
-            self.without = 0;
-        } else if look.voltage >= FULL {
-            return State::Full;
+        self.without = if look.current < TAPER { self.without + 1 } else { 0 };
+        if self.without < PATIENCE && self.looks < TIME_OUT {
+            State::Charging
+        } else if self.without >= PATIENCE && look.voltage >= FULL {
+            State::Full
         } else {
-            self.without += 1;
+            State::Failed
         }
-        if self.without >= PATIENCE || self.looks >= TIME_OUT { State::Failed } else { State::Charging }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
 
     const GOOD: Look = Look { voltage: 7_400, temperature: 250, current: 500 };
@@ -159,7 +156,15 @@ mod tests {
         for voltage in 7_000..8_500 {
             assert_eq!(charger.look(Look { voltage, ..GOOD }), None);
         }
-        assert_eq!(charger.look(Look { voltage: 8_400, current: 79, ..GOOD }), Some(State::Full));
+        let tapers = Look { voltage: 8_400, current: 79, ..GOOD };
+        let looks = |charger: &mut Charger, looks| {
+            (0..looks).map(|_| charger.look(tapers)).collect::<std::vec::Vec<_>>()
+        };
+        let nothing = [None; PATIENCE as usize - 1];
+        assert_eq!(looks(&mut charger, PATIENCE - 1), nothing);
+        assert_eq!(charger.look(GOOD), None, "its current was not measured for a moment");
+        assert_eq!(looks(&mut charger, PATIENCE - 1), nothing);
+        assert_eq!(charger.look(tapers), Some(State::Full));
         assert!(!charger.is_on());
         assert_eq!(charger.look(GOOD), None);
     }

@@ -521,6 +521,41 @@ fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
     });
 }
 
+/// Else who asked for that would have it turn back.
+#[test]
+fn a_joint_that_a_search_has_push_against_the_other_dock_tells_nobody() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        client.world().joint.surroundings.is_blocked = true;
+        let push = Request::TurnBy { axis: Axis::Back, by: -150, speed: 30 };
+        client.ask_for(TaskCode::dock(Dock::Front), push);
+        assert_eq!(client.within(2_000), []);
+        // One that somebody asks for is told of.
+        client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 30 });
+        assert_eq!(client.reports(2_000), [Report::Joint(Axis::Back, State::Stalled)]);
+    });
+}
+
+/// Hooks that hold each other move as one, and docks that have met reflect more than any others.
+#[test]
+fn a_search_ends_once_the_other_dock_has_latched() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 14.0, 8.0));
+        client.ask(Request::Approach(Dock::Back));
+        assert_eq!(client.reports(500), []);
+        client.world().before = Some((Dock::Back, 0.0, 0.0));
+        client.world().latches[0] = Latch::at(1.0);
+        let told: Vec<Report> = (0..10).flat_map(|_| client.reports(1_000)).collect();
+        assert_eq!(told[0], Report::Latch(Dock::Back, LatchState::At(End::Latched)));
+        assert_eq!(told[1..], [Report::Joint(Axis::Back, State::Arrived)], "it stays where it is");
+        let world = client.world();
+        assert!(!world.emitters && world.latches[0].is_latched());
+    });
+}
+
 #[test]
 fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again() {
     run::<true>(|client| {
@@ -563,6 +598,7 @@ fn an_order_to_the_latch_ends_the_search_of_its_dock() {
         let told = client.reports(3_000);
         assert!(told.contains(&Report::Latch(Dock::Back, LatchState::At(End::Latched))), "{told:?}");
         assert!(!told.contains(&Report::Lost(Dock::Back)), "{told:?}");
+        assert!(!client.world().emitters);
         // And whoever else asks is served.
         client.ask(Request::Latch(Dock::Up, End::Latched));
         let told = client.reports(3_000);
@@ -616,6 +652,7 @@ fn allow(level: Level, is_charging: bool) -> (TaskCode, Told) {
 fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() {
     run::<true>(|client| {
         client.within(10);
+        assert_eq!(client.within(300), [allow(Level::Good, false)], "the other MCU may know another");
         client.turn(0);
         client.ask(Request::Power { dock: Dock::Up, is_on: true });
         assert_eq!(client.within(600), [], "a good battery is no news");
@@ -648,7 +685,9 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
         }
 
         client.turn(300);
-        client.drain(6_300);
+        let told = client.drain(6_300);
+        let off = (HORMONE, Told::Report(Report::Joint(Axis::Back, State::Off)));
+        assert!(told.contains(&off), "{told:?}");
         assert_eq!(client.world().drive, 0);
         client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 90 });
         assert_eq!(client.reports(10), [Report::Refused(TaskCode::joint(Axis::Back))]);
@@ -658,6 +697,11 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
             assert!(told.contains(&battery(level)), "{level:?}: {told:?}");
         }
         assert!(told.contains(&switch(Switch::Closed)), "{told:?}");
+        assert_eq!(
+            told.iter().filter(|told| **told == off).count(),
+            1,
+            "as what was asked meanwhile was refused"
+        );
         assert_eq!(client.world().powered, [false, true, true]);
         client.turn(0);
     });
@@ -780,6 +824,11 @@ fn the_mcu_without_a_battery_does_what_the_other_allows() {
         client.ask(Request::Turn { axis: Axis::Front, angle: 100, speed: 90 });
         assert_eq!(client.reports(20), [Report::Refused(TaskCode::joint(Axis::Front))]);
         client.ask(Request::Allow(Allowance::ALL));
+        assert_eq!(
+            client.reports(20),
+            [Report::Joint(Axis::Front, State::Off)],
+            "so it is told to turn again"
+        );
         client.ask(Request::Turn { axis: Axis::Front, angle: 100, speed: 90 });
         assert_eq!(client.reports(3_000), [Report::Joint(Axis::Front, State::Arrived)]);
     });
