@@ -17,7 +17,8 @@ use crate::gpio::{Pin, Port, PortA, PortB, PortC, PortD, PortG};
 use crate::pwm::{Output, Timer1A, Timer1B, Timer1C};
 
 pub use tasks::superbot::{
-    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, MASTER, MASTER_AXES, MOTOR_CURRENT, ROLL, SLAVE, SLAVE_AXES, TICK_HZ,
+    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, MASTER, MASTER_AXES, MOTOR_CURRENT, POTENTIOMETER, ROLL, SLAVE,
+    SLAVE_AXES, TICK_HZ,
 };
 
 /// The rounds of measurement and the periods of the joints' control, per second.
@@ -141,8 +142,8 @@ pub fn select(number: u8) {
 
 // --- What readings mean -------------------------------------------------------------------------
 
-/// Of the potentiometers, as their [`JOINT`] has them: 0.294 degrees a count.
-pub const ANGLE: Scale = Scale { zero: 512, slope: 47 * 64 / 16 };
+/// Of the joints' potentiometers.
+pub const ANGLE: Scale = POTENTIOMETER.sensor();
 
 /// Of proximity, in counts.
 pub const PROXIMITY: Scale = Scale { zero: 0, slope: 64 };

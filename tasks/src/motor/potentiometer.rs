@@ -1,6 +1,7 @@
 //! From the converter's reading of a joint's potentiometer to a position.
 
-use super::Position;
+use super::{Position, TENTH};
+use crate::sensor::Scale;
 
 /// A reading below this, or as near to full scale, is none of a working potentiometer: a broken wire or a
 /// short pulls the wiper to an end of the scale, and a joint's mechanical stops lie inside.
@@ -32,6 +33,11 @@ impl Potentiometer {
     /// How much the position changes from one reading to the next.
     pub const fn resolution(&self) -> Position {
         self.scale
+    }
+
+    /// What its readings mean as those of a sensor, in 0.1 degree.
+    pub const fn sensor(&self) -> Scale {
+        Scale { zero: self.zero, slope: self.scale * 64 / TENTH }
     }
 
     /// The position at this reading; `None` if no working potentiometer gives it.
