@@ -94,6 +94,7 @@ impl TaskHandle {
             let is_suspended = control.is_halted(masked) && !control.has_flag(masked, Flag::Killed);
             is_suspended.then(|| {
                 control.level.set(masked, control.base(masked));
+                traversal::end(masked); // it may go on in the midst of one
                 control.link.get(masked) == Link::PARKED && ready::wake(masked, control)
             })
         });

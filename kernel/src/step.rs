@@ -19,6 +19,7 @@ use crate::control_block::{ControlBlock, Flag, Priority};
 use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
 use crate::ready;
+use crate::traversal;
 
 /// The task that the trap waits for. Public for the assembly of its vector only.
 #[doc(hidden)]
@@ -57,6 +58,7 @@ impl TaskHandle {
             PRIORITY.set(masked, Some(control.priority(masked)));
             control.level.set(masked, 0);
             control.set_priority(masked, Priority::P0);
+            traversal::end(masked); // the task may go on in the midst of one
             ready::wake(masked, control);
             STEPPED.set(masked, Some(control));
             arm(masked);

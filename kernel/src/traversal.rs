@@ -4,12 +4,13 @@
 //! between two steps another task may change any list. So whatever changes a list, and whatever makes a task
 //! block, invalidates the traversal under way; its task finds that at the next step and restarts, at most
 //! once for each task that preempts it. A traversal that is complete is invalid too: it may have begun after
-//! another one that must restart.
+//! another one that must restart. So may that of a lower task, which a suspended one finds under way where it
+//! is resumed or stepped: both invalidate it.
 //!
 //! An ISR does two things to lists. It wakes the first task of a wait queue, which a traversal sees by the
 //! queue's first, and it appends to queues of ready tasks, which disturbs no traversal. Neither has to
 //! invalidate one, so posting stays short. Event flags that an ISR sets do: a task may be about to wait for
-//! them.
+//! them. So does a suspended task that an ISR resumes.
 
 use crate::KERNEL;
 use crate::critical::{Masked, MaskedCell};

@@ -3,7 +3,7 @@
 mod log;
 
 use kernel::{
-    Boot, Interrupt, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState, host,
+    Boot, Interrupt, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState, Timer, host,
 };
 use log::Log;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -585,6 +585,51 @@ fn who_kills_another_task_is_not_killed_before_that_is_done() {
         );
     }
     assert!(REFUSED.load(Ordering::Relaxed), "a task that kills another was never refused");
+}
+
+/// The timer behind which it was to stand is in no list any more, and the traversal that began last is another's.
+#[test]
+fn who_goes_on_in_the_midst_of_a_traversal_begins_that_anew() {
+    for is_stepped in [false, true] {
+        let [wake, due, other] = [(); 3].map(|()| leak(Semaphore::new(0)));
+        let [gone, first, behind, own] = [(); 4].map(|()| leak(Timer::new()));
+        let [high, middle, low] = [(); 3].map(|()| leak(Stack::<0>::new()));
+        let has_expired = leak(AtomicBool::new(false));
+        let start = |boot: &mut Boot| {
+            let act = move |task: &mut Task| {
+                gone.start(task, 5, other);
+                wake.wait(task);
+                middle.task().suspend(task).unwrap();
+                gone.cancel(task);
+                wake.wait(task);
+                middle.task().step(task, |_| {}).unwrap();
+                forever(task)
+            };
+            high.start(boot, Priority::P1, act).unwrap();
+            let arm = move |task: &mut Task| {
+                disturbed(2, wake, || own.start(task, 10, due));
+                due.wait(task);
+                has_expired.store(true, Ordering::Relaxed);
+                forever(task)
+            };
+            middle.start(boot, Priority::P3, arm).unwrap();
+            let disturb = move |task: &mut Task| {
+                first.start(task, 3, other);
+                let go_on = move |interrupt: &mut Interrupt| {
+                    if is_stepped {
+                        wake.post(interrupt);
+                    } else {
+                        assert!(middle.task().resume(interrupt));
+                    }
+                };
+                host::interrupted(2, go_on, || behind.start(task, 20, other));
+                forever(task)
+            };
+            low.start(boot, Priority::P5, disturb).unwrap();
+        };
+        host::run_for(30, start, |_, _| {});
+        assert!(has_expired.load(Ordering::Relaxed), "stepped: {is_stepped}");
+    }
 }
 
 #[test]
