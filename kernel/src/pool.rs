@@ -112,12 +112,25 @@ impl<T: Pooled> Pool<T> {
 }
 
 /// The owner of one buffer with a value in it. Dropping it returns the buffer to its pool.
+///
+/// Tasks that share one share its value, so that must be `Sync`:
+///
+/// ```compile_fail,E0277
+/// # use kernel::Message;
+/// # use std::cell::Cell;
+/// struct Reading(Cell<u16>);
+/// kernel::pool!(Reading, 8);
+/// fn share<T: Sync>() {}
+/// share::<Message<Reading>>(); // error: `Cell<u16>` cannot be shared between threads safely
+/// ```
 pub struct Message<T: Pooled> {
     slot: &'static Slot<T>,
 }
 
 // SAFETY: a message owns its slot's value as a `Box` would.
 unsafe impl<T: Pooled + Send> Send for Message<T> {}
+// SAFETY: a shared message lends its value as a shared `Box` would. A slot would be `Sync` with less.
+unsafe impl<T: Pooled + Sync> Sync for Message<T> {}
 
 impl<T: Pooled> Message<T> {
     /// Moves `value` into a free buffer.
