@@ -337,10 +337,13 @@ impl Period {
     }
 
     /// Blocks until the next deadline. One that has passed already is counted as missed, and the wait is over
-    /// at once.
+    /// at once. It must not have passed by as much as 65,536 ticks less a period: that can't be told from one
+    /// that is to come.
     pub fn wait(&mut self, task: &mut Task) {
         self.deadline = self.deadline.wrapping_add(self.length);
-        if !task.delay_until(self.deadline) {
+        // A deadline is a period ahead at most: what seems further has passed by more than `LONGEST`.
+        let is_near = self.deadline.wrapping_sub(now(task)) <= self.length;
+        if !(is_near && task.delay_until(self.deadline)) {
             self.missed = self.missed.saturating_add(1);
         }
     }

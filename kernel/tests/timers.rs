@@ -119,6 +119,31 @@ fn a_period_does_not_drift_and_counts_what_it_missed() {
 }
 
 #[test]
+fn a_deadline_that_is_late_by_more_than_the_longest_wait_is_missed() {
+    static LOG: Log = Log::new();
+    static STACK: Stack<0> = Stack::new();
+    host::run_for(
+        70_000,
+        |boot| {
+            start(boot, &STACK, |task| {
+                let mut period = Period::new(task, 10_000);
+                task.delay(50_001);
+                for _ in 0..6 {
+                    period.wait(task);
+                    LOG.note(format!("{}", now(task)));
+                }
+                assert_eq!(period.missed(), 5);
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["50001", "50001", "50001", "50001", "50001", "60000"]);
+}
+
+#[test]
 fn a_delay_takes_any_number_of_ticks_and_0_does_not_block() {
     static LOG: Log = Log::new();
     static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];

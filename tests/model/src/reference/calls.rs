@@ -323,7 +323,7 @@ impl Reference {
     /// Returns the number of deadlines missed if that of the task's period has passed.
     fn missed_deadline(&mut self, id: TaskId, clock: u64) -> Option<Outcome> {
         let period = self.tasks[id].period.as_mut().expect("it has started one");
-        if is_ahead(period.deadline.wrapping_sub(clock as Ticks)) {
+        if (1..=period.length).contains(&period.deadline.wrapping_sub(clock as Ticks)) {
             return None;
         }
         period.missed = period.missed.saturating_add(1);
