@@ -389,9 +389,19 @@ pub fn count_tick(masked: &Masked) -> bool {
 /// Interrupts are enabled between the critical sections: no task runs meanwhile, and ISRs leave timers alone.
 /// The deadline that the tick compares with lies in the past until this is complete, so no tick comes here as
 /// well.
+///
+/// # Safety
+/// Only for the tick's interrupt, with interrupts masked: this makes a context of an interrupt.
+///
+/// ```compile_fail,E0133
+/// # use kernel::Task;
+/// fn body(_: &mut Task) {
+///     kernel::expire(); // error: call to unsafe function requires an unsafe block
+/// }
+/// ```
 #[doc(hidden)]
-pub extern "C" fn expire() {
-    // SAFETY: only the tick's interrupt calls this, with interrupts masked.
+pub unsafe extern "C" fn expire() {
+    // SAFETY: the caller's promise.
     let interrupt = &mut unsafe { Interrupt::assume() };
     // Where none is armed the first deadline comes all the same, once in 65,536 ticks.
     while let Some(due) = interrupt.mask(expire_first) {
