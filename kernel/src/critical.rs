@@ -47,6 +47,37 @@ impl<T> MaskedCell<T> {
     pub fn set(&self, _: &Masked, value: T) {
         self.0.set(value);
     }
+
+    /// Stores `value`, and returns the old one. So a handler takes what it was handed, `Copy` or not:
+    ///
+    /// ```
+    /// use kernel::{Context, Interrupt, MaskedCell, host};
+    ///
+    /// /// Has one owner, as a peripheral does.
+    /// struct Port(u8);
+    /// static PORT: MaskedCell<Option<Port>> = MaskedCell::new(None);
+    ///
+    /// fn handler(interrupt: &mut Interrupt) {
+    ///     let Some(mut port) = interrupt.mask(|masked| PORT.replace(masked, None)) else { return };
+    ///     port.0 += 1;
+    ///     interrupt.mask(|masked| PORT.set(masked, Some(port)));
+    /// }
+    ///
+    /// let port = Port(0);
+    /// host::run_for(
+    ///     2,
+    ///     |boot| boot.mask(|masked| PORT.set(masked, Some(port))),
+    ///     |interrupt, tick| {
+    ///         handler(interrupt);
+    ///         let port = interrupt.mask(|masked| PORT.replace(masked, None));
+    ///         assert_eq!(port.map(|port| port.0), [None, Some(1), None][tick as usize]);
+    ///     },
+    /// );
+    /// ```
+    #[inline(always)]
+    pub fn replace(&self, _: &Masked, value: T) -> T {
+        self.0.replace(value)
+    }
 }
 
 impl<T: Copy> MaskedCell<T> {
@@ -54,14 +85,6 @@ impl<T: Copy> MaskedCell<T> {
     #[inline(always)]
     pub fn get(&self, _: &Masked) -> T {
         self.0.get()
-    }
-}
-
-impl<T: Copy> MaskedCell<T> {
-    /// Stores `value`, and returns the old one.
-    #[inline(always)]
-    pub(crate) fn replace(&self, _: &Masked, value: T) -> T {
-        self.0.replace(value)
     }
 }
 
