@@ -47,6 +47,9 @@ pub(crate) use sealed::Private;
 /// A caller of the kernel: [`Task`], [`Interrupt`], [`JobContext`], or [`Boot`] before there are any.
 pub trait Context: sealed::Sealed {
     /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency.
+    ///
+    /// Each call of a task ends with interrupts enabled, whatever they were before; this one, too. So a task
+    /// makes none inside of another crate's critical section: that ends there, and the compiler says nothing.
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R;
 
     /// Runs the highest ready task if that is no longer the running one. In an interrupt this

@@ -129,6 +129,10 @@ static RUNS: MaskedCell<bool> = MaskedCell::new(false);
 ///
 /// To be called once, by `main`. A task or an ISR that calls it again gets no second kernel: it goes no
 /// further, with interrupts as they are, and `init` is not called.
+///
+/// The kernel's stack begins at the top of SRAM, and takes the place of `main`'s once `init` is over. So
+/// nothing there may be used any more, though it is never dropped: no pointer to a local of `main`, no future
+/// that is pinned to one, nothing that one is lent to. Use a static, or move it into a task's body.
 pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
     if arch::critical(|masked| RUNS.replace(masked, true)) {
         loop {
