@@ -204,32 +204,26 @@ impl TaskHandle {
     ) -> Result<TaskState, Refused> {
         let control = self.control;
         let mut cursor = Cursor::new();
-        loop {
-            let step = context.mask(|masked| {
-                // Once in a traversal: what changes this invalidates it.
-                if cursor.is_at_start(masked) {
-                    if !control.is_started(masked) || control.has_flag(masked, Flag::Killed) {
-                        return Some(Err(Refused::NotStarted));
-                    }
-                    if control.has_any(masked, flags) {
-                        return Some(Err(Refused::Busy));
-                    }
-                    if control.is_halted(masked) {
-                        return Some(self.act(masked, TaskState::Suspended, &cursor, action));
-                    }
+        traversal::make(context, |masked| {
+            // Once in a traversal: what changes this invalidates it.
+            if cursor.is_at_start(masked) {
+                if !control.is_started(masked) || control.has_flag(masked, Flag::Killed) {
+                    return Some(Err(Refused::NotStarted));
                 }
-                let state = match cursor.step(masked, control) {
-                    Progress::More => return None,
-                    Progress::Absent => TaskState::Waiting,
-                    Progress::Ready => TaskState::Ready,
-                };
-                traversal::end(masked);
-                Some(self.act(masked, state, &cursor, action))
-            });
-            if let Some(found) = step {
-                return found;
+                if control.has_any(masked, flags) {
+                    return Some(Err(Refused::Busy));
+                }
+                if control.is_halted(masked) {
+                    return Some(self.act(masked, TaskState::Suspended, &cursor, action));
+                }
             }
-        }
+            let state = match cursor.step(masked, control) {
+                Progress::More => return None,
+                Progress::Absent => TaskState::Waiting,
+                Progress::Ready => TaskState::Ready,
+            };
+            Some(self.act(masked, state, &cursor, action))
+        })
     }
 
     /// Acts on the task, which the search has found in that state.

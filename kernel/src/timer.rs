@@ -199,13 +199,12 @@ impl Timer {
         arch::need_tick();
         let mut cursor = Cursor::new();
         loop {
-            match context.mask(|masked| self.arm_step(masked, &mut cursor, deadline, target)) {
-                Some(Arming::Done) => return true,
-                Some(Arming::Passed) => return false,
-                Some(Arming::Armed) => {
+            match traversal::make(context, |masked| self.arm_step(masked, &mut cursor, deadline, target)) {
+                Arming::Done => return true,
+                Arming::Passed => return false,
+                Arming::Armed => {
                     self.disarm(context);
                 }
-                None => {}
             }
         }
     }
@@ -235,7 +234,6 @@ impl Timer {
             cursor.advance(next);
             return None;
         }
-        traversal::end(masked);
         slot.set(masked, Some(self));
         self.link.set(masked, next);
         self.deadline.set(masked, deadline);
@@ -465,25 +463,16 @@ pub(crate) fn disarm_all_of(context: &mut impl ThreadContext, task: &'static Con
 /// Disarms the first timer that `is_it` says. Returns whether there was one.
 fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer, &Masked) -> bool) -> bool {
     let mut cursor = Cursor::new();
-    loop {
-        let step = context.mask(|masked| {
-            let slot = cursor.slot(masked);
-            if let Some(timer) = slot.get(masked) {
-                if !is_it(timer, masked) {
-                    cursor.advance(timer);
-                    return None;
-                }
-                slot.set(masked, timer.link.get(masked));
-                timer.target.set(masked, Target::NOTHING);
-                compare_with_first(masked);
-                traversal::end(masked);
-                return Some(true);
-            }
-            traversal::end(masked);
-            Some(false)
-        });
-        if let Some(was_armed) = step {
-            return was_armed;
+    traversal::make(context, |masked| {
+        let slot = cursor.slot(masked);
+        let Some(timer) = slot.get(masked) else { return Some(false) };
+        if !is_it(timer, masked) {
+            cursor.advance(timer);
+            return None;
         }
-    }
+        slot.set(masked, timer.link.get(masked));
+        timer.target.set(masked, Target::NOTHING);
+        compare_with_first(masked);
+        Some(true)
+    })
 }

@@ -13,6 +13,7 @@
 //! them. So does a suspended task that an ISR resumes.
 
 use crate::KERNEL;
+use crate::context::Context;
 use crate::critical::{Masked, MaskedCell};
 
 /// Whether the traversal that began last is valid.
@@ -21,6 +22,17 @@ pub(crate) struct Traversal(MaskedCell<bool>);
 impl Traversal {
     pub(crate) const fn new() -> Self {
         Traversal(MaskedCell::new(false))
+    }
+}
+
+/// Makes a traversal: a critical section for each `step`, until one returns something.
+#[inline(always)]
+pub(crate) fn make<R>(context: &mut impl Context, mut step: impl FnMut(&Masked) -> Option<R>) -> R {
+    loop {
+        let result = context.mask(|masked| step(masked).inspect(|_| end(masked)));
+        if let Some(result) = result {
+            return result;
+        }
     }
 }
 

@@ -166,12 +166,7 @@ impl Word {
         condition: Option<&WakeCondition>,
     ) -> WaitOutcome {
         let mut cursor = Cursor::new();
-        loop {
-            let step = task.mask(|masked| self.enter_step(masked, waiter, condition, &mut cursor));
-            if let Some(outcome) = step {
-                return outcome;
-            }
-        }
+        traversal::make(task, |masked| self.enter_step(masked, waiter, condition, &mut cursor))
     }
 
     /// One step of [`enter`](Self::enter): `None` where there are more.
@@ -236,7 +231,6 @@ impl Word {
         if ready::running(masked).is(waiter) {
             ready::leave(masked);
         }
-        traversal::end(masked);
         waiter.link.set(masked, next);
         match before {
             Some(before) => before.link.set(masked, Link::to(waiter)),
@@ -298,18 +292,7 @@ impl Word {
     #[inline(never)]
     pub(crate) fn expel(&self, task: &mut impl ThreadContext, waiter: &'static ControlBlock) -> bool {
         let mut cursor = Cursor::new();
-        loop {
-            let step = task.mask(|masked| {
-                let step = self.expel_step(masked, waiter, &mut cursor);
-                if step.is_some() {
-                    traversal::end(masked);
-                }
-                step
-            });
-            if let Some(was_waiting) = step {
-                return was_waiting;
-            }
-        }
+        traversal::make(task, |masked| self.expel_step(masked, waiter, &mut cursor))
     }
 
     /// One step of [`expel`](Self::expel): `None` where there are more.
@@ -356,26 +339,21 @@ pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlB
 /// The semaphore that `task`, which was killed, waits for, if it does: what its queue ends with.
 fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Option<&'static Word> {
     let mut cursor: Option<(&'static ControlBlock, Link)> = None;
-    loop {
-        let found = context.mask(|masked| {
-            // ISRs wake the first, so none behind `task` before that itself, which shows in its link.
-            let own = task.link.get(masked);
-            let before = match cursor {
-                Some((before, own_before)) if traversal::is_valid(masked) && own_before == own => before,
-                _ => {
-                    traversal::begin(masked);
-                    task
-                }
-            };
-            let link = before.link.get(masked);
-            let Some(next) = link.task() else {
-                return Some(link.word(masked, before));
-            };
-            cursor = Some((next, own));
-            None
-        });
-        if let Some(word) = found {
-            return word;
-        }
-    }
+    traversal::make(context, |masked| {
+        // ISRs wake the first, so none behind `task` before that itself, which shows in its link.
+        let own = task.link.get(masked);
+        let before = match cursor {
+            Some((before, own_before)) if traversal::is_valid(masked) && own_before == own => before,
+            _ => {
+                traversal::begin(masked);
+                task
+            }
+        };
+        let link = before.link.get(masked);
+        let Some(next) = link.task() else {
+            return Some(link.word(masked, before));
+        };
+        cursor = Some((next, own));
+        None
+    })
 }
