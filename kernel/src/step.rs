@@ -34,10 +34,10 @@ impl TaskHandle {
     /// interrupt goes before it.
     ///
     /// What the task does with interrupts masked counts as one instruction, and so does all that it does
-    /// while it has a mutex. The first step of a task that blocked or yielded takes it no further than the
-    /// kernel's return to it. A task that blocks in a step stands before the others that wait for the same.
-    /// One that has to wait for a mutex, ends, or changes its own priority is not suspended any more; one
-    /// that makes itself P0 keeps the priority that it had.
+    /// while it has a mutex, or looks for a place in a list. The first step of a task that blocked or yielded
+    /// takes it no further than the kernel's return to it. A task that blocks in a step stands before the
+    /// others that wait for the same. One that has to wait for a mutex, ends, or changes its own priority is
+    /// not suspended any more; one that makes itself P0 keeps the priority that it had.
     ///
     /// Other tasks and interrupts wait until the step is made, some 2500 cycles: the way to the task goes by
     /// an instruction at a time.
@@ -84,7 +84,8 @@ pub fn stepped(interrupt: &mut Interrupt) -> bool {
         let control = ready::running(masked);
         let is_ready = ready::is_first(masked, control);
         let locks = control.has_flag(masked, Flag::Locks);
-        if is_ready && locks {
+        // A traversal that is broken off here begins anew in the next step, and so in each.
+        if is_ready && (locks || traversal::is_valid(masked)) {
             return false;
         }
         PRIORITY.set(masked, None);

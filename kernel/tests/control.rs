@@ -587,7 +587,7 @@ fn who_kills_another_task_is_not_killed_before_that_is_done() {
     assert!(REFUSED.load(Ordering::Relaxed), "a task that kills another was never refused");
 }
 
-/// The timer behind which it was to stand is in no list any more, and the traversal that began last is another's.
+/// The timer behind which it was to stand is in no list any more, and another's traversal began last.
 #[test]
 fn who_goes_on_in_the_midst_of_a_traversal_begins_that_anew() {
     for is_stepped in [false, true] {
@@ -629,6 +629,49 @@ fn who_goes_on_in_the_midst_of_a_traversal_begins_that_anew() {
         };
         host::run_for(30, start, |_, _| {});
         assert!(has_expired.load(Ordering::Relaxed), "stepped: {is_stepped}");
+    }
+}
+
+/// At the end of each critical section, as no trap comes on the host.
+fn trap(interrupt: &mut Interrupt) {
+    kernel::stepped(interrupt);
+    host::arrive_later(1, trap);
+}
+
+#[test]
+fn single_steps_take_a_task_to_its_place_in_a_list() {
+    let waits: [fn(&mut Task, &Semaphore); 3] = [
+        |task, shared| shared.wait(task),
+        |task, _| task.delay(10),
+        |task, shared| assert!(shared.wait_timeout(task, 10).is_ok()),
+    ];
+    for (number, wait) in waits.into_iter().enumerate() {
+        let [stepped, other, boss] = [(); 3].map(|()| leak(Stack::<0>::new()));
+        let (shared, earlier) = (leak(Semaphore::new(0)), leak(Timer::new()));
+        let is_over = leak(AtomicBool::new(false));
+        let start = |boot: &mut Boot| {
+            let body = move |task: &mut Task| {
+                stepped.task().suspend(task).unwrap();
+                host::interrupted(1, trap, || wait(task, shared));
+                is_over.store(true, Ordering::Relaxed);
+                forever(task)
+            };
+            stepped.start(boot, Priority::P3, body).unwrap();
+            let wait = |task: &mut Task| loop {
+                shared.wait(task);
+            };
+            other.start(boot, Priority::P3, wait).unwrap();
+            let step = move |task: &mut Task| {
+                earlier.start(task, 5, shared);
+                let steps = (0..100).take_while(|_| stepped.task().step(task, |_| {}).is_ok()).count();
+                assert!(steps < 100, "wait {number} has no end");
+                assert!(stepped.task().resume(task));
+                forever(task)
+            };
+            boss.start(boot, Priority::P5, step).unwrap();
+        };
+        host::run_for(20, start, |_, _| {});
+        assert!(is_over.load(Ordering::Relaxed), "wait {number} is not over");
     }
 }
 
