@@ -26,7 +26,7 @@ mod semaphore;
 mod stack_watermark;
 mod step;
 mod task;
-#[cfg(feature = "tickless")]
+#[cfg(any(feature = "tickless", test))]
 pub mod tickless;
 mod timer;
 mod traversal;

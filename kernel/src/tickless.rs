@@ -86,14 +86,29 @@ pub unsafe fn after_sleep<T: TickTimer>() {
 /// The interrupt of the timer.
 #[doc(hidden)]
 pub fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
-    let is_due = interrupt.mask(|masked| {
-        count::<T>(masked, AHEAD.get(masked));
-        T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
-        TICKS.get(masked) == NEXT_DEADLINE.get(masked)
-    });
-    if is_due {
-        // SAFETY: this is the tick's interrupt.
-        unsafe { timer::expire() };
+    const { assert!(2 <= T::COUNTS && T::COUNTS <= 250, "a tick has 2 to 250 counts") };
+    interrupt.mask(|masked| count::<T>(masked, AHEAD.get(masked)));
+    loop {
+        let is_due = interrupt.mask(|masked| {
+            T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
+            TICKS.get(masked) == NEXT_DEADLINE.get(masked)
+        });
+        if is_due {
+            // SAFETY: this is the tick's interrupt.
+            unsafe { timer::expire() };
+        }
+        let is_late = interrupt.mask(|masked| {
+            // The next tick has come meanwhile: with an interrupt, or before the compare was set to it.
+            let is_late = T::counter().wrapping_sub(COUNTED.get(masked)) >= T::COUNTS;
+            if is_late {
+                T::forget_match();
+                count::<T>(masked, 1);
+            }
+            is_late
+        });
+        if !is_late {
+            return;
+        }
     }
 }
 
@@ -119,4 +134,83 @@ fn whole_ticks<T: TickTimer>(mut counts: u16, most: Ticks) -> Ticks {
         bit >>= 1;
     }
     ticks
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
+    use std::vec::Vec;
+
+    use super::{TickTimer, tick};
+    use crate::timer::TICKS;
+    use crate::{Context, Priority, Semaphore, Stack, host};
+
+    const COUNTS: u16 = 250;
+    static COUNTER: AtomicU16 = AtomicU16::new(0);
+    static COMPARE: AtomicU16 = AtomicU16::new(COUNTS);
+    static HAS_MATCHED: AtomicBool = AtomicBool::new(false);
+
+    fn count() {
+        let counter = COUNTER.fetch_add(1, Relaxed).wrapping_add(1);
+        if counter == COMPARE.load(Relaxed) {
+            HAS_MATCHED.store(true, Relaxed);
+        }
+    }
+
+    struct Timer;
+
+    impl TickTimer for Timer {
+        const COUNTS: u16 = COUNTS;
+
+        /// Goes on while it is read.
+        fn counter() -> u16 {
+            count();
+            COUNTER.load(Relaxed)
+        }
+
+        fn set_compare(at: u16) {
+            COMPARE.store(at, Relaxed);
+        }
+
+        fn forget_match() {
+            HAS_MATCHED.store(false, Relaxed);
+        }
+    }
+
+    #[test]
+    fn a_tick_that_is_served_late_counts_those_that_have_passed() {
+        static STACK: Stack<0> = Stack::new();
+        static WOKEN: Semaphore = Semaphore::new(0);
+        let start = |boot: &mut crate::Boot| {
+            let body = |task: &mut crate::Task| {
+                loop {
+                    task.delay(2);
+                    WOKEN.post(task);
+                }
+            };
+            STACK.start(boot, Priority::P3, body).unwrap();
+        };
+        let mut late = 0..800;
+        let (mut counted, mut woken) = (0_u32, Vec::new());
+        host::run(start, |interrupt| {
+            let Some(late) = late.next() else { return false };
+            let before = COUNTER.load(Relaxed);
+            while !HAS_MATCHED.load(Relaxed) {
+                count();
+            }
+            (0..late).for_each(|_| count());
+            HAS_MATCHED.store(false, Relaxed); // as the vector is entered
+            tick::<Timer>(interrupt);
+            counted += u32::from(COUNTER.load(Relaxed).wrapping_sub(before));
+            let ticks = interrupt.mask(|masked| TICKS.get(masked));
+            let pending = u16::from(HAS_MATCHED.load(Relaxed));
+            assert_eq!(u32::from(ticks + pending), counted / u32::from(COUNTS), "{late} counts late");
+            woken.push(WOKEN.try_wait(interrupt));
+            true
+        });
+        // Each tick that comes so late is the second one, or behind it.
+        assert!(woken[260..].iter().all(|&woken| woken), "{woken:?}");
+    }
 }
