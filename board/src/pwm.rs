@@ -20,8 +20,10 @@ pub(crate) const TOP: u16 = {
     top as u16
 };
 
-/// TCCRnB: phase and frequency correct up to ICRn, the timer's clock is the MCU's.
-const MODE: u8 = 1 << 4 | 1 << 0; // WGMn3, CSn0
+/// TCCRnB: phase and frequency correct up to ICRn.
+const MODE: u8 = 1 << 4; // WGMn3
+/// TCCRnB: the timer's clock is the MCU's.
+const CLOCK: u8 = 1 << 0; // CSn0
 
 /// A timer's compare unit and its pin, named by its type.
 pub trait Compare {
@@ -82,10 +84,14 @@ macro_rules! compare {
                 // SAFETY: all that shares these registers does so with interrupts masked.
                 let (timer, port) = unsafe { ($timer::steal(), $port::steal()) };
                 interrupt::free(|_| {
+                    // The mode first: in others ICRn takes no value (ATmega128 datasheet, "Input Capture
+                    // Register"). The clock last, unless another unit has started it.
+                    // SAFETY: a mode of the timer that touches no memory.
+                    timer.$mode_b().modify(|r, w| unsafe { w.bits(r.bits() | MODE) });
                     timer.$top().write(|w| w.set(TOP));
                     timer.$mode_a().modify(|_, w| w.$match().match_clear());
-                    // SAFETY: a mode of the timer that touches no memory.
-                    timer.$mode_b().write(|w| unsafe { w.bits(MODE) });
+                    // SAFETY: likewise.
+                    timer.$mode_b().write(|w| unsafe { w.bits(MODE | CLOCK) });
                     port.$direction().modify(|_, w| w.$pin().set_bit());
                 });
             }

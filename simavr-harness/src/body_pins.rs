@@ -29,10 +29,9 @@ const TCNT1L: u16 = 0x4c;
 const PORTD: u16 = 0x32;
 const PORTB: u16 = 0x38;
 
-/// Timer1's registers and port C. The body alone follows these, so that simavr need not: it would count each
-/// pulse of the motors, 20,000 a second, and tell each pin of its level.
-const FOLLOWED: [u16; 13] =
-    [PORTC, ICR1, 0x47, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
+/// Timer1's registers, but for ICR1, and port C. The body alone follows these, so that simavr need not: it
+/// would count each pulse of the motors, 20,000 a second, and tell each pin of its level.
+const FOLLOWED: [u16; 11] = [PORTC, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
 
 /// The docks of each half, by their places.
 const DOCKS: [(Controller, [Dock; 3]); 2] =

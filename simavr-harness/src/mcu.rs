@@ -16,6 +16,7 @@ use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::spm::{self, Spm};
+use crate::repair::timer1::{self, Timer1};
 use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Usart, UsartCounts};
@@ -57,7 +58,8 @@ pub struct Mcu {
     /// Likewise.
     spm: Option<Attached<Spm>>,
     timer3: Option<Attached<Timer3>>,
-    // Held for simavr, which calls into it.
+    // Held for simavr, which calls into them.
+    _timer1: Option<Attached<Timer1>>,
     _wrapped: WrappedWrites,
     /// Serial ports at pins rather than USARTs.
     serial_pins: Vec<Attached<PinSerial>>,
@@ -149,6 +151,7 @@ impl Mcu {
             adc: adc.transpose()?,
             spm: spm.transpose()?,
             timer3: timer3.transpose()?,
+            _timer1: part.timer1.as_ref().map(|registers| timer1::attach(cpu, registers)),
             cpu,
             image,
             _wrapped: wrapped,

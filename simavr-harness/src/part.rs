@@ -23,6 +23,8 @@ pub struct Part {
     pub(crate) adc: Option<AdcRegisters>,
     /// `None`: simavr's own stays.
     pub(crate) spm: Option<SpmRegisters>,
+    /// `None`: simavr's own takes every write.
+    pub(crate) timer1: Option<Timer1Registers>,
     /// The first of Timer3's vectors, that of its capture unit. `None`: simavr's own stays.
     pub(crate) timer3: Option<u8>,
 }
@@ -86,6 +88,15 @@ pub(crate) struct SpmRegisters {
     pub ready: u8,
 }
 
+/// Of Timer1, what decides whether ICR1 can be written.
+#[derive(Debug)]
+pub(crate) struct Timer1Registers {
+    pub icrl: u16,
+    pub icrh: u16,
+    pub tccra: u16,
+    pub tccrb: u16,
+}
+
 /// There is no such part here.
 #[derive(Debug, Error)]
 #[error("the harness has no register map of a part \"{name}\"; it knows: {known}")]
@@ -137,6 +148,7 @@ impl Part {
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
+        timer1: Some(Timer1Registers { icrl: 0x46, icrh: 0x47, tccra: 0x4f, tccrb: 0x4e }),
         timer3: Some(25),
     };
 
@@ -150,6 +162,7 @@ impl Part {
         eeprom: later_eeprom(22, 1024),
         adc: None,
         spm: None,
+        timer1: None,
         timer3: None,
     };
 
@@ -163,6 +176,7 @@ impl Part {
         eeprom: later_eeprom(25, 4096),
         adc: None,
         spm: None,
+        timer1: None,
         timer3: None,
     };
 
@@ -181,6 +195,7 @@ impl Part {
         eeprom: later_eeprom(30, 4096),
         adc: None,
         spm: None,
+        timer1: None,
         timer3: None,
     };
 

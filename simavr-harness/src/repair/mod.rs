@@ -6,6 +6,7 @@ pub(crate) mod external;
 pub(crate) mod interrupt;
 pub(crate) mod rampz;
 pub(crate) mod spm;
+pub(crate) mod timer1;
 pub(crate) mod timer3;
 pub(crate) mod twi;
 pub(crate) mod usart;
