@@ -65,9 +65,11 @@ const REFERENCE: u8 = 1 << 6; // REFS0
 /// ADMUX: the pin of the multiplexer's output.
 const MULTIPLEXER: u8 = 7;
 
-/// ADCSRA: begin a conversion. The converter and its interrupt are on; its clock of 125 kHz lies within the
-/// 50 to 200 kHz that 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
-const START: u8 = 1 << 7 | 1 << 6 | 1 << 3 | 0b111; // ADEN, ADSC, ADIE, clock / 128
+/// ADCSRA: begin a conversion. The converter is on; its clock of 125 kHz lies within the 50 to 200 kHz that
+/// 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
+const CONVERT: u8 = 1 << 7 | 1 << 6 | 0b111; // ADEN, ADSC, clock / 128
+/// The same, and have it interrupt; one that has ended before does so no longer.
+const START: u8 = CONVERT | 1 << 4 | 1 << 3; // ADIF, which a one clears, ADIE
 
 /// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
@@ -165,6 +167,11 @@ impl Adc {
     ) -> (Rhythm, Analog) {
         context.mask(|masked| ROUNDS.trip.set(masked, Some(trip)));
         superbot::start_multiplexer();
+        // The first conversion with a reference may be off (datasheet, "ADC Voltage Reference"): nobody's.
+        // SAFETY: the converter touches no memory, whatever its registers hold.
+        registers().admux().write(|w| unsafe { w.bits(REFERENCE) });
+        // SAFETY: likewise.
+        registers().adcsra().write(|w| unsafe { w.bits(CONVERT) });
         let timer = timer();
         timer.ocr2().write(|w| w.set(TOP));
         // WGM21 alone: clear timer on compare match.
@@ -303,6 +310,13 @@ fn convert_joints(masked: &Masked) -> bool {
     true
 }
 
+/// Whether a conversion is under way, or its result not looked at: to begin another one would do nothing, or
+/// have the result taken for the other's.
+#[inline(always)]
+fn is_converting(masked: &Masked) -> bool {
+    registers().adcsra().read().adsc().bit_is_set() || deferred::waits(masked, source::CONVERSION)
+}
+
 /// The interrupt "Timer/Counter2 Compare Match": a round begins, with the joints before anything else.
 #[doc(hidden)]
 #[inline(always)]
@@ -318,6 +332,9 @@ pub fn round(interrupt: &mut Interrupt) {
     let period = interrupt.mask(|masked| {
         joints::await_next(masked);
         let period = ROUNDS.period.get(masked);
+        if is_converting(masked) {
+            return period; // interrupts were held up: this round measures nothing
+        }
         let wanted = ROUNDS.wanted.get(masked);
         if wanted != 0 {
             let (mut number, mut rest) = (0, wanted);

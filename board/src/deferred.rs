@@ -52,6 +52,12 @@ pub fn raise(masked: &Masked, source: u8) {
     enable(true);
 }
 
+/// Whether `source` was raised and is not served yet.
+#[inline(always)]
+pub fn waits(masked: &Masked, source: u8) -> bool {
+    RAISED.get(masked) & source != 0
+}
+
 /// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come
 /// again, after those that are before it in the order of the vectors.
 #[doc(hidden)]

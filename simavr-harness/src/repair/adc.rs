@@ -4,7 +4,7 @@
 //! A pin may carry the output of an analog multiplexer, addressed by three pins of the MCU.
 //!
 //! Simplified: the voltage is taken as the conversion begins, not 1.5 clocks later; differential inputs read
-//! 0.
+//! 0; the first conversion with another reference, which may be off on the chip, reads half.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -64,6 +64,8 @@ pub(crate) struct Adc {
     /// The cycle at which the converter was switched on, from which its clock runs.
     on_since: Option<u64>,
     has_converted: bool,
+    /// REFS of the last conversion since a reset.
+    reference: Option<u8>,
     conversion: Option<Conversion>,
     /// ADCL was read, and ADCH not yet: the result stays.
     is_locked: bool,
@@ -83,6 +85,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static AdcRegisters) -> Option<Attac
         analog: Analog { pins: [0.0; CHANNELS], multiplexer: None, multiplexed: [0.0; 8] },
         on_since: None,
         has_converted: false,
+        reference: None,
         conversion: None,
         is_locked: false,
     };
@@ -94,6 +97,7 @@ impl Adc {
     /// Sets the registers to their values after a reset. The inputs keep their voltages.
     pub fn reset(&mut self, cpu: Cpu) {
         self.switch_off();
+        self.reference = None;
         self.is_locked = false;
         let &AdcRegisters { adcl, adch, adcsra, admux, .. } = self.registers;
         for address in [adcl, adch, adcsra, admux] {
@@ -118,7 +122,10 @@ impl Adc {
         let clocks = if self.has_converted { CLOCKS } else { FIRST_CLOCKS };
         self.has_converted = true;
         let begins = on_since + (now - on_since).next_multiple_of(clock);
-        self.conversion = Some(Conversion { result: self.convert(cpu), ends: begins + clocks * clock });
+        let reference = cpu.data(self.registers.admux) & REFS;
+        let is_settled = self.reference.replace(reference) == Some(reference);
+        let result = if is_settled { self.convert(cpu) } else { self.convert(cpu) / 2 };
+        self.conversion = Some(Conversion { result, ends: begins + clocks * clock });
     }
 
     /// The voltage at the chosen input, in 1/1024 of the reference, rounded down.

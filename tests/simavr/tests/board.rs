@@ -196,12 +196,14 @@ fn rounds_measure_what_is_asked_for() {
     // Three rounds, and for each input one that begins after it was asked for and one that ends with it.
     assert!((11 * MILLISECOND..21 * MILLISECOND).contains(&end), "{end} cycles");
     let expected =
-        [7, 700, 513, 1023, 1, 2, 300, 400, 500, 600, 700, 1000].into_iter().flat_map(u16::to_le_bytes);
+        [1023, 7, 700, 513, 1023, 1, 2, 300, 400, 500, 600, 700, 1000].into_iter().flat_map(u16::to_le_bytes);
     assert_eq!(values(mcu.markers()), expected.chain([0x71]).collect::<Vec<_>>());
     // No current but what is at the edge of what a dock may carry, either way.
     for reading in [512 - 255, 512 + 255] {
         mcu.set_analog(|analog| analog.pins[4] = volts(reading));
         mcu.run_until(mcu.cycle() + 5 * MILLISECOND);
+    mcu.run_to_marker(0x73, 400 * MILLISECOND).expect("no reading is taken for another's");
+    assert!(mcu.pin(POWER_SWITCH));
         assert!(mcu.pin(POWER_SWITCH), "{reading}");
     }
     mcu.set_analog(|analog| analog.pins[4] = volts(512 + 257));

@@ -1,11 +1,15 @@
 //! What is measured in rounds, the joints' motors, and the peripherals that need neither.
 //!
-//! Marks, each reading as two bytes, the low one first: both potentiometers, each after the current of its
-//! motor; then the multiplexer's inputs 0 to 7 in turn; 0x71 once the third round was posted as a period;
-//! 0x72 when the power switch of the first dock was opened for its current; 0x7f for anything wrong.
+//! Marks, each reading as two bytes, the low one first: the potentiometer of the roll joint, which is
+//! measured first; both potentiometers, each after the current of its motor; then the multiplexer's inputs 0
+//! to 7 in turn; 0x71 once the third round was posted as a period; 0x73 when interrupts were held up at each
+//! moment of a round, and no reading was taken for another's; 0x72 when the power switch of the first dock was
+//! opened for its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
+
+use core::hint::black_box;
 
 use board::Board;
 use board::adc::{Analog, Input, Rhythm};
@@ -14,10 +18,17 @@ use board::gpio::Port;
 use board::superbot::{
     JOINT_CURRENT, JOINT_POTENTIOMETER, PowerPort, ROLL_CURRENT, ROLL_POTENTIOMETER, power_switch,
 };
-use kernel::{Priority, Semaphore, Stack, Task};
+use kernel::{Context, Priority, Semaphore, Stack, Task};
 use tests_images::{finish, start};
 
 board::interrupts!(Interrupts: Tick, Adc);
+
+const JOINTS: [Input; 4] = [JOINT_CURRENT, JOINT_POTENTIOMETER, ROLL_CURRENT, ROLL_POTENTIOMETER];
+
+/// Turns of a loop that take a round and more, and a part of one.
+const ROUND: u16 = 1_600;
+const MOMENT: u16 = 50;
+const MOMENTS: u16 = 24;
 
 static TASK: Stack<128> = Stack::new();
 static PERIOD: Semaphore = Semaphore::new(0);
@@ -29,12 +40,33 @@ fn mark_reading(reading: u16) {
     }
 }
 
+/// Whether each joint's reading stays what it is while interrupts are held up for more than a round, at
+/// another moment of one each time.
+fn are_kept_apart(task: &mut Task, analog: &mut Analog) -> bool {
+    let right = JOINTS.map(|input| analog.seen(task, input));
+    (0..MOMENTS).all(|moment| {
+        PERIOD.wait(task);
+        pass(moment * MOMENT);
+        task.mask(|_| pass(ROUND));
+        (0..3).all(|_| {
+            PERIOD.wait(task);
+            JOINTS.map(|input| analog.seen(task, input)) == right
+        })
+    })
+}
+
+fn pass(turns: u16) {
+    (0..turns).for_each(|turn| _ = black_box(turn));
+}
+
 fn exercise(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) {
     rhythm.begin(task, &PERIOD, ROLL_CURRENT);
-    for _ in 0..3 {
+    for _ in 0..2 {
         PERIOD.wait(task);
     }
-    for input in [JOINT_CURRENT, JOINT_POTENTIOMETER, ROLL_CURRENT, ROLL_POTENTIOMETER] {
+    mark_reading(analog.seen(task, ROLL_POTENTIOMETER).unwrap_or(0xffff));
+    PERIOD.wait(task);
+    for input in JOINTS {
         mark_reading(analog.seen(task, input).unwrap_or(0xffff));
     }
     rhythm.end(task);
@@ -52,6 +84,10 @@ fn exercise(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) {
     mark(0x71);
     PowerPort::set_output(power_switch(0), true);
     analog.watch(task, 0, true);
+    rhythm.begin(task, &PERIOD, ROLL_CURRENT);
+    let are_kept = are_kept_apart(task, analog);
+    rhythm.end(task);
+    mark(if are_kept && analog.take_tripped(task) == 0 { 0x73 } else { 0x7f });
     TRIP.wait(task);
     mark(if analog.take_tripped(task) == 1 { 0x72 } else { 0x7f });
 }
