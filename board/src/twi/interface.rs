@@ -174,7 +174,8 @@ impl Bus for Interface {
             PACKETS.engine.set(masked, engine);
             STREAMS.get(masked).arm(&engine);
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
-            set_control(masked, ENABLED | acknowledge);
+            // A status from before the interface was switched off may still wait for its answer.
+            set_control(masked, ENABLED | INTERRUPT | acknowledge);
         });
     }
 
