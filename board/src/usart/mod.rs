@@ -7,6 +7,7 @@ use kernel::{Interrupt, Masked, Task};
 pub use registers::{Usart, Usart0, Usart1};
 
 use crate::deferred;
+use crate::gpio::{Port as _, PortD, PortE};
 use crate::interrupts::Serves;
 use crate::serial::{Line, Port, Receiver, Transmitter};
 use crate::superbot::{BAUD, CLOCK_HZ};
@@ -29,10 +30,12 @@ pub static PORT1: Port = Port::new();
 const ERRORS: u8 = FRAME_ERROR | DATA_OVERRUN;
 
 macro_rules! start {
-    ($($Usart:ident: $PORT:ident)+) => {$(
+    ($($Usart:ident: $PORT:ident, $RxPort:ident $rx:literal;)+) => {$(
         impl $Usart {
-            /// Starts the USART at [`BAUD`], full duplex.
+            /// Starts the USART at [`BAUD`], full duplex. RXDn is pulled up, so that a dock without a
+            /// receiver is idle.
             pub fn start(self, _: impl Serves<$Usart>) -> (Transmitter, Receiver) {
+                $RxPort::set_output(1 << $rx, true);
                 $Usart::set_baud(DIVISOR);
                 $Usart::set_status(DOUBLE_SPEED);
                 $Usart::set_control(RECEIVING);
@@ -53,7 +56,10 @@ macro_rules! start {
         }
     )+};
 }
-start!(Usart0: PORT0 Usart1: PORT1);
+start! {
+    Usart0: PORT0, PortE 0;
+    Usart1: PORT1, PortD 2;
+}
 
 /// The interrupt "USART, Rx Complete", which is no kernel's. `source` wakes the task.
 #[doc(hidden)]

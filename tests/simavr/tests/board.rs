@@ -26,6 +26,10 @@ fn usarts_carry_frames_and_streams() {
     assert_eq!(mcu.state(), State::Done);
     let one = [20, 1, 40, 3, 0x40, 0x41];
     assert_eq!(values(mcu.markers()), [one, one.map(|mark| mark | 0x80)].concat());
+    assert!(
+        mcu.pin(Pin { port: 'E', bit: 0 }) && mcu.pin(Pin { port: 'D', bit: 2 }),
+        "RXD0 and RXD1 are pulled up"
+    );
     // Frames of 20, 1, 40, 60 and 3 bytes and a stream of 3.
     for usart in 0..2 {
         let counts = mcu.usart_counts(usart).expect("the part has two");
@@ -198,12 +202,12 @@ fn rounds_measure_what_is_asked_for() {
     let expected =
         [1023, 7, 700, 513, 1023, 1, 2, 300, 400, 500, 600, 700, 1000].into_iter().flat_map(u16::to_le_bytes);
     assert_eq!(values(mcu.markers()), expected.chain([0x71]).collect::<Vec<_>>());
+    mcu.run_to_marker(0x73, 400 * MILLISECOND).expect("no reading is taken for another's");
+    assert!(mcu.pin(POWER_SWITCH));
     // No current but what is at the edge of what a dock may carry, either way.
     for reading in [512 - 255, 512 + 255] {
         mcu.set_analog(|analog| analog.pins[4] = volts(reading));
         mcu.run_until(mcu.cycle() + 5 * MILLISECOND);
-    mcu.run_to_marker(0x73, 400 * MILLISECOND).expect("no reading is taken for another's");
-    assert!(mcu.pin(POWER_SWITCH));
         assert!(mcu.pin(POWER_SWITCH), "{reading}");
     }
     mcu.set_analog(|analog| analog.pins[4] = volts(512 + 257));
