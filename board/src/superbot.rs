@@ -3,7 +3,8 @@
 //!
 //! The paper gives two ATmega128 at 16 MHz, six docks and I2C between the MCUs; the lab's simulator
 //! ReMod3D gives the docks and joints of each half. No schematic is public, so the rest is our
-//! assumption: pins, channels and timers. Whoever has the schematic changes these two files.
+//! assumption: pins, channels and timers. Whoever has the schematic changes these two files, and what the
+//! simulator has at the pins (board/README.md, "Wiring").
 //!
 //! The serial ports of the docks: USART0 at RXD0 = PE0 and TXD0 = PE1, USART1 at RXD1 = PD2 and TXD1 = PD3.
 //! The one in software receives at PE7, which is both ICP3 and INT7, and sends at PE5, which is both OC3C and
