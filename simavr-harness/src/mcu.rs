@@ -445,6 +445,9 @@ impl Mcu {
             self.open_window(OpenedBy::Start, 0);
             self.drop_turn();
         }
+        if let Some(spm) = self.spm.as_ref().filter(|spm| spm.get().waits_for.is_some()) {
+            spm.get().refresh(self.cpu); // a write may have ended
+        }
         self.watch_window();
         self.watch_turn();
         match self.cpu.core() {
@@ -523,6 +526,14 @@ impl Mcu {
         let cpu = self.cpu;
         if let Some(adc) = &mut self.adc {
             adc.with(cpu, |adc| change(&mut adc.analog));
+        }
+    }
+
+    /// From now on has "Store Program Memory Ready" wait while the EEPROM is written, as it may on the chip.
+    pub fn have_spm_wait_for_eeprom(&mut self) {
+        let (cpu, eecr) = (self.cpu, self.part.eeprom.eecr);
+        if let Some(spm) = &mut self.spm {
+            spm.with(cpu, |spm| spm.waits_for = Some(eecr));
         }
     }
 
