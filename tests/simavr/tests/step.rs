@@ -21,7 +21,7 @@ const WALK: [u8; 7] = [0x10, 0x15, 0x11, 0x12, 0x16, 0x13, 0x14];
 const STEPS: usize = 300;
 
 /// Cycles that one takes at most, and with it whatever must wait for it.
-const STEP: u64 = 5_000;
+const STEP: u64 = 6_000;
 
 /// Cycles from one step in which the next does not reach the task.
 const SHORTER: u64 = 1_500;
