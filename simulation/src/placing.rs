@@ -20,11 +20,12 @@ pub struct Placing {
 impl Wiring {
     /// Where all modules lie at power-up. The first of each body looks along x, with its Up above.
     pub fn placings(&self) -> Vec<Placing> {
-        self.placings_bent(|module| self.angles_at_rest(module))
+        self.placings_bent(DAffine3::IDENTITY, |module| self.angles_at_rest(module))
     }
 
-    /// Likewise where nothing bears them, with these angles of each module.
-    pub fn placings_bent(&self, angles: impl Fn(usize) -> Angles) -> Vec<Placing> {
+    /// Likewise where nothing bears them, each body turned by this where it lies, with these angles of each
+    /// module.
+    pub fn placings_bent(&self, turn: DAffine3, angles: impl Fn(usize) -> Angles) -> Vec<Placing> {
         let angles: Vec<Angles> = (0..self.modules()).map(angles).collect();
         let mut placings: Vec<Placing> =
             angles.iter().map(|&angles| Placing { frame: DAffine3::IDENTITY, angles }).collect();
@@ -37,7 +38,7 @@ impl Wiring {
             let place = DAffine3::from_translation(DVec3::NEG_Y * APART * f64::from(bodies));
             bodies += 1;
             for (module, pose) in self.poses(first, &|module| angles[module], &mut is_found) {
-                placings[module].frame = place * pose;
+                placings[module].frame = place * (turn * pose);
             }
         }
         placings

@@ -116,6 +116,19 @@ fn a_robot_without_a_world_turns_as_it_is_rolled() {
 }
 
 #[test]
+fn each_body_without_a_world_turns_where_it_lies() {
+    let robot = Native::new(Wiring::new(2), 1, POWER_UP_WITHIN);
+    let mut run = Run::new(robot, vec![at(20, Change::Roll(90.0))], 1_000 * MILLISECOND);
+    run.record(EVERY);
+    let Recording { placings, .. } = finish(run, 60).finish_recording().unwrap();
+    for module in [0, 1] {
+        let [before, after] = [placings[module], placings[2 + module]].map(|placing| placing.frame);
+        assert_eq!(before.translation, after.translation, "module {module}");
+        assert!((after.matrix3.z_axis.y - 1.0).abs() < 1e-9, "{after}");
+    }
+}
+
+#[test]
 fn modules_come_to_know_their_neighbours_and_forget_them() {
     let wiring = Shape::Centipede.wiring(10).unwrap();
     let detached = Face { module: 1, dock: Left };

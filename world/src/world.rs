@@ -114,8 +114,9 @@ impl World {
             odometer: Odometer::default(),
             history: History::new(),
         };
-        world.put_on_ground();
-        if let Some((module, depth)) = world.deepest().filter(|&(_, depth)| depth > TOUCH) {
+        let all: Vec<usize> = (0..modules.len()).collect();
+        world.put_on_ground(std::slice::from_ref(&all));
+        if let Some((module, depth)) = world.deepest(&all) {
             return Err(WorldError::Occupied { module, millimetres: depth / MILLI });
         }
         world.odometer = Odometer::new(&world);
@@ -245,33 +246,59 @@ impl World {
         self.simulation.update();
     }
 
-    /// Turns the whole robot by so many degrees about the long axis that it began with, and lays it down.
+    /// Turns each body by so many degrees about the long axis that it began with, and lays it down where it
+    /// is.
     pub fn turn_over(&mut self, degrees: f64) {
-        let middle = self.middle();
+        let bodies = self.bodies();
+        bodies.iter().for_each(|body| self.turn(body, degrees));
+        self.simulation.speeds_mut().fill(0.0);
+        self.put_on_ground(&bodies);
+        // What stands on the ground may be in the way.
+        for _ in 0..RAISES {
+            let deep: Vec<_> = bodies.iter().filter_map(|body| Some((body, self.deepest(body)?.1))).collect();
+            if deep.is_empty() {
+                break;
+            }
+            deep.iter().for_each(|(body, depth)| self.raise(body, *depth));
+            self.simulation.update();
+        }
+    }
+
+    fn turn(&mut self, body: &[usize], degrees: f64) {
+        let middle = self.middle_of(body);
         let turn = DAffine3::from_translation(middle)
             * DAffine3::from_rotation_x(-degrees.to_radians())
             * DAffine3::from_translation(-middle);
-        for module in 0..self.modules() {
+        for &module in body {
             let frame = turn * weld::frame(&self.simulation, model::root(module));
             let (_, rotation, position) = frame.to_scale_rotation_translation();
             let place = &mut self.simulation.positions_mut()[POSITIONS * module..][..HINGE_POSITION];
             place[..3].copy_from_slice(&position.to_array());
             place[3..].copy_from_slice(&[rotation.w, rotation.x, rotation.y, rotation.z]);
         }
-        self.simulation.speeds_mut().fill(0.0);
-        self.put_on_ground();
-        // What stands on the ground may be in the way.
-        for _ in 0..RAISES {
-            let Some((_, depth)) = self.deepest().filter(|&(_, depth)| depth > TOUCH) else { break };
-            self.raise(depth);
-        }
     }
 
-    /// The module that is the deepest in what stands on the ground, and how deep, in m.
-    fn deepest(&self) -> Option<(usize, f64)> {
+    /// The modules that hold each other, directly or by way of others, body by body.
+    fn bodies(&self) -> Vec<Vec<usize>> {
+        let mut body_of: Vec<usize> = (0..self.modules()).collect();
+        for weld in self.welds.iter().flatten() {
+            let [one, other] = weld.faces.map(|face| body_of[face.module]);
+            body_of.iter_mut().filter(|body| **body == other).for_each(|body| *body = one);
+        }
+        let mut bodies = vec![Vec::new(); self.modules()];
+        (0..self.modules()).for_each(|module| bodies[body_of[module]].push(module));
+        bodies.retain(|body| !body.is_empty());
+        bodies
+    }
+
+    /// Of these modules the one that is the deepest in what stands on the ground, and how deep, in m; `None`
+    /// if all but touch it.
+    fn deepest(&self, modules: &[usize]) -> Option<(usize, f64)> {
         let standing = 1..self.ground_geoms;
         let contacts = self.simulation.contacts().filter(|contact| standing.contains(&contact.geoms[0]));
-        contacts.map(|contact| (self.module_of(&contact), contact.depth)).max_by(|a, b| a.1.total_cmp(&b.1))
+        let depths = contacts.map(|contact| (self.module_of(&contact), contact.depth));
+        let deep = depths.filter(|(module, depth)| *depth > TOUCH && modules.contains(module));
+        deep.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The body that touches the ground.
@@ -283,26 +310,28 @@ impl World {
         model::module(self.body_of(contact))
     }
 
-    /// Raises or lowers all modules so that the lowest touches the ground.
-    fn put_on_ground(&mut self) {
+    /// Raises or lowers each of these bodies so that its lowest corner touches the ground.
+    fn put_on_ground(&mut self, bodies: &[Vec<usize>]) {
         self.simulation.update();
-        let lowest = self.corners().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
-        self.raise(-lowest);
-    }
-
-    /// Raises all modules, in m.
-    fn raise(&mut self, height: f64) {
-        for module in 0..self.modules() {
-            self.simulation.positions_mut()[POSITIONS * module + 2] += height;
+        for body in bodies {
+            let corners = body.iter().flat_map(|&module| self.corners_of(module));
+            let lowest = corners.map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+            self.raise(body, -lowest);
         }
         self.simulation.update();
     }
 
-    /// The corners of all halves, in m.
-    fn corners(&self) -> impl Iterator<Item = DVec3> {
+    /// Raises these modules, in m. An update of the simulation has to follow.
+    fn raise(&mut self, modules: &[usize], height: f64) {
+        for module in modules {
+            self.simulation.positions_mut()[POSITIONS * module + 2] += height;
+        }
+    }
+
+    /// The corners of a module's halves, in m.
+    fn corners_of(&self, module: usize) -> impl Iterator<Item = DVec3> {
         let corners = model::corners();
-        let halves = (0..self.modules()).flat_map(|module| [(module, Half::Front), (module, Half::Back)]);
-        halves.flat_map(move |(module, half)| {
+        [Half::Front, Half::Back].into_iter().flat_map(move |half| {
             let frame = weld::frame(&self.simulation, model::half(module, half));
             corners[half as usize].map(|corner| frame.transform_point3(corner))
         })
@@ -310,10 +339,10 @@ impl World {
 
     /// How long the robot is along x, in m.
     pub fn length(&self) -> f64 {
-        let (least, most) =
-            self.corners().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), corner| {
-                (least.min(corner.x), most.max(corner.x))
-            });
+        let corners = (0..self.modules()).flat_map(|module| self.corners_of(module));
+        let (least, most) = corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), corner| {
+            (least.min(corner.x), most.max(corner.x))
+        });
         most - least
     }
 
@@ -386,8 +415,12 @@ impl World {
 
     /// The middle of all modules, in m.
     pub fn middle(&self) -> DVec3 {
-        let middles = (0..self.modules()).map(|module| self.place(module));
-        middles.sum::<DVec3>() / self.modules() as f64
+        self.middle_of(&(0..self.modules()).collect::<Vec<_>>())
+    }
+
+    /// The middle of these modules, in m.
+    fn middle_of(&self, modules: &[usize]) -> DVec3 {
+        modules.iter().map(|&module| self.place(module)).sum::<DVec3>() / modules.len() as f64
     }
 
     /// The axes of all bodies as seen from above.

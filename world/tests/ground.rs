@@ -3,8 +3,9 @@
 mod common;
 
 use common::{at, run};
+use plants::geometry::Dock;
 use plants::motor::{Motor, SUPPLY_VOLTS};
-use world::{Block, Ground, Make, Placed, Steps, World, WorldError};
+use world::{Block, Face, Ground, Make, Placed, Steps, World, WorldError};
 
 #[test]
 fn what_slides_down_a_slope_is_held_by_a_wall() {
@@ -53,6 +54,22 @@ fn who_is_turned_over_on_a_step_is_laid_onto_it() {
     let speeds = world.speeds(1);
     assert!(speeds.iter().all(|speed| speed.abs() < 1.0), "nothing throws it: {speeds:?}");
     assert!(world.front(1).translation.z < 500.0, "{:?}", world.front(1).translation);
+}
+
+#[test]
+fn each_body_is_turned_over_where_it_lies() {
+    let places = [(0.0, 0.0), (-168.0, 0.0), (0.0, -2000.0), (-168.0, -2000.0)];
+    let mut world = World::new(&places.map(|(x, y)| at(x, y, 0.0)), &Ground::default()).unwrap();
+    for (module, behind) in [(0, 1), (2, 3)] {
+        world.attach(Face { module, dock: Dock::Back }, Face { module: behind, dock: Dock::Front });
+    }
+    let before: [_; 4] = std::array::from_fn(|module| world.place(module));
+    world.turn_over(90.0);
+    for (module, before) in before.into_iter().enumerate() {
+        let way = world.place(module) - before;
+        assert!(way.length() < 0.001, "{module} comes to lie {way} from where it lay");
+        assert!(world.up(module).y > 0.99, "{module} lies on its side");
+    }
 }
 
 fn with(make: Make) -> Placed {

@@ -65,9 +65,7 @@ impl Recorder {
         let in_world: Option<Vec<_>> = (0..modules).map(|module| robot.placing(module)).collect();
         let placings = in_world.unwrap_or_else(|| {
             let roll = glam::DAffine3::from_rotation_x(-self.roll.to_radians());
-            let mut placings = robot.wiring().placings_bent(|module| robot.angles(module));
-            placings.iter_mut().for_each(|placing| placing.frame = roll * placing.frame);
-            placings
+            robot.wiring().placings_bent(roll, |module| robot.angles(module))
         });
         self.recording.placings.extend(placings);
     }
