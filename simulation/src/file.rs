@@ -12,7 +12,7 @@ use toml::Spanned;
 use crate::change::{Change, Links, Mcus};
 use crate::hardware::CLOCK_HZ;
 use crate::images::OtherImages;
-use crate::scenario::{Event, Scenario};
+use crate::scenario::{Event, Forecast, Scenario};
 use crate::shape::Shape;
 use crate::terrain::{Load, Terrain};
 use crate::wiring::{Face, Wiring};
@@ -96,9 +96,9 @@ impl Scenario {
             events.push((span, event));
         }
         events.sort_by_key(|(_, event)| event.at);
-        let mut wired = wiring.clone();
+        let mut forecast = Forecast::new(&wiring);
         for (span, event) in &events {
-            event.change.apply(&mut wired).map_err(|error| at(span.clone(), &error))?;
+            forecast.take(&event.change).map_err(|error| at(span.clone(), &error))?;
         }
         let timeline = events.into_iter().map(|(_, event)| event).collect();
         Ok(Scenario { wiring, terrain, images, timeline })

@@ -72,7 +72,7 @@ pub use random::Random;
 pub use recording::{Loss, Passage, Recorder, Recording, View};
 pub use robot::Robot;
 pub use run::Run;
-pub use scenario::{Event, Scenario};
+pub use scenario::{Event, Forecast, Impossible, Scenario};
 pub use shape::{Shape, TooFewModules};
 pub use terminal::{Terminal, Transcript};
 pub use terrain::{Block, Load, Stair, Terrain, Wall};

@@ -5,13 +5,17 @@ use crate::hardware::MILLISECOND;
 use crate::observer::Observer;
 use crate::recording::{Recorder, Recording};
 use crate::robot::Robot;
-use crate::scenario::Event;
+use crate::scenario::{Event, Impossible};
 use crate::wiring::WiringError;
 
 /// A robot that runs, what is still to happen to it, and who follows it.
 pub struct Run<R> {
     pub robot: R,
     pub observer: Observer,
+    /// What of the timeline could not happen, in order.
+    pub impossible: Vec<Impossible>,
+    /// What has happened to it from outside, in order.
+    happened: Vec<Event>,
     /// The latest first.
     timeline: Vec<Event>,
     /// Where the step under way ends.
@@ -23,7 +27,7 @@ impl<R: Robot> Run<R> {
     pub fn new(robot: R, mut timeline: Vec<Event>, period: u64) -> Self {
         let observer = Observer::new(&robot, period);
         timeline.reverse();
-        Run { robot, observer, timeline, step_end: None }
+        Run { robot, observer, impossible: Vec::new(), happened: Vec::new(), timeline, step_end: None }
     }
 
     /// The longest that a robot runs between two looks, in cycles: 250 ms.
@@ -33,8 +37,8 @@ impl<R: Robot> Run<R> {
     /// Returns whether there is more to run, and can be.
     ///
     /// # Errors
-    /// An event can't happen.
-    pub fn step(&mut self, end: u64) -> Result<bool, WiringError> {
+    /// An event can't happen. It is kept, and over with that: the run may go on.
+    pub fn step(&mut self, end: u64) -> Result<bool, Impossible> {
         self.step_until(end, u64::MAX)
     }
 
@@ -42,8 +46,8 @@ impl<R: Robot> Run<R> {
     /// the same.
     ///
     /// # Errors
-    /// An event can't happen. It is over with that, and the run may go on.
-    pub fn step_until(&mut self, end: u64, pause: u64) -> Result<bool, WiringError> {
+    /// As of [`step`](Self::step).
+    pub fn step_until(&mut self, end: u64, pause: u64) -> Result<bool, Impossible> {
         let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
         let step_end = (self.robot.now() + Self::STEP).min(event).min(end);
         let step_end = *self.step_end.get_or_insert(step_end);
@@ -54,8 +58,12 @@ impl<R: Robot> Run<R> {
         }
         self.end_step();
         let now = self.robot.now();
-        while let Some(Event { change, .. }) = self.timeline.pop_if(|event| event.at <= now) {
-            self.happen(change)?;
+        while let Some(event) = self.timeline.pop_if(|event| event.at <= now) {
+            if let Err(why) = self.happen(event.change.clone()) {
+                let impossible = Impossible { event, why };
+                self.impossible.push(impossible.clone());
+                return Err(impossible);
+            }
         }
         Ok(now < end && self.robot.trouble().is_none())
     }
@@ -69,7 +77,9 @@ impl<R: Robot> Run<R> {
             self.end_step();
         }
         self.robot.change(&change)?;
-        self.observer.changed(&Event { at: self.robot.now(), change });
+        let event = Event { at: self.robot.now(), change };
+        self.observer.changed(&event);
+        self.happened.push(event);
         Ok(())
     }
 
@@ -105,8 +115,13 @@ impl<R: Robot> Run<R> {
         self.robot.run_until(cycle);
     }
 
-    /// How many events have not happened yet.
-    pub fn events_to_come(&self) -> usize {
-        self.timeline.len()
+    /// What has happened to it from outside so far, in order.
+    pub fn happened(&self) -> &[Event] {
+        &self.happened
+    }
+
+    /// What of its timeline is still to happen, in order.
+    pub fn events_to_come(&self) -> impl ExactSizeIterator<Item = &Event> {
+        self.timeline.iter().rev()
     }
 }

@@ -28,6 +28,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     let modules = robot.wiring().modules();
     let mut faults = robot.crashes();
     faults.extend(robot.trouble().map(ToString::to_string));
+    faults.extend(run.impossible.iter().map(ToString::to_string));
     let mistaken: Vec<usize> = (0..modules).filter(|&module| !robot.is_right(module)).collect();
     for &module in mistaken.iter().take(MISTAKEN_NAMED) {
         let wiring = robot.wiring().neighbours(module);

@@ -67,11 +67,14 @@ impl Wiring {
     /// # Errors
     /// A module is not there, a dock not free, or both are of one module.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
-        self.expect_free(one)?;
-        self.expect_free(other)?;
+        // What can never be is said first.
+        self.check(one.module)?;
+        self.check(other.module)?;
         if one.module == other.module {
             return Err(WiringError::ModuleToItself { module: one.module });
         }
+        self.expect_free(one)?;
+        self.expect_free(other)?;
         *self.attached_mut(one) = Some(other);
         *self.attached_mut(other) = Some(one);
         Ok(())

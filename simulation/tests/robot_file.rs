@@ -306,3 +306,31 @@ fn events_are_tried_in_the_order_of_time() {
     let text = text.replace("at = 2", "at = 0.5");
     assert!(error(&text, 2, "[[event]]").contains("attach something first"));
 }
+
+#[test]
+fn once_a_robot_docks_itself_only_what_can_never_be_is_refused() {
+    let event = |at: u32, fields: &str| format!("[[event]]\nat = {at}\n{fields}\n");
+    let chain = "modules = 6\nshape = \"chain\"\n";
+    let close = event(4, "command = [0xd8, 1, 255]\nto = \"0.Front\"");
+    for fields in [
+        "detach = \"0.Front\"",
+        "attach = [\"0.Back\", \"5.Back\"]",
+        "command = [0xd9, 1, 255]\nto = \"1.Front\"",
+    ] {
+        let later = event(9, fields);
+        assert!(Scenario::from_toml(&format!("{chain}{close}{later}")).is_ok(), "{fields}");
+        let walks = close.replace("0xd8", "0xd2");
+        for text in [format!("{chain}{walks}{later}"), format!("{chain}{close}{}", later.replace('9', "3"))] {
+            assert!(Scenario::from_toml(&text).is_err(), "{text}");
+        }
+    }
+    for (fields, advice) in [
+        ("detach = \"6.Front\"", "there is no module 6"),
+        ("attach = [\"0.Back\", \"6.Back\"]", "there is no module 6"),
+        ("attach = [\"0.Back\", \"0.Back\"]", "attached to itself"),
+        ("swap = [1, 1]", "can't change places with itself"),
+    ] {
+        let text = format!("{chain}{close}{}", event(9, fields));
+        assert!(error(&text, 7, "[[event]]").contains(advice), "{fields}");
+    }
+}

@@ -7,7 +7,9 @@ use hormone::module_type::ModuleType::{self, Branch, Head, LeftLeg, RightLeg, Sp
 use hormone::rule::{BACK, LEFT_RIGHT_BACK, Rule, received, timer};
 use hormone::sense::Sense::UpsideDown;
 use kernel::flash::Flash;
-use simulation::{MILLISECOND, Native, Random, Run, Scenario, Wiring, faults};
+use simulation::{
+    Change, Event, Face, MILLISECOND, Native, Random, Robot, Run, Scenario, Shape, Wiring, faults,
+};
 use tasks::dock::Dock;
 
 mod table;
@@ -54,6 +56,28 @@ fn an_order_that_nobody_follows_is_a_fault() {
     // Nobody has power yet.
     let order = "[[event]]\nat = 0\ncommand = [0xd2, 1, 255]\nto = \"13.Back\"";
     assert_found(&verdict(&format!("shape = \"centipede\"\nmodules = 14\n{order}"), 8), "the gait was wrong");
+}
+
+#[test]
+fn an_event_that_can_not_happen_is_a_fault_and_the_run_goes_on() {
+    let robot = Native::new(Shape::Chain.wiring(3).unwrap(), 1, 40 * MILLISECOND);
+    let [free, taken] = [Dock::Front, Dock::Back].map(|dock| Face { module: 0, dock });
+    let event = |change| Event { at: SECOND, change };
+    let order = Change::Command { at: free, payload: vec![0xd2, 1, 255] };
+    let timeline = vec![event(Change::Detach(free)), event(order.clone()), event(Change::Console(taken))];
+    let mut run = Run::new(robot, timeline, SECOND);
+    while run.step(8 * SECOND).unwrap_or(true) {}
+    assert_eq!(run.robot.now(), 8 * SECOND);
+    assert_eq!(run.happened(), [event(order)]);
+    assert_eq!(
+        faults(&run, true),
+        [
+            "an event could not happen at 1 s (0.Front is detached): nothing is attached to the Front dock of \
+             module 0; attach something first, or name another",
+            "an event could not happen at 1 s (the console is asked at 0.Back): the Back dock of module 0 is \
+             attached already; detach it or use another"
+        ]
+    );
 }
 
 #[test]

@@ -164,6 +164,30 @@ fn a_robot_file_is_run_through_its_changes() {
 }
 
 #[test]
+fn an_event_at_docks_that_the_robot_has_closed_is_said_and_the_run_is_reported() {
+    let ring = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/ring.toml");
+    let ring = std::fs::read_to_string(ring).unwrap();
+    let directory = tempfile::tempdir().unwrap();
+    let run_with = |event: &str| {
+        let file = directory.path().join("robot.toml");
+        std::fs::write(&file, format!("{ring}\n[[event]]\nat = 9\n{event}\n")).unwrap();
+        run(&["sim", file.to_str().unwrap(), "--engine", "host", "--seconds", "10", "--json", "-"])
+    };
+    let order = run_with("command = [0xd0, 2, 255]\nto = \"0.Front\"");
+    assert_eq!(order.status.code(), Some(1));
+    let faults = &json(&order)["faults"];
+    let said = faults[0].as_str().expect("there is one");
+    assert!(
+        said.starts_with("an event could not happen at 9 s") && said.contains("attached already"),
+        "{said}"
+    );
+    assert!(faults[1].is_null() && String::from_utf8_lossy(&order.stderr).contains(said), "{faults}");
+    let detach = run_with("detach = \"0.Front\"");
+    assert_ne!(detach.status.code(), Some(2), "{}", String::from_utf8_lossy(&detach.stderr));
+    assert!(!json(&detach)["faults"].to_string().contains("could not happen"));
+}
+
+#[test]
 fn modules_have_the_images_that_a_robot_file_names() {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mixed");
     std::fs::create_dir_all(&directory).expect("the directory can be made");

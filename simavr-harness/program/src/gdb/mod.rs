@@ -131,10 +131,7 @@ fn work(mut robot: Robot, scenario: Scenario, options: &Gdb, server: Line) -> ! 
         match step {
             Ok(true) => worker.with(|worker| worker.ask(mcu)),
             Ok(false) => break,
-            Err(error) => {
-                say(format_args!("superbot-sim: the run ends here: {error}\n"));
-                break;
-            }
+            Err(impossible) => say(format_args!("superbot-sim: {impossible}\n")),
         }
     }
     let text = end_of(&run);

@@ -99,9 +99,9 @@ impl View {
                 let next_look = (now / EVERY + 1) * EVERY;
                 goes_on = match run.step_until(end, next_look) {
                     Ok(goes_on) => goes_on,
-                    Err(error) => {
-                        self.tell_said(&format!("what the robot file has next can't happen: {error}"))?;
-                        run.robot.now() < end
+                    Err(impossible) => {
+                        self.tell_said(&impossible.to_string())?;
+                        true
                     }
                 };
                 self.tell_news(run)?;
