@@ -156,6 +156,39 @@ impl Change {
         let table: EventTable = table.map_err(|error| FileError(error.message().into()))?;
         table.change().map_err(FileError)
     }
+
+    /// The lines that name it in a robot file: [`from_toml`](Self::from_toml) makes it of them.
+    fn to_toml(&self) -> String {
+        let from = |links: &Links| match links {
+            Links::All => String::new(),
+            Links::From(face) => format!("\nfrom = \"{face}\""),
+        };
+        match self {
+            Change::Attach(one, other) => format!("attach = [\"{one}\", \"{other}\"]"),
+            Change::Detach(face) => format!("detach = \"{face}\""),
+            Change::Swap(one, other) => format!("swap = [{one}, {other}]"),
+            Change::Reset { module, mcus } => {
+                format!("reset = {module}\nmcu = \"{}\"", format!("{mcus:?}").to_lowercase())
+            }
+            Change::Kill(module) => format!("kill = {module}"),
+            Change::Loss { links, probability } => format!("loss = {probability:?}{}", from(links)),
+            Change::Noise { links, probability } => format!("noise = {probability:?}{}", from(links)),
+            Change::Obstacle { at, is_there: true } => format!("obstacle = \"{at}\""),
+            Change::Obstacle { at, is_there: false } => format!("clear = \"{at}\""),
+            Change::Roll(degrees) => format!("roll = {degrees:?}"),
+            Change::Push { module, newtons } => format!("push = {module}\nnewtons = {newtons:?}"),
+            Change::Slip { module, degrees } => format!("slip = {module}\ndegrees = {degrees:?}"),
+            Change::Command { at, payload } => format!("command = {payload:?}\nto = \"{at}\""),
+            Change::Console(at) => format!("console = \"{at}\""),
+        }
+    }
+}
+
+impl Event {
+    /// Its table in a robot file.
+    pub fn to_toml(&self) -> String {
+        format!("[[event]]\nat = {:?}\n{}\n", self.seconds(), self.change.to_toml())
+    }
 }
 
 impl EventTable {

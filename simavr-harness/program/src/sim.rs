@@ -212,17 +212,20 @@ fn run_robot(
         say(format_args!("superbot-sim: {fault}\n"));
     }
     if let Some(view) = view {
-        view.end(&report)?;
+        view.end(&report, options, &run)?;
     }
     Ok(report.faults().is_empty())
 }
 
+/// What `--loss` has happen, before all that a robot file has.
+pub fn loss(options: &Sim) -> Option<Event> {
+    let change = Change::Loss { links: Links::All, probability: options.loss };
+    (options.loss > 0.0).then_some(Event { at: 0, change })
+}
+
 /// A robot at the begin of its run.
-pub fn begin<R: simulation::Robot>(robot: R, mut timeline: Vec<Event>, options: &Sim) -> Run<R> {
-    if options.loss > 0.0 {
-        let change = Change::Loss { links: Links::All, probability: options.loss };
-        timeline.insert(0, Event { at: 0, change });
-    }
+pub fn begin<R: simulation::Robot>(robot: R, timeline: Vec<Event>, options: &Sim) -> Run<R> {
+    let timeline = loss(options).into_iter().chain(timeline).collect();
     Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND)
 }
 

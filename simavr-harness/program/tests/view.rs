@@ -131,7 +131,7 @@ fn what_can_not_be_done_is_said_and_nothing_happens() {
     assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
     let timeline = viewed.ask(r#"{"timeline": null}"#);
     assert!(
-        timeline.ends_with("shape = \"chain\"\nmodules = 3\n\n[[event]]\nat = 0.0\ndetach = '1.Back'\n"),
+        timeline.ends_with("shape = \"chain\"\nmodules = 3\n\n[[event]]\nat = 0.0\ndetach = \"1.Back\"\n"),
         "{timeline}"
     );
 }
@@ -147,4 +147,39 @@ fn what_can_not_happen_any_more_does_not_end_the_run() {
     assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
     assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
     assert_eq!(viewed.report()["simulated_seconds"], 1.0);
+}
+
+#[test]
+fn what_is_saved_is_what_happened_and_still_can_also_when_the_run_is_over() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = |text: &str| {
+        let path = directory.path().join("robot.toml");
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let robot = file(
+        "shape = \"chain\"\nmodules = 3\n\
+         event = [{ at = 0.6, reset = 2 }, { at = 0.5, detach = \"1.Back\" }]",
+    );
+    let options = ["--engine", "host", "--loss", "0.01", "--seconds", "1", "--json", "-"];
+    let mut viewed = Viewed::start(&[&["sim", &robot], &options[..]].concat());
+    let saved = |viewed: &Viewed| {
+        let answer = viewed.ask(r#"{"timeline": null}"#);
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+        answer.split_once("\r\n\r\n").unwrap().1.to_owned()
+    };
+    assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
+    let begun = saved(&viewed);
+    assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
+    let reports = serde_json::Deserializer::from_reader(viewed.program.stdout.take().unwrap());
+    let report: Value = reports.into_iter().next().unwrap().unwrap();
+    let ended = saved(&viewed);
+    let happens =
+        "[[event]]\nat = 0.0\ndetach = \"1.Back\"\n\n[[event]]\nat = 0.6\nreset = 2\nmcu = \"both\"\n";
+    for text in [begun, ended] {
+        assert!(text.ends_with(&format!("\nmodules = 3\nshape = \"chain\"\n\n{happens}")), "{text}");
+        let again = command::run(&[&["sim", &file(&text)], &options[..]].concat());
+        let again: Value = serde_json::from_slice(&again.stdout).expect(&text);
+        assert_eq!(again["state_hash"], report["state_hash"], "{text}");
+    }
 }

@@ -15,14 +15,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use simulation::{CLOCK_HZ, Change, Run, Scenario};
+use simulation::{CLOCK_HZ, Change, Event, Forecast, Run, Scenario, Wiring};
 
 use super::arguments::{Sim, Source};
 use super::display::Display;
 use super::output::say;
 use super::record::{self, EVERY, subject};
 use super::report::Report;
-use super::sim::expect_possible;
+use super::sim::{expect_possible, loss};
 use feed::Feed;
 pub use inspect::Inspected;
 use inspect::Inspector;
@@ -41,8 +41,9 @@ pub struct View {
     waited: Duration,
     /// Into the module that somebody looks into.
     inspector: Option<Inspector>,
-    /// The robot as a robot file, to which what happens is added.
-    file: String,
+    /// The robot as a robot file without events, and its wiring at power-up.
+    robot: String,
+    wiring: Wiring,
 }
 
 impl View {
@@ -68,7 +69,8 @@ impl View {
             until: 0,
             waited: Duration::ZERO,
             inspector: None,
-            file: file(options)?,
+            robot: robot(options)?,
+            wiring: scenario.wiring.clone(),
         }))
     }
 
@@ -118,12 +120,39 @@ impl View {
     ///
     /// # Errors
     /// Memory runs out.
-    pub fn end(self, report: &Report) -> Result<(), Box<dyn Error>> {
+    pub fn end<R: Inspected>(
+        self,
+        report: &Report,
+        options: &Sim,
+        run: &Run<R>,
+    ) -> Result<(), Box<dyn Error>> {
         let ended = json!({ "ended": { "summary": report.to_string(), "faults": report.faults() } });
         self.feed.tell(viewer::message(&ended, &[])?);
-        drop(self.asked);
+        let file = self.file(options, run);
+        let asked = self.asked;
+        thread::spawn(move || {
+            for Asked { wish, answer } in asked {
+                let granted = match wish {
+                    Wish::Timeline => Ok(file.clone()),
+                    _ => Err("the run is over".into()),
+                };
+                // Who asked may have gone.
+                let _ = answer.send(granted);
+            }
+        });
         self.feed.wait_until_alone(PATIENCE);
         Ok(())
+    }
+
+    /// The robot as a robot file, with what has happened to it, and what of its own file still can.
+    fn file<R: Inspected>(&self, options: &Sim, run: &Run<R>) -> String {
+        let mut forecast = Forecast::new(&self.wiring);
+        // What options have happen they have happen again.
+        let of_options = loss(options);
+        let events = run.happened().iter().chain(run.events_to_come());
+        let events = events.filter(|event| Some(*event) != of_options.as_ref());
+        let possible = events.filter(|event| forecast.take(&event.change).is_ok());
+        possible.fold(self.robot.clone(), |file, event| file + "\n" + &event.to_toml())
     }
 
     /// For how long the run waited for pages.
@@ -153,13 +182,10 @@ impl View {
             Wish::Event(lines) => {
                 let change = Change::from_toml(&lines).map_err(|error| error.to_string())?;
                 expect_possible(options, &change)?;
-                run.happen(change).map_err(|error| error.to_string())?;
-                let seconds = run.robot.now() as f64 / f64::from(CLOCK_HZ);
-                let event = format!("\n[[event]]\nat = {seconds:?}\n{}\n", lines.trim());
+                run.happen(change.clone()).map_err(|error| error.to_string())?;
                 // What is said stays: the next picture comes below.
                 display.finish();
-                say(&event);
-                self.file.push_str(&event);
+                say(format_args!("\n{}", Event { at: run.robot.now(), change }.to_toml()));
                 Ok(String::new())
             }
             Wish::Inspect(module) => {
@@ -172,7 +198,7 @@ impl View {
                     }
                 }
             }
-            Wish::Timeline => Ok(self.file.clone()),
+            Wish::Timeline => Ok(self.file(options, run)),
         }
     }
 
@@ -198,14 +224,18 @@ impl View {
     }
 }
 
-/// The robot as a robot file, without what is still to happen by hand.
-fn file(options: &Sim) -> Result<String, Box<dyn Error>> {
+/// The robot as a robot file without events.
+fn robot(options: &Sim) -> Result<String, Box<dyn Error>> {
     let robot = match &options.robot {
         Source::Shape(shape) => {
             let modules = options.modules.unwrap_or(shape.usual_modules());
             format!("shape = \"{}\"\nmodules = {modules}\n", shape.name())
         }
-        Source::File(path) => std::fs::read_to_string(path)?,
+        Source::File(path) => {
+            let mut file: toml::Table = toml::from_str(&std::fs::read_to_string(path)?)?;
+            file.remove("event");
+            toml::to_string(&file)?
+        }
     };
     let arguments: Vec<String> = std::env::args().skip(2).collect();
     Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))
