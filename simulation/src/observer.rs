@@ -1,11 +1,14 @@
 //! All observers of a robot at once.
 
 use crate::change::{Change, Links, Mcus};
+use crate::command::SENDS;
 use crate::course::Course;
 use crate::deed::Deed;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
+use crate::hardware::{START_UP, is_on_slave};
 use crate::hops::Hops;
+use crate::native::time::START;
 use crate::recording::Recorder;
 use crate::robot::Robot;
 use crate::scenario::Event;
@@ -18,6 +21,10 @@ pub struct Observer {
     pub gait: Gait,
     /// What the robot itself has changed of its wiring, in order.
     pub own_changes: Vec<Event>,
+    /// The orders that came while no program ran that would have heard them.
+    pub unheard: Vec<Event>,
+    /// The attachments that modules can find out: none where one end is blind.
+    pub audible: Wiring,
     /// Who keeps the run, if anybody does.
     pub recorder: Option<Recorder>,
     /// What has happened to it from outside.
@@ -26,8 +33,8 @@ pub struct Observer {
     wiring: Wiring,
     /// Docks from which nothing comes through, though something is attached there.
     muted: Vec<Face>,
-    /// The attachments that modules can find out: none where one end is blind.
-    audible: Wiring,
+    /// By module, since when the programs of its master and its slave run.
+    run_since: Vec<[u64; 2]>,
 }
 
 /// What is lost or changed on lines.
@@ -60,12 +67,14 @@ impl Observer {
             discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
             own_changes: Vec::new(),
+            unheard: Vec::new(),
+            audible: wiring.clone(),
             recorder: None,
             course: Course::NEW,
             disturbances: Vec::new(),
             wiring: wiring.clone(),
             muted: Vec::new(),
-            audible: wiring.clone(),
+            run_since: (0..wiring.modules()).map(|module| [robot.powered_up_at(module) + START; 2]).collect(),
         }
     }
 
@@ -108,8 +117,25 @@ impl Observer {
 
     /// Something has just happened to the robot.
     pub fn changed(&mut self, event: &Event) {
-        self.course.take(&event.change);
         self.follow(event);
+        let order = event.change.orders();
+        if order.is_some() && !self.is_heard(event) {
+            self.unheard.push(event.clone());
+            return;
+        }
+        self.course.take(&event.change);
+        if let Some((module, gait)) = order {
+            let concerned = self.gait.ordered(module, gait, event.at);
+            self.hops.disturbed(&concerned, event.at);
+        }
+    }
+
+    /// Whether the programs that have to hear a command run by one of the times when it is sent.
+    fn is_heard(&self, event: &Event) -> bool {
+        let Change::Command { at: Face { module, dock }, .. } = event.change else { return true };
+        let [master, slave] = self.run_since[module];
+        let since = if is_on_slave(dock) { master.max(slave) } else { master };
+        SENDS.iter().any(|later| event.at + later >= since)
     }
 
     fn follow(&mut self, event: &Event) {
@@ -143,10 +169,6 @@ impl Observer {
             self.gait.disturb_lines(are_noisy);
             self.hops.disturb_lines(are_noisy, at);
         }
-        if let Some((module, gait)) = change.orders() {
-            let concerned = self.gait.ordered(module, gait, at);
-            self.hops.disturbed(&concerned, at);
-        }
         let audible = self.audible();
         let reset = match *change {
             Change::Reset { module, .. } => audible.peers(module).chain([module]).collect(),
@@ -158,8 +180,16 @@ impl Observer {
             self.hops.disturbed(&concerned, at);
             self.audible = audible;
         }
-        if let Change::Reset { module, mcus: Mcus::Master | Mcus::Both } = *change {
-            self.discovery.restarted(module, at);
+        if let Change::Reset { module, mcus } = *change {
+            let [master, slave] = &mut self.run_since[module];
+            for (since, mcu) in [(master, Mcus::Master), (slave, Mcus::Slave)] {
+                if mcus == Mcus::Both || mcus == mcu {
+                    *since = (at + START_UP + START).max(*since);
+                }
+            }
+            if mcus != Mcus::Slave {
+                self.discovery.restarted(module, at);
+            }
         }
     }
 

@@ -107,10 +107,15 @@ pub trait Robot {
     /// Whether a module's view of its neighbours and of its type equals the wiring. One without power has
     /// none to be wrong.
     fn is_right(&self, module: usize) -> bool {
+        self.is_right_by(self.wiring(), module)
+    }
+
+    /// Likewise this wiring.
+    fn is_right_by(&self, wiring: &Wiring, module: usize) -> bool {
         !self.is_on(module)
             || self.status(module).is_some_and(|status| {
-                status.neighbours() == Some(self.wiring().neighbours(module))
-                    && status.module_type == self.wiring().module_type(module)
+                status.neighbours() == Some(wiring.neighbours(module))
+                    && status.module_type == wiring.module_type(module)
             })
     }
 }

@@ -29,9 +29,18 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     let mut faults = robot.crashes();
     faults.extend(robot.trouble().map(ToString::to_string));
     faults.extend(run.impossible.iter().map(ToString::to_string));
-    let mistaken: Vec<usize> = (0..modules).filter(|&module| !robot.is_right(module)).collect();
+    let unheard = observer.unheard.iter();
+    faults.extend(unheard.map(|order| {
+        format!(
+            "nobody heard {} after {} s: no program ran there; give it later",
+            order.change,
+            order.seconds()
+        )
+    }));
+    let wired = &observer.audible;
+    let mistaken: Vec<usize> = (0..modules).filter(|&module| !robot.is_right_by(wired, module)).collect();
     for &module in mistaken.iter().take(MISTAKEN_NAMED) {
-        let wiring = robot.wiring().neighbours(module);
+        let wiring = wired.neighbours(module);
         let seen = robot.status(module).map(|status| (status.module_type, status.neighbours()));
         faults.push(format!("module {module} is wired {wiring:?}, but sees {seen:?}"));
     }

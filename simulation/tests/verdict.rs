@@ -52,10 +52,24 @@ fn a_robot_whose_modules_have_lost_their_power_does_nothing() {
 }
 
 #[test]
-fn an_order_that_nobody_follows_is_a_fault() {
-    // Nobody has power yet.
-    let order = "[[event]]\nat = 0\ncommand = [0xd2, 1, 255]\nto = \"13.Back\"";
-    assert_found(&verdict(&format!("shape = \"centipede\"\nmodules = 14\n{order}"), 8), "the gait was wrong");
+fn an_order_that_nobody_hears_is_a_fault_and_nobody_has_to_follow_it() {
+    let unheard = |at| {
+        let order = format!("an order to walk by Caterpillar at 1.Back after {at} s");
+        format!("nobody heard {order}: no program ran there; give it later")
+    };
+    // Its power has not come yet; both its MCUs are reset, or the one that has the dock; the last time that it is
+    // sent they run again.
+    for (reset, at, is_heard) in [
+        ("", 0.0, false),
+        ("[[event]]\nat = 2\nreset = 1\n", 2.01, false),
+        ("[[event]]\nat = 2\nreset = 1\nmcu = \"slave\"\n", 2.01, false),
+        ("[[event]]\nat = 2\nreset = 1\n", 2.04, true),
+    ] {
+        let order = format!("[[event]]\nat = {at}\ncommand = [0xd2, 1, 255]\nto = \"1.Back\"");
+        let faults = verdict(&format!("shape = \"chain\"\nmodules = 2\n{reset}{order}"), 8);
+        let expected = if is_heard { vec![] } else { vec![unheard(at)] };
+        assert_eq!(faults, expected, "{reset}{at}");
+    }
 }
 
 #[test]
@@ -78,6 +92,12 @@ fn an_event_that_can_not_happen_is_a_fault_and_the_run_goes_on() {
              attached already; detach it or use another"
         ]
     );
+}
+
+#[test]
+fn a_dock_may_be_blind_at_the_end() {
+    let blind = "[[event]]\nat = 2\nloss = 1\nfrom = \"1.Front\"";
+    assert_eq!(verdict(&format!("shape = \"chain\"\nmodules = 5\n{blind}"), 8), [""; 0]);
 }
 
 #[test]

@@ -61,7 +61,7 @@ impl Display {
             // A line stays free for the cursor.
             let height = usize::from(height).saturating_sub(2).min(LINES);
             let number = robot.wiring().modules();
-            lines.extend(table::lay_out(number, |module| row(robot, module), width.into(), height));
+            lines.extend(table::lay_out(number, |module| row(run, module), width.into(), height));
             let before = self.drawn.map_or(0, |(_, lines)| lines);
             draw(terminal, before, &lines);
             self.drawn = Some((Instant::now(), lines.len()));
@@ -92,14 +92,14 @@ fn draw(terminal: &Term, before: usize, lines: &[String]) {
 }
 
 /// The fields of a module, as [`table::FIELDS`] lists them.
-fn row(robot: &impl Robot, module: usize) -> Row {
+fn row(Run { robot, observer, .. }: &Run<impl Robot>, module: usize) -> Row {
     let plain = Style::new();
     let Some(status) = robot.status(module) else {
         let rest = ["(starting)", "", "", ""].map(|text| (text.into(), plain.clone().dim()));
         let [module_type, action, hormone, changes] = rest;
         return [(module.to_string(), plain), module_type, action, hormone, changes];
     };
-    let is_right = robot.is_right(module);
+    let is_right = robot.is_right_by(&observer.audible, module);
     let (mark, style) = if is_right { ("", plain.clone()) } else { ("?", plain.clone().red().bold()) };
     let hormone = status.hormone().map_or("-".into(), |data| format!("{data:?}"));
     [

@@ -226,7 +226,7 @@ impl Report {
             varied_percent: options.vary.iter().map(|it| (it.of.name(), it.percent)).collect(),
             loss: options.loss,
             types,
-            topology_correct: (0..modules).all(|module| robot.is_right(module)),
+            topology_correct: (0..modules).all(|module| robot.is_right_by(&observer.audible, module)),
             hormones_sent: hops.sent,
             hormones_delivered: hops.delivered,
             hormones_dropped: hops.dropped,

@@ -16,7 +16,7 @@ mod inside;
 mod lying;
 mod module;
 mod port;
-mod time;
+pub(crate) mod time;
 mod world;
 
 use std::hash::{Hash, Hasher};
