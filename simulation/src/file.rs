@@ -10,6 +10,7 @@ use thiserror::Error;
 use toml::Spanned;
 
 use crate::change::{Change, Links, Mcus};
+use crate::fixed::Fixed;
 use crate::hardware::CLOCK_HZ;
 use crate::images::OtherImages;
 use crate::scenario::{Event, Forecast, Scenario};
@@ -29,7 +30,7 @@ struct File {
     modules: Spanned<usize>,
     shape: Option<Spanned<Shape>>,
     #[serde(default)]
-    docks: Vec<Spanned<Pair<Face>>>,
+    docks: Vec<Spanned<Fixed<Face, 2>>>,
     world: Option<Spanned<Terrain>>,
     #[serde(default)]
     image: Vec<Spanned<OtherImages>>,
@@ -41,9 +42,9 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct EventTable {
     at: f64,
-    attach: Option<Pair<Face>>,
+    attach: Option<Fixed<Face, 2>>,
     detach: Option<Face>,
-    swap: Option<Pair<usize>>,
+    swap: Option<Fixed<usize, 2>>,
     reset: Option<usize>,
     mcu: Option<Mcus>,
     kill: Option<usize>,
@@ -54,9 +55,9 @@ struct EventTable {
     clear: Option<Face>,
     roll: Option<f64>,
     push: Option<usize>,
-    newtons: Option<[f64; 3]>,
+    newtons: Option<Fixed<f64, 3>>,
     slip: Option<usize>,
-    degrees: Option<[f64; 3]>,
+    degrees: Option<Fixed<f64, 3>>,
     command: Option<Vec<u8>>,
     to: Option<Face>,
     console: Option<Face>,
@@ -119,7 +120,7 @@ impl File {
             }
         };
         for docks in &self.docks {
-            let &Pair([one, other]) = docks.get_ref();
+            let &Fixed([one, other]) = docks.get_ref();
             wiring.attach(one, other).map_err(|error| (docks.span(), error.to_string()))?;
         }
         Ok(wiring)
@@ -221,9 +222,9 @@ impl EventTable {
         }
         let links = self.from.map_or(Links::All, Links::From);
         let changes = [
-            self.attach.map(|Pair([one, other])| Ok(Change::Attach(one, other))),
+            self.attach.map(|Fixed([one, other])| Ok(Change::Attach(one, other))),
             self.detach.map(|face| Ok(Change::Detach(face))),
-            self.swap.map(|Pair([one, other])| Ok(Change::Swap(one, other))),
+            self.swap.map(|Fixed([one, other])| Ok(Change::Swap(one, other))),
             self.reset.map(|module| Ok(Change::Reset { module, mcus: self.mcu.unwrap_or(Mcus::Both) })),
             self.kill.map(|module| Ok(Change::Kill(module))),
             self.loss.map(|chance| Ok(Change::Loss { links, probability: probability(chance)? })),
@@ -231,8 +232,8 @@ impl EventTable {
             self.obstacle.map(|at| Ok(Change::Obstacle { at, is_there: true })),
             self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
             self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
-            self.push.zip(self.newtons).map(|(module, newtons)| push(module, newtons)),
-            self.slip.zip(self.degrees).map(|(module, degrees)| slip(module, degrees)),
+            self.push.zip(self.newtons).map(|(module, Fixed(newtons))| push(module, newtons)),
+            self.slip.zip(self.degrees).map(|(module, Fixed(degrees))| slip(module, degrees)),
             self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
             self.console.map(|at| Ok(Change::Console(at))),
         ];
@@ -296,18 +297,6 @@ fn point_at(text: &str, span: Range<usize>, message: &dyn std::fmt::Display) -> 
         "line {number}: {message}\n{margin} |\n{number} | {line}\n{margin} | {indent}{}",
         "^".repeat(width)
     )
-}
-
-/// Two, and no more: serde takes the first elements of a longer array, and leaves the others.
-struct Pair<T>([T; 2]);
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Pair<T> {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let all = Vec::deserialize(deserializer)?;
-        let number = all.len();
-        let pair = all.try_into().map_err(|_| format!("there are {number} here: give two"));
-        pair.map(Pair).map_err(serde::de::Error::custom)
-    }
 }
 
 impl<'de> Deserialize<'de> for Face {

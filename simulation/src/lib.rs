@@ -24,6 +24,7 @@ mod discovery;
 mod docking;
 mod environment;
 mod file;
+mod fixed;
 mod gait;
 mod hardware;
 mod hash;

@@ -6,6 +6,8 @@ use std::ops::RangeInclusive;
 
 use serde::de::{Deserialize, Deserializer, Error};
 
+use crate::fixed::Fixed;
+
 /// What differs from level ground without anything on it. What is `None` is as the world assumes it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -102,7 +104,7 @@ fn place<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
 }
 
 fn point<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
-    let [x, y] = <[f64; 2]>::deserialize(deserializer)?;
+    let Fixed([x, y]) = Fixed::deserialize(deserializer)?;
     Ok([expect_place(x)?, expect_place(y)?])
 }
 
@@ -115,7 +117,7 @@ fn edge<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
 }
 
 fn edges<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
-    let [length, width, height] = <[f64; 3]>::deserialize(deserializer)?;
+    let Fixed([length, width, height]) = Fixed::deserialize(deserializer)?;
     Ok([expect_edge(length)?, expect_edge(width)?, expect_edge(height)?])
 }
 

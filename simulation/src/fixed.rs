@@ -1,0 +1,15 @@
+//! Arrays of files, of one length.
+
+use serde::{Deserialize, Deserializer, de};
+
+/// So many, and no more: serde takes the first elements of a longer array, and leaves the others.
+pub struct Fixed<T, const N: usize>(pub [T; N]);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Fixed<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let all = Vec::deserialize(deserializer)?;
+        let number = all.len();
+        let fixed = all.try_into().map_err(|_| format!("there are {number} here: give {N}"));
+        fixed.map(Fixed).map_err(de::Error::custom)
+    }
+}
