@@ -231,7 +231,7 @@ pub fn begin<R: simulation::Robot>(robot: R, timeline: Vec<Event>, options: &Sim
 
 /// How many cycles so many seconds are.
 pub fn cycles(seconds: f64) -> u64 {
-    (seconds * 1000.0 * MILLISECOND as f64) as u64
+    (seconds * f64::from(CLOCK_HZ)).round() as u64
 }
 
 /// Whether there is a world: where nobody says so, in simavr alone.

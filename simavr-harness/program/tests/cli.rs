@@ -189,6 +189,19 @@ fn an_event_at_docks_that_the_robot_has_closed_is_said_and_the_run_is_reported()
 }
 
 #[test]
+fn a_run_ends_at_the_time_that_it_was_asked_for() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("robot.toml");
+    // In cycles that is just less than a whole number.
+    std::fs::write(&file, "modules = 2\nshape = \"chain\"\n[[event]]\nat = 1.001\nreset = 0\n").unwrap();
+    let output =
+        run(&["sim", file.to_str().unwrap(), "--engine", "host", "--seconds", "1.001", "--json", "-"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(json(&output)["simulated_seconds"], 1.001);
+    assert!(!message.contains("did not happen"), "{message}");
+}
+
+#[test]
 fn modules_have_the_images_that_a_robot_file_names() {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mixed");
     std::fs::create_dir_all(&directory).expect("the directory can be made");

@@ -15,14 +15,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use simulation::{CLOCK_HZ, Change, Event, Forecast, Run, Scenario, Wiring};
+use simulation::{Change, Event, Forecast, Run, Scenario, Wiring};
 
 use super::arguments::{Sim, Source};
 use super::display::Display;
 use super::output::say;
 use super::record::{self, EVERY, subject};
 use super::report::Report;
-use super::sim::{expect_possible, loss};
+use super::sim::{cycles, expect_possible, loss};
 use feed::Feed;
 pub use inspect::Inspected;
 use inspect::Inspector;
@@ -176,7 +176,7 @@ impl View {
     ) -> Answer {
         match wish {
             Wish::Until(seconds) => {
-                self.until = (seconds * f64::from(CLOCK_HZ)).round() as u64;
+                self.until = cycles(seconds);
                 Ok(String::new())
             }
             Wish::Event(lines) => {
