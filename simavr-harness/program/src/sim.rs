@@ -81,7 +81,9 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
         }
     }
     scenario.timeline.iter().try_for_each(|event| expect_possible(options, &event.change))?;
-    if matches!(options.engine, EngineName::Host) {
+    if matches!(options.engine, EngineName::Simavr) {
+        expect_in_simavr(scenario.wiring.modules())?;
+    } else {
         if has_world(options) && scenario.wiring.modules() > IN_WORLD {
             let most = format!("a world takes up to {IN_WORLD} modules: ask for fewer, or for --world none");
             return Err(most.into());
@@ -97,6 +99,31 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
                     .into(),
             );
         }
+    }
+    Ok(())
+}
+
+/// Whether simavr runs so many modules.
+///
+/// # Errors
+/// They are too many.
+pub fn expect_in_simavr(modules: usize) -> Result<(), String> {
+    if modules <= SIMAVR_MODULES {
+        return Ok(());
+    }
+    Err(format!("simavr runs up to {SIMAVR_MODULES} modules: ask for fewer, or for --engine host"))
+}
+
+/// Whether the files that a robot file names are there, and the robot can lie on its ground.
+///
+/// # Errors
+/// They aren't, or it can't.
+pub fn expect_buildable(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
+    if matches!(options.engine, EngineName::Simavr) {
+        Flashed::load(scenario, options)?;
+    }
+    if let Some(terrain) = &scenario.terrain {
+        Physics::on_terrain(&scenario.wiring, terrain, &options.vary, options.seed)?;
     }
     Ok(())
 }
@@ -279,12 +306,6 @@ fn native(scenario: &Scenario, options: &Sim) -> Result<Native, Box<dyn Error>> 
 /// It can't be built so.
 pub fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
     let Scenario { wiring, terrain, .. } = scenario;
-    if wiring.modules() > SIMAVR_MODULES {
-        return Err(format!(
-            "simavr runs up to {SIMAVR_MODULES} modules: ask for fewer, or for --engine host"
-        )
-        .into());
-    }
     let Flashed { rest, others } = Flashed::load(scenario, options)?;
     let builder = RobotBuilder::wired(rest, wiring)
         .seed(options.seed)

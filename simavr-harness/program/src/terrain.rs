@@ -13,7 +13,7 @@ use super::arguments::{Centipede, CoreName, Terrain};
 use super::images::load_images;
 use super::json::{Destination, tell};
 use super::output::say;
-use super::sim::POWER_UP_WITHIN;
+use super::sim::{POWER_UP_WITHIN, expect_in_simavr};
 
 /// By then legs have risen, and the robot walks evenly, in s.
 const RISEN: usize = 3;
@@ -135,6 +135,7 @@ pub fn on_terrain(
     wiring: &Wiring,
     terrain: &simulation::Terrain,
 ) -> Result<Engine, Box<dyn Error>> {
+    expect_in_simavr(wiring.modules())?;
     let robot = RobotBuilder::wired(images.clone(), wiring)
         .seed(options.seed)
         .power_up_within(POWER_UP_WITHIN)

@@ -1,11 +1,14 @@
 //! Campaigns and their reports, as `./x campaign` and `./x report` run them.
 
+mod command;
+
 use std::fs;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
+use command::run;
 use tempfile::TempDir;
 
 /// Eight runs: a chain walks, and a body of one module, which nobody leads, does not.
@@ -40,11 +43,11 @@ impl Campaign {
     }
 
     fn plan(&self, arguments: &[&str]) -> Output {
-        program(&[&["campaign", &self.path("campaign.toml"), &self.directory()], arguments].concat())
+        run(&[&["campaign", &self.path("campaign.toml"), &self.directory()], arguments].concat())
     }
 
     fn report(&self, arguments: &[&str]) -> Output {
-        program(&[&["report", &self.directory()], arguments].concat())
+        run(&[&["report", &self.directory()], arguments].concat())
     }
 
     /// The names of the results, and when each was written.
@@ -71,10 +74,6 @@ impl Campaign {
         };
         lines.map(row).collect()
     }
-}
-
-fn program(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_superbot-sim")).args(arguments).output().expect("the program can be run")
 }
 
 fn shell(command: &str) -> Output {
@@ -234,7 +233,7 @@ fn what_is_no_campaign_is_refused_with_advice() {
         (campaign.plan(&["--jobs", "0"]), "give a number of jobs from 1 to 1024"),
         (campaign.report(&[]), "./x campaign FILE.toml DIR makes one"),
         (campaign.report(&["--plot", "failed"]), "--against"),
-        (program(&["campaign", "nowhere.toml", &campaign.directory()]), "can't read nowhere.toml"),
+        (run(&["campaign", "nowhere.toml", &campaign.directory()]), "can't read nowhere.toml"),
     ] {
         assert_eq!(output.status.code(), Some(2), "{}", said(&output));
         assert!(said(&output).contains(advice), "{}", said(&output));
@@ -243,4 +242,19 @@ fn what_is_no_campaign_is_refused_with_advice() {
     let campaign = Campaign::of(FILE);
     fs::write(campaign.directory(), "a file").unwrap();
     assert!(said(&campaign.plan(&[])).contains("can't make"), "{}", said(&campaign.plan(&[])));
+}
+
+#[test]
+fn robot_files_that_can_not_be_built_are_refused_before_anything_is_written() {
+    for (robot, advice) in [
+        ("[[image]]\nmodules = [0]\nmaster = 'gone.elf'", "gone.elf: `master` and `slave`"),
+        ("[world]\nboxes = [{ at_m = [0, 0], size_mm = [100, 100, 100] }]", "module 0 lies where"),
+    ] {
+        let campaign = Campaign::of("robot = 'robot.toml'\nseed = [1, 2]");
+        fs::write(campaign.path("robot.toml"), format!("modules = 1\n{robot}")).unwrap();
+        let planned = campaign.plan(&[]);
+        assert_eq!(planned.status.code(), Some(2), "{}", said(&planned));
+        assert!(said(&planned).contains(advice), "{}", said(&planned));
+        assert!(!Path::new(&campaign.directory()).exists());
+    }
 }

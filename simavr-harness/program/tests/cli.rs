@@ -302,6 +302,9 @@ fn what_can_not_be_run_is_refused_with_advice() {
         assert_refused(&run(&arguments), advice);
     }
     assert_refused(&run(&["sim", "six-legs", "--modules", "10"]), "at least 11 modules");
+    for table in ["terrain", "period"] {
+        assert_refused(&run(&[table, "--modules", "1002"]), "simavr runs up to 1000 modules");
+    }
     assert_refused(&run(&[]), "sim");
     let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
     let nowhere = nowhere.to_str().expect("the path is text");

@@ -61,13 +61,16 @@ impl Plan {
         let mut keys = BTreeSet::new();
         let mut plan = Plan { runs: Vec::new() };
         let mut checked: Option<(Line, usize)> = None;
+        let mut built = BTreeSet::new();
         for line in lines {
-            let options = parse(&line)?;
+            let options = Sim { images: images.into(), ..parse(&line)? };
             // Seeds change nothing about what goes together, nor about the number of modules.
             let rest = without_seed(&line);
             let modules = match checked.take() {
                 Some((before, modules)) if before == rest => modules,
-                _ => check(&options).map_err(|error| format!("sim {}: {error}", line.join(" ")))?,
+                _ => {
+                    check(&options, &mut built).map_err(|error| format!("sim {}: {error}", line.join(" ")))?
+                }
             };
             checked = Some((rest, modules));
             let parameters = Parameters::of(&options, modules);
@@ -110,10 +113,16 @@ fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
     }
 }
 
-/// Returns how many modules there are.
-fn check(options: &Sim) -> Result<usize, Box<dyn Error>> {
+/// Returns how many modules there are. `built` are the robot files that were tried before, each by its path and
+/// whether in simavr.
+fn check(options: &Sim, built: &mut BTreeSet<(PathBuf, bool)>) -> Result<usize, Box<dyn Error>> {
     let scenario = sim::scenario(options)?;
     sim::check(options, &scenario)?;
+    if let Source::File(path) = &options.robot
+        && built.insert((path.clone(), matches!(options.engine, EngineName::Simavr)))
+    {
+        sim::expect_buildable(options, &scenario)?;
+    }
     Ok(scenario.wiring.modules())
 }
 
@@ -193,6 +202,7 @@ mod tests {
                 "engine = 'host'\nworld = ['none', 'ground']\nrobot = { shape = 'chain', modules = 1001 }",
                 "up to 1000 modules",
             ),
+            ("robot = { shape = 'chain', modules = [5, 1001] }", "simavr runs up to 1000 modules"),
             ("engine = 'host'\nvary = 'mass=20%'", "--vary"),
             ("robot = { shape = 'six-legs', modules = 2 }", "at least 11 modules"),
             ("loss = [0.3, 0.3]", "asked for twice"),
