@@ -66,13 +66,13 @@ impl Campaign {
     /// Each line of the table by the names of its columns.
     fn rows(&self, name: &str) -> Vec<impl Fn(&str) -> String> {
         let text = self.file(name);
-        let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
-        let heading = lines.next().unwrap();
-        let row = |cells: Vec<String>| {
-            let heading = heading.clone();
-            move |name: &str| cells[heading.iter().position(|column| column == name).expect(name)].clone()
+        let mut table = csv::Reader::from_reader(text.as_bytes());
+        let heading = table.headers().unwrap().clone();
+        let row = |cells: Result<csv::StringRecord, _>| {
+            let (heading, cells) = (heading.clone(), cells.unwrap());
+            move |name: &str| cells[heading.iter().position(|column| column == name).expect(name)].to_owned()
         };
-        lines.map(row).collect()
+        table.records().map(row).collect()
     }
 }
 
@@ -120,6 +120,7 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
     for run in &runs {
         assert_eq!(run("exit_status"), if run("modules") == "1" { "1" } else { "0" });
         assert_eq!(run("hop_latency_us.mean").is_empty(), run("modules") == "1");
+        assert_eq!(run("types.Head"), if run("modules") == "1" { "0" } else { "1" });
     }
     assert_eq!((summary[3]("done"), summary[3]("failed")), ("2".into(), "0".into()));
 

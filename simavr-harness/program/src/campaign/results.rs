@@ -1,5 +1,6 @@
 //! What came of a campaign's runs, each as a row of named figures.
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -30,7 +31,17 @@ pub struct Outcome<'a> {
 /// A report is none.
 pub fn read<'a>(directory: &Path, plan: &'a Plan) -> Result<Vec<Outcome<'a>>, Box<dyn Error>> {
     let results = jobs::results(directory);
-    plan.runs.iter().map(|run| Outcome::read(run, &results)).collect()
+    let mut outcomes: Vec<_> =
+        plan.runs.iter().map(|run| Outcome::read(run, &results)).collect::<Result<_, _>>()?;
+    // A type that a run does not tell of has no modules there.
+    let types: BTreeSet<String> =
+        outcomes.iter_mut().flat_map(Outcome::types).flat_map(|it| it.keys().cloned()).collect();
+    for known in outcomes.iter_mut().flat_map(Outcome::types) {
+        for name in &types {
+            known.entry(name).or_insert(0.into());
+        }
+    }
+    Ok(outcomes)
 }
 
 impl<'a> Outcome<'a> {
@@ -50,6 +61,11 @@ impl<'a> Outcome<'a> {
         let faults = report.get("faults").and_then(Value::as_array).ok_or_else(none)?;
         let faults: Vec<_> = faults.iter().filter_map(Value::as_str).map(str::to_owned).collect();
         Ok(Outcome { run, report: Some(report), status: Some(i64::from(!faults.is_empty())), faults })
+    }
+
+    /// The modules by their types, if it has a report.
+    fn types(&mut self) -> Option<&mut Row> {
+        self.report.as_mut()?.get_mut("types")?.as_object_mut()
     }
 
     /// Whether it has a report.

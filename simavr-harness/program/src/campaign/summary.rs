@@ -1,5 +1,6 @@
 //! A campaign's runs by what they have in common: all parameters but the seed.
 
+use std::collections::HashMap;
 use std::error::Error;
 use std::fmt;
 
@@ -34,12 +35,14 @@ impl Summary {
     /// None that parameters could have.
     pub fn of(outcomes: &[Outcome]) -> Result<Self, Box<dyn Error>> {
         let mut groups: Vec<(Row, Vec<&Outcome>)> = Vec::new();
+        let mut group_of = HashMap::new();
         for outcome in outcomes {
             let parameters = parameters(outcome)?;
-            match groups.iter_mut().rfind(|(before, _)| *before == parameters) {
-                Some((_, group)) => group.push(outcome),
-                None => groups.push((parameters, vec![outcome])),
+            let group = *group_of.entry(serde_json::to_string(&parameters)?).or_insert(groups.len());
+            if group == groups.len() {
+                groups.push((parameters, Vec::new()));
             }
+            groups[group].1.push(outcome);
         }
         let combinations = groups.into_iter().map(|(parameters, group)| {
             let done: Vec<_> = group.iter().filter(|outcome| outcome.is_done()).collect();
