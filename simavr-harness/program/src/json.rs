@@ -59,8 +59,8 @@ impl Destination {
     }
 
     fn at(path: &Path) -> io::Result<Self> {
-        // A link stays one.
-        let path = path.canonicalize().unwrap_or_else(|_| path.into());
+        // A link stays one. What is not there yet has one name, too, however it is spelled.
+        let path = path.canonicalize().or_else(|_| in_directory(path)).unwrap_or_else(|_| path.into());
         match path.metadata() {
             Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
             Ok(found) if !found.is_file() => {
@@ -137,11 +137,20 @@ fn write_beside(path: &Path, content: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
+/// The path of what is to be in a directory that is there.
+fn in_directory(path: &Path) -> io::Result<PathBuf> {
+    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+    Ok(directory(path).canonicalize()?.join(name))
+}
+
+fn directory(path: &Path) -> &Path {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// A file in the same directory, which is gone again unless it takes the other's place.
 fn beside(path: &Path) -> io::Result<NamedTempFile> {
-    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let permissions = path.metadata().map_or(Permissions::from_mode(0o666), |found| found.permissions());
-    Builder::new().permissions(permissions).tempfile_in(directory.unwrap_or(Path::new(".")))
+    Builder::new().permissions(permissions).tempfile_in(directory(path))
 }
 
 fn is_same(one: &Path, other: &Path) -> bool {

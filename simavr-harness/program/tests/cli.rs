@@ -500,6 +500,8 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
         let both = sim(&["chain", "--json", &path, "--record", &path]);
         assert_refused(&both, "is for --json already: give --record another");
     }
+    let spelled = sim(&["chain", "--json", &at("new"), "--record", &at("./new")]);
+    assert_refused(&spelled, "is for --json already: give --record another");
     let large = sim(&["chain", "--modules", "1000", "--seconds", "101", "--record", &at("run.html")]);
     assert_refused(&large, "leave --record out, or ask for 100 s at most, or for fewer modules");
     let left: Vec<_> = std::fs::read_dir(&directory).unwrap().map(|file| file.unwrap().file_name()).collect();
