@@ -234,7 +234,8 @@ impl World {
         self.pushes[module] = (newtons, milliseconds);
     }
 
-    /// Two modules change places, with the angles of their joints. What held the one holds the other then.
+    /// Two modules change places. Each is bent as the other was, as somebody has to bend it so that it fits
+    /// there; what held the one holds the other then.
     pub fn swap(&mut self, one: usize, other: usize) {
         swap(self.simulation.positions_mut(), POSITIONS, one, other);
         swap(self.simulation.speeds_mut(), SPEEDS, one, other);
