@@ -11,7 +11,7 @@ use world::Steps;
 use super::arguments::{EngineName, Sim, Source};
 use super::json::Destination;
 use super::report::Report;
-use super::sim::has_world;
+use super::sim::{at_most, has_world};
 
 /// How often a run is looked at, in cycles: 40 ms. The page shows what is between two looks by their mean.
 pub const EVERY: u64 = 40 * MILLISECOND;
@@ -77,8 +77,8 @@ pub fn expect_small(modules: usize, seconds: f64, option: &str) -> Result<(), Bo
     }
     Err(format!(
         "{modules} modules for {seconds} s would make a page too large for a browser: leave {option} out, \
-         or ask for {:.0} s at most, or for fewer modules",
-        (MOST / modules as f64).floor()
+         or ask for {} s at most, or for fewer modules",
+        at_most(MOST / modules as f64)
     )
     .into())
 }

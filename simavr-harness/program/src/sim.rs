@@ -261,6 +261,11 @@ pub fn cycles(seconds: f64) -> u64 {
     (seconds * f64::from(CLOCK_HZ)).round() as u64
 }
 
+/// So many seconds or some less, as an option can have them.
+pub fn at_most(seconds: f64) -> f64 {
+    (seconds * 1000.0).floor() / 1000.0
+}
+
 /// Whether there is a world: where nobody says so, in simavr alone.
 pub fn has_world(options: &Sim) -> bool {
     let unless_told = matches!(options.engine, EngineName::Simavr);

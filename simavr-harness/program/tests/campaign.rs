@@ -259,3 +259,13 @@ fn robot_files_that_can_not_be_built_are_refused_before_anything_is_written() {
         assert!(!Path::new(&campaign.directory()).exists());
     }
 }
+
+#[test]
+fn robot_files_have_names_of_all_letters() {
+    let campaign = Campaign::of("robot = ['ä.toml', 'ö.toml']\nengine = 'host'");
+    for name in ["ä.toml", "ö.toml"] {
+        fs::write(campaign.path(name), "modules = 1").unwrap();
+    }
+    let planned = campaign.plan(&[]);
+    assert!(said(&planned).contains("runs: 2, done: 0"), "{}", said(&planned));
+}

@@ -504,6 +504,8 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
     assert_refused(&spelled, "is for --json already: give --record another");
     let large = sim(&["chain", "--modules", "1000", "--seconds", "101", "--record", &at("run.html")]);
     assert_refused(&large, "leave --record out, or ask for 100 s at most, or for fewer modules");
+    let larger = sim(&["chain", "--modules", "200000", "--record", &at("run.html")]);
+    assert_refused(&larger, "or ask for 0.5 s at most");
     let left: Vec<_> = std::fs::read_dir(&directory).unwrap().map(|file| file.unwrap().file_name()).collect();
     assert_eq!(left, ["robot.toml"]);
 }

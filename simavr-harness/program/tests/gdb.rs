@@ -152,6 +152,8 @@ fn what_can_not_be_debugged_is_refused() {
     };
     refused(&["2.master"], "2.master: the robot's modules are 0 to 1");
     refused(&["0.master", "--at", "20"], "the run ends at 20 s; see --seconds");
-    refused(&["0.master", "--json", "-"], "leave --json, --record and --trace to ./x sim");
+    for option in [&["--json", "-"][..], &["--view"]] {
+        refused(&[&["0.master"], option].concat(), "leave --json, --record, --trace and --view to ./x sim");
+    }
     refused(&["0.master", "--gdb", "/no/gdb"], "can't start /no/gdb");
 }

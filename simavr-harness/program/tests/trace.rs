@@ -288,6 +288,10 @@ fn what_cannot_be_traced_is_refused() {
         (&["--trace", path, "--trace-of", "2.master"], "modules are 0 to 1"),
         (&["--trace", path, "--trace-of", "1.slave,1.slave"], "1.slave twice"),
         (&["--trace", path, "--trace-of", "0.master,1.slave", "--seconds", "201"], "200 s at most"),
+        (
+            &["--trace", path, "--trace-of", "0.master,1.slave,1.master", "--seconds", "134"],
+            "133.333 s at most",
+        ),
         (&["--trace-of", "1.slave"], "--trace"),
         (&["--trace", "-"], "give --trace a file"),
         (&["--trace", "/nowhere/at/all"], "give --trace another path"),

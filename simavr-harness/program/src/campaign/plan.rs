@@ -151,7 +151,7 @@ impl Parameters {
         let Parameters { robot, modules, engine, world, seconds, loss, vary, seed } = self;
         let key = format!("{robot}-{modules}.{engine}.{world}.{seconds}s.loss-{loss}.{vary}.seed-{seed}");
         let plain =
-            |letter: char| if letter.is_ascii_alphanumeric() || ".-".contains(letter) { letter } else { '_' };
+            |letter: char| if letter.is_alphanumeric() || ".-".contains(letter) { letter } else { '_' };
         key.replace("..", ".").chars().map(plain).collect()
     }
 }

@@ -94,12 +94,12 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
 
 /// Whether what is asked for can be debugged.
 fn check(options: &Gdb, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
-    let Sim { engine, json, record, trace, seconds, .. } = &options.sim;
+    let Sim { engine, json, record, trace, view, seconds, .. } = &options.sim;
     if matches!(engine, EngineName::Host) {
         return Err("the native engine runs no MCUs: leave --engine out".into());
     }
-    if json.is_some() || record.is_some() || trace.is_some() {
-        return Err("gdb goes to and fro: leave --json, --record and --trace to ./x sim".into());
+    if json.is_some() || record.is_some() || trace.is_some() || view.is_some() {
+        return Err("gdb goes to and fro: leave --json, --record, --trace and --view to ./x sim".into());
     }
     if options.at >= *seconds {
         return Err(format!("--at {}: the run ends at {seconds} s; see --seconds", options.at).into());

@@ -20,6 +20,7 @@ pub use mcu_name::McuName;
 
 use super::arguments::{EngineName, Sim};
 use super::json::Destination;
+use super::sim::at_most;
 use events::{Events, Track};
 use flows::Passed;
 
@@ -82,9 +83,10 @@ impl Timeline {
         let most = MOST / options.trace_of.len() as f64;
         if options.seconds > most {
             return Err(format!(
-                "{} s of so many MCUs would make a file too large to be looked at: trace {most:.0} s at most, or \
-                 fewer MCUs",
-                options.seconds
+                "{} s of so many MCUs would make a file too large to be looked at: trace {} s at most, or fewer \
+                 MCUs",
+                options.seconds,
+                at_most(most)
             )
             .into());
         }
