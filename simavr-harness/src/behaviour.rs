@@ -3,8 +3,8 @@
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
 use simulation::{
-    Angles, BridgeTotals, Change, Deed, Event, Face, LinkTotals, Motion, Placing, Transcript, Trouble,
-    Wiring, WiringError,
+    Angles, BridgeTotals, Change, Deed, Event, Face, LinkTotals, MILLISECOND, Motion, Placing, Transcript,
+    Trouble, Wiring, WiringError,
 };
 
 use crate::controller::Controller;
@@ -12,6 +12,10 @@ use crate::counters;
 use crate::engine::Engine;
 use crate::mcu::Mcu;
 use crate::module::Module;
+
+/// How long the robot's images take until they hear, in cycles, as read off orders to modules whose power comes
+/// about then: 2.4 to 2.7 ms. After a reset they are 0.9 ms sooner.
+const START: u64 = 5 * MILLISECOND / 2;
 
 impl simulation::Robot for Engine {
     fn wiring(&self) -> &Wiring {
@@ -24,6 +28,10 @@ impl simulation::Robot for Engine {
 
     fn powered_up_at(&self, module: usize) -> u64 {
         self.robot().module(module).map_or(0, Module::powered_up_at)
+    }
+
+    fn start(&self) -> u64 {
+        START
     }
 
     fn is_on(&self, module: usize) -> bool {

@@ -33,7 +33,6 @@ const FEELING_STEP: u64 = 10 * DOCKING_STEP;
 pub struct Engine {
     robot: Robot,
     threads: usize,
-    cycle: u64,
     events: Vec<Event>,
     changes: Vec<simulation::Event>,
 }
@@ -41,7 +40,7 @@ pub struct Engine {
 impl Engine {
     /// An engine at power-up. It uses `threads` threads, at least one.
     pub fn new(robot: Robot, threads: usize) -> Self {
-        Self { robot, threads: threads.max(1), cycle: 0, events: Vec::new(), changes: Vec::new() }
+        Self { robot, threads: threads.max(1), events: Vec::new(), changes: Vec::new() }
     }
 
     pub fn robot(&self) -> &Robot {
@@ -54,7 +53,7 @@ impl Engine {
 
     /// Cycles since power-up.
     pub fn cycle(&self) -> u64 {
-        self.cycle
+        self.robot.now
     }
 
     /// Takes the markers written since the last call: run by run, by cycle, then module and MCU.
@@ -69,14 +68,14 @@ impl Engine {
 
     /// Runs the robot up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
-        while self.cycle < cycle && !self.robot.members.is_empty() && self.robot.trouble().is_none() {
-            if self.cycle.is_multiple_of(FEELING_STEP) {
+        while self.robot.now < cycle && !self.robot.members.is_empty() && self.robot.trouble().is_none() {
+            if self.robot.now.is_multiple_of(FEELING_STEP) {
                 self.robot.feel();
             }
-            self.run_modules(cycle.min((self.cycle + 1).next_multiple_of(FEELING_STEP)));
-            if self.cycle.is_multiple_of(DOCKING_STEP) {
+            self.run_modules(cycle.min((self.robot.now + 1).next_multiple_of(FEELING_STEP)));
+            if self.robot.now.is_multiple_of(DOCKING_STEP) {
                 let changes = self.robot.settle_docks().into_iter();
-                let at = self.cycle;
+                let at = self.robot.now;
                 self.changes.extend(changes.map(|change| simulation::Event { at, change }));
             }
         }
@@ -85,8 +84,8 @@ impl Engine {
     /// Runs the modules and the world up to `cycle`, or to where docks have to be looked at if that comes
     /// first.
     fn run_modules(&mut self, cycle: u64) {
-        let Robot { members, physics, .. } = &mut self.robot;
-        let run = Run::new(members, physics.as_mut(), self.cycle, cycle);
+        let Robot { members, physics, now, .. } = &mut self.robot;
+        let run = Run::new(members, physics.as_mut(), *now, cycle);
         thread::scope(|scope| {
             for _ in 1..self.threads {
                 scope.spawn(|| run.work());
@@ -97,7 +96,7 @@ impl Engine {
         let mut events: Vec<Event> = self.robot.members.iter_mut().flat_map(take_events).collect();
         events.sort();
         self.events.append(&mut events);
-        self.cycle = end;
+        self.robot.now = end;
     }
 }
 

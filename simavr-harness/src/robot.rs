@@ -37,6 +37,8 @@ pub struct Robot {
     roll: f64,
     /// Messages sent from outside so far.
     commands: u8,
+    /// Cycles since power-up.
+    pub(crate) now: u64,
 }
 
 /// A module and where its docks lead.
@@ -213,7 +215,8 @@ impl RobotBuilder {
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
         let wiring = Wiring::new(modules);
-        let mut robot = Robot { members, physics: None, wiring, seed, channels: 0, roll: 0.0, commands: 0 };
+        let mut robot =
+            Robot { members, physics: None, wiring, seed, channels: 0, roll: 0.0, commands: 0, now: 0 };
         for (one, other) in attachments {
             robot.attach(one, other)?;
         }
@@ -406,8 +409,12 @@ impl Robot {
         self.commands = self.commands.wrapping_add(1);
         let module = &mut self.members[at.module].module;
         let bytes = simulation::command(at.dock, self.commands, payload);
-        for later in simulation::SENDS {
-            send(module, at.dock, module.cycle() + later, &bytes);
+        // A module without power yet is ahead, at the time when that comes: nothing is kept for it until then.
+        let powered_up_at = module.powered_up_at();
+        let now = if powered_up_at > self.now { self.now } else { module.cycle() };
+        let starts = simulation::SENDS.map(|later| now + later);
+        for start in starts.into_iter().filter(|&start| start >= powered_up_at) {
+            send(module, at.dock, start, &bytes);
         }
     }
 

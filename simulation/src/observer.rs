@@ -8,7 +8,6 @@ use crate::discovery::Discovery;
 use crate::gait::Gait;
 use crate::hardware::{START_UP, is_on_slave};
 use crate::hops::Hops;
-use crate::native::time::START;
 use crate::recording::Recorder;
 use crate::robot::Robot;
 use crate::scenario::Event;
@@ -33,8 +32,10 @@ pub struct Observer {
     wiring: Wiring,
     /// Docks from which nothing comes through, though something is attached there.
     muted: Vec<Face>,
-    /// By module, since when the programs of its master and its slave run.
-    run_since: Vec<[u64; 2]>,
+    /// By module, since when the programs of its master and its slave hear, and how long they take until then
+    /// from the end of a reset.
+    hear_since: Vec<[u64; 2]>,
+    start: u64,
 }
 
 /// What is lost or changed on lines.
@@ -74,7 +75,10 @@ impl Observer {
             disturbances: Vec::new(),
             wiring: wiring.clone(),
             muted: Vec::new(),
-            run_since: (0..wiring.modules()).map(|module| [robot.powered_up_at(module) + START; 2]).collect(),
+            hear_since: (0..wiring.modules())
+                .map(|module| [robot.powered_up_at(module) + robot.start(); 2])
+                .collect(),
+            start: robot.start(),
         }
     }
 
@@ -130,10 +134,10 @@ impl Observer {
         }
     }
 
-    /// Whether the programs that have to hear a command run by one of the times when it is sent.
+    /// Whether the programs that have to hear a command do by one of the times when it is sent.
     fn is_heard(&self, event: &Event) -> bool {
         let Change::Command { at: Face { module, dock }, .. } = event.change else { return true };
-        let [master, slave] = self.run_since[module];
+        let [master, slave] = self.hear_since[module];
         let since = if is_on_slave(dock) { master.max(slave) } else { master };
         SENDS.iter().any(|later| event.at + later >= since)
     }
@@ -181,10 +185,10 @@ impl Observer {
             self.audible = audible;
         }
         if let Change::Reset { module, mcus } = *change {
-            let [master, slave] = &mut self.run_since[module];
+            let [master, slave] = &mut self.hear_since[module];
             for (since, mcu) in [(master, Mcus::Master), (slave, Mcus::Slave)] {
                 if mcus == Mcus::Both || mcus == mcu {
-                    *since = (at + START_UP + START).max(*since);
+                    *since = (at + START_UP + self.start).max(*since);
                 }
             }
             if mcus != Mcus::Slave {

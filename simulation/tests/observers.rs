@@ -143,6 +143,10 @@ impl Robot for Script {
         module as u64 * MILLISECOND
     }
 
+    fn start(&self) -> u64 {
+        0
+    }
+
     fn is_on(&self, _module: usize) -> bool {
         true
     }

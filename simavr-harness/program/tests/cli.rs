@@ -189,6 +189,26 @@ fn an_event_at_docks_that_the_robot_has_closed_is_said_and_the_run_is_reported()
 }
 
 #[test]
+fn an_order_before_the_power_comes_is_heard_by_nobody_in_either_engine() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("robot.toml");
+    let order = "[[event]]\nat = 0\ncommand = [0xd2, 1, 255]\nto = \"0.Front\"\n";
+    std::fs::write(&file, format!("modules = 2\nshape = \"chain\"\n{order}")).unwrap();
+    // It is sent for the last time after 30 ms; the power comes after 26.5 and 30.1 ms.
+    for (seed, faults) in [("62", 0), ("63", 1)] {
+        for engine in ["simavr", "host"] {
+            let robot = ["sim", file.to_str().unwrap(), "--engine", engine, "--world", "none"];
+            let output = run(&[&robot[..], &["--seed", seed, "--seconds", "3", "--json", "-"]].concat());
+            let report = json(&output);
+            let told = report["faults"].as_array().unwrap();
+            assert_eq!(told.len(), faults, "{engine}, {seed}: {told:?}");
+            let is_unheard = |fault: &Value| fault.as_str().unwrap().starts_with("nobody heard an order");
+            assert!(told.iter().all(is_unheard), "{told:?}");
+        }
+    }
+}
+
+#[test]
 fn a_run_ends_at_the_time_that_it_was_asked_for() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("robot.toml");

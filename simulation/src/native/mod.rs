@@ -16,7 +16,7 @@ mod inside;
 mod lying;
 mod module;
 mod port;
-pub(crate) mod time;
+mod time;
 mod world;
 
 use std::hash::{Hash, Hasher};
@@ -244,6 +244,10 @@ impl Robot for Native {
 
     fn powered_up_at(&self, module: usize) -> u64 {
         self.modules[module].powered_up_at
+    }
+
+    fn start(&self) -> u64 {
+        time::START
     }
 
     fn is_on(&self, module: usize) -> bool {
