@@ -13,8 +13,8 @@ use crate::engine::Engine;
 use crate::mcu::Mcu;
 use crate::module::Module;
 
-/// How long the robot's images take until they hear, in cycles, as read off orders to modules whose power comes
-/// about then: 2.4 to 2.7 ms. After a reset they are 0.9 ms sooner.
+/// How long the robot's images take until they hear, in cycles, as read off orders to modules whose power
+/// comes about then: 2.4 to 2.7 ms. After a reset they are 0.9 ms sooner.
 const START: u64 = 5 * MILLISECOND / 2;
 
 impl simulation::Robot for Engine {

@@ -409,7 +409,7 @@ impl Robot {
         self.commands = self.commands.wrapping_add(1);
         let module = &mut self.members[at.module].module;
         let bytes = simulation::command(at.dock, self.commands, payload);
-        // A module without power yet is ahead, at the time when that comes: nothing is kept for it until then.
+        // A module without power yet is ahead, at the time when that comes: nothing is kept for it till then.
         let powered_up_at = module.powered_up_at();
         let now = if powered_up_at > self.now { self.now } else { module.cycle() };
         let starts = simulation::SENDS.map(|later| now + later);

@@ -24,7 +24,8 @@ pub trait Robot {
     /// When a module's power was switched on, in cycles: the robot's clock starts with the first.
     fn powered_up_at(&self, module: usize) -> u64;
 
-    /// How long a module's programs take from its power, or from the end of a reset, until they hear, in cycles.
+    /// How long a module's programs take from its power, or from the end of a reset, until they hear, in
+    /// cycles.
     fn start(&self) -> u64;
 
     /// Whether a module has power.

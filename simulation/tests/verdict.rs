@@ -57,8 +57,8 @@ fn an_order_that_nobody_hears_is_a_fault_and_nobody_has_to_follow_it() {
         let order = format!("an order to walk by Caterpillar at 1.Back after {at} s");
         format!("nobody heard {order}: no program ran there; give it later")
     };
-    // Its power has not come yet; both its MCUs are reset, or the one that has the dock; the last time that it is
-    // sent they run again.
+    // Its power has not come yet; both its MCUs are reset, or the one that has the dock; the last time that
+    // it is sent they run again.
     for (reset, at, is_heard) in [
         ("", 0.0, false),
         ("[[event]]\nat = 2\nreset = 1\n", 2.01, false),
@@ -86,8 +86,8 @@ fn an_event_that_can_not_happen_is_a_fault_and_the_run_goes_on() {
     assert_eq!(
         faults(&run, true),
         [
-            "an event could not happen at 1 s (0.Front is detached): nothing is attached to the Front dock of \
-             module 0; attach something first, or name another",
+            "an event could not happen at 1 s (0.Front is detached): nothing is attached to the Front dock \
+             of module 0; attach something first, or name another",
             "an event could not happen at 1 s (the console is asked at 0.Back): the Back dock of module 0 is \
              attached already; detach it or use another"
         ]

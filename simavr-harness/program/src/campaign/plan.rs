@@ -113,8 +113,8 @@ fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
     }
 }
 
-/// Returns how many modules there are. `built` are the robot files that were tried before, each by its path and
-/// whether in simavr.
+/// Returns how many modules there are. `built` are the robot files that were tried before, each by its path
+/// and whether in simavr.
 fn check(options: &Sim, built: &mut BTreeSet<(PathBuf, bool)>) -> Result<usize, Box<dyn Error>> {
     let scenario = sim::scenario(options)?;
     sim::check(options, &scenario)?;

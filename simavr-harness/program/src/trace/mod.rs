@@ -83,8 +83,8 @@ impl Timeline {
         let most = MOST / options.trace_of.len() as f64;
         if options.seconds > most {
             return Err(format!(
-                "{} s of so many MCUs would make a file too large to be looked at: trace {} s at most, or fewer \
-                 MCUs",
+                "{} s of so many MCUs would make a file too large to be looked at: trace {} s at most, or \
+                 fewer MCUs",
                 options.seconds,
                 at_most(most)
             )
