@@ -199,12 +199,13 @@ impl Timer {
         arch::need_tick();
         let mut cursor = Cursor::new();
         loop {
-            match traversal::make(context, |masked| self.arm_step(masked, &mut cursor, deadline, target)) {
-                Arming::Done => return true,
-                Arming::Passed => return false,
-                Arming::Armed => {
+            match context.mask(|masked| self.arm_step(masked, &mut cursor, deadline, target)) {
+                Some(Arming::Done) => return true,
+                Some(Arming::Passed) => return false,
+                Some(Arming::Armed) => {
                     self.disarm(context);
                 }
+                None => {}
             }
         }
     }
@@ -223,6 +224,7 @@ impl Timer {
             return Some(Arming::Armed);
         }
         if !is_ahead(deadline.wrapping_sub(TICKS.get(masked))) {
+            traversal::end(masked);
             return Some(Arming::Passed);
         }
         let slot = cursor.slot(masked);
@@ -234,6 +236,7 @@ impl Timer {
             cursor.advance(next);
             return None;
         }
+        traversal::end(masked);
         slot.set(masked, Some(self));
         self.link.set(masked, next);
         self.deadline.set(masked, deadline);
