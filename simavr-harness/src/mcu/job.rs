@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::cpu::Cpu;
 use crate::mcu::Mcu;
 
 /// The jobs of a task.
@@ -31,8 +32,17 @@ struct Turn {
     cycles: u64,
     /// When that was.
     since: u64,
-    /// Where the stack pointer is to be when it goes on, while an interrupt or another task runs.
-    paused: Option<u16>,
+    /// Where it goes on, while an interrupt or another task runs.
+    paused: Option<Place>,
+}
+
+/// Where a task is. Its stack pointer alone does not tell: who sets one changes a byte of it, and then the
+/// other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Place {
+    /// In flash, in bytes.
+    pc: u32,
+    stack_pointer: u16,
 }
 
 /// Bytes of the return address that an interrupt or a call pushes, on the ATmega128.
@@ -54,9 +64,13 @@ impl Mcu {
 
     /// An instruction was executed.
     pub(crate) fn watch_turn(&mut self) {
-        let (pc, stack_pointer, now) = (self.pc(), self.stack_pointer(), self.cycle());
+        if self.jobs.is_empty() {
+            return;
+        }
+        let at = Place { pc: self.pc(), stack_pointer: self.stack_pointer() };
+        let (cpu, now) = (self.cpu, self.cycle());
         for jobs in &mut self.jobs {
-            jobs.watch(pc, stack_pointer, now);
+            jobs.watch(at, || returns(cpu), now);
         }
     }
 
@@ -69,17 +83,27 @@ impl Mcu {
 
     /// An interrupt was accepted `ago` cycles ago.
     pub(crate) fn pause_turn(&mut self, ago: u64) {
-        let (stack_pointer, now) = (self.stack_pointer(), self.cycle());
+        let (returns, now) = (returns(self.cpu), self.cycle());
         for turn in self.jobs.iter_mut().filter_map(|jobs| jobs.turn.as_mut()) {
-            turn.pause(stack_pointer, now - ago);
+            turn.pause(returns, now - ago);
         }
     }
 }
 
+/// Where the return address on top of the stack leads.
+fn returns(cpu: Cpu) -> Place {
+    let stack_pointer = cpu.stack_pointer();
+    let [high, low] = [1, 2].map(|above| cpu.data(stack_pointer + above));
+    let pc = 2 * u32::from(u16::from_be_bytes([high, low]));
+    Place { pc, stack_pointer: stack_pointer + RETURN_ADDRESS }
+}
+
 impl Jobs {
-    fn watch(&mut self, pc: u32, stack_pointer: u16, now: u64) {
+    /// The program is `at` a place, and what it `returns` to is another.
+    fn watch(&mut self, at: Place, returns: impl FnOnce() -> Place, now: u64) {
+        let Place { pc, .. } = at;
         if let Some(turn) = &mut self.turn {
-            if turn.paused == Some(stack_pointer) {
+            if turn.paused == Some(at) {
                 turn.paused = None;
                 turn.since = now;
             }
@@ -87,7 +111,7 @@ impl Jobs {
                 return;
             }
             if pc == self.switch {
-                turn.pause(stack_pointer, now);
+                turn.pause(returns(), now);
             }
         }
         if self.begins.contains_key(&pc) {
@@ -103,11 +127,11 @@ impl Jobs {
 }
 
 impl Turn {
-    /// Something else runs from now on, with the return address on the task's stack.
-    fn pause(&mut self, stack_pointer: u16, now: u64) {
+    /// Something else runs from now on, until it returns to this place.
+    fn pause(&mut self, returns: Place, now: u64) {
         if self.paused.is_none() {
             self.cycles += now - self.since;
-            self.paused = Some(stack_pointer + RETURN_ADDRESS);
+            self.paused = Some(returns);
         }
     }
 }
@@ -120,28 +144,37 @@ mod tests {
     const OTHER: u32 = 0x180;
     const SWITCH: u32 = 0x200;
 
+    /// A task's place.
+    fn at(pc: u32) -> Place {
+        Place { pc, stack_pointer: 0x800 }
+    }
+
     #[test]
     fn what_interrupts_and_other_tasks_take_is_not_counted() {
         let begins = [BEGIN, OTHER].map(|begin| (begin, LongestJob::default())).into();
         let mut jobs = Jobs { begins, switch: SWITCH, turn: None };
-        jobs.watch(BEGIN, 0x800, 1_000);
-        jobs.watch(BEGIN + 2, 0x800, 1_010);
-        let pause = |jobs: &mut Jobs, at| jobs.turn.as_mut().expect("one has begun").pause(0x7fe, at);
+        let nowhere = || Place { pc: 0, stack_pointer: 0 };
+        jobs.watch(at(BEGIN), nowhere, 1_000);
+        jobs.watch(at(BEGIN + 2), nowhere, 1_010);
+        let pause = |jobs: &mut Jobs, now| {
+            jobs.turn.as_mut().expect("one has begun").pause(at(BEGIN + 4), now);
+        };
         pause(&mut jobs, 1_020); // an interrupt
-        jobs.watch(0x300, 0x7f0, 1_040);
+        jobs.watch(Place { pc: 0x300, stack_pointer: 0x7f0 }, nowhere, 1_040);
+        jobs.watch(at(0x302), nowhere, 1_045); // a byte of the stack pointer is another task's
         pause(&mut jobs, 1_050); // and one in it
-        jobs.watch(BEGIN + 4, 0x800, 1_120);
-        jobs.watch(SWITCH, 0x7fe, 1_130); // it waits, and another task runs
-        jobs.watch(BEGIN, 0x400, 1_500);
-        jobs.watch(BEGIN + 8, 0x800, 2_000);
+        jobs.watch(at(BEGIN + 4), nowhere, 1_120);
+        jobs.watch(Place { pc: SWITCH, stack_pointer: 0x7fe }, || at(BEGIN + 8), 1_130); // it waits, others run
+        jobs.watch(Place { pc: BEGIN, stack_pointer: 0x400 }, nowhere, 1_500);
+        jobs.watch(at(BEGIN + 8), nowhere, 2_000);
         assert_eq!(jobs.begins[&BEGIN], LongestJob::default(), "it has not ended");
-        jobs.watch(BEGIN, 0x800, 2_003);
+        jobs.watch(at(BEGIN), nowhere, 2_003);
         assert_eq!(jobs.begins[&BEGIN], LongestJob { cycles: 20 + 10 + 3, times: 1 });
-        jobs.watch(BEGIN, 0x800, 2_004);
+        jobs.watch(at(BEGIN), nowhere, 2_004);
         assert_eq!(jobs.begins[&BEGIN], LongestJob { cycles: 33, times: 2 }, "the longest counts");
-        jobs.watch(OTHER, 0x800, 2_044);
+        jobs.watch(at(OTHER), nowhere, 2_044);
         assert_eq!(jobs.begins[&BEGIN], LongestJob { cycles: 40, times: 3 }, "it ends where another begins");
-        jobs.watch(BEGIN, 0x800, 2_050);
+        jobs.watch(at(BEGIN), nowhere, 2_050);
         assert_eq!(jobs.begins[&OTHER], LongestJob { cycles: 6, times: 1 }, "that counts by itself");
     }
 }
