@@ -460,8 +460,8 @@ impl Controller {
         self.acting == ModuleType::Spine && (self.gait().leader == Leader::Elected || self.once().is_some())
     }
 
-    /// What the robot does once it has taken the shape in which this module has its type. One that was ordered
-    /// to stop does nothing.
+    /// What the robot does once it has taken the shape in which this module has its type. One that was
+    /// ordered to stop does nothing.
     fn once(&self) -> Option<Once> {
         self.gait().once.filter(|once| once.becomes == self.acting && !self.is_halted())
     }

@@ -164,7 +164,8 @@ mod tests {
         jobs.watch(at(0x302), nowhere, 1_045); // a byte of the stack pointer is another task's
         pause(&mut jobs, 1_050); // and one in it
         jobs.watch(at(BEGIN + 4), nowhere, 1_120);
-        jobs.watch(Place { pc: SWITCH, stack_pointer: 0x7fe }, || at(BEGIN + 8), 1_130); // it waits, others run
+        // It waits, and another task runs.
+        jobs.watch(Place { pc: SWITCH, stack_pointer: 0x7fe }, || at(BEGIN + 8), 1_130);
         jobs.watch(Place { pc: BEGIN, stack_pointer: 0x400 }, nowhere, 1_500);
         jobs.watch(at(BEGIN + 8), nowhere, 2_000);
         assert_eq!(jobs.begins[&BEGIN], LongestJob::default(), "it has not ended");

@@ -2,9 +2,9 @@
 //!
 //! Marks, each reading as two bytes, the low one first: the potentiometer of the roll joint, which is
 //! measured first; both potentiometers, each after the current of its motor; then the multiplexer's inputs 0
-//! to 7 in turn; 0x71 once the third round was posted as a period; 0x73 when interrupts were held up at each
-//! moment of a round, and no reading was taken for another's; 0x72 when the power switch of the first dock was
-//! opened for its current; 0x7f for anything wrong.
+//! to 7 in turn; 0x71 once the third round was posted as a period; 0x73 when interrupts were held up at
+//! each moment of a round, and no reading was taken for another's; 0x72 when the power switch of the first
+//! dock was opened for its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
