@@ -83,6 +83,9 @@ impl Mcu {
 
     /// An interrupt was accepted `ago` cycles ago.
     pub(crate) fn pause_turn(&mut self, ago: u64) {
+        if self.jobs.is_empty() {
+            return;
+        }
         let (returns, now) = (returns(self.cpu), self.cycle());
         for turn in self.jobs.iter_mut().filter_map(|jobs| jobs.turn.as_mut()) {
             turn.pause(returns, now - ago);
@@ -90,12 +93,12 @@ impl Mcu {
     }
 }
 
-/// Where the return address on top of the stack leads.
+/// Where the return address on top of the stack leads: nowhere, if that is not in memory.
 fn returns(cpu: Cpu) -> Place {
     let stack_pointer = cpu.stack_pointer();
-    let [high, low] = [1, 2].map(|above| cpu.data(stack_pointer + above));
-    let pc = 2 * u32::from(u16::from_be_bytes([high, low]));
-    Place { pc, stack_pointer: stack_pointer + RETURN_ADDRESS }
+    let top = cpu.with_data(|data| data.get(usize::from(stack_pointer) + 1..)?.first_chunk().copied());
+    let pc = 2 * u32::from(u16::from_be_bytes(top.unwrap_or_default()));
+    Place { pc, stack_pointer: stack_pointer.wrapping_add(RETURN_ADDRESS) }
 }
 
 impl Jobs {
