@@ -168,10 +168,7 @@ impl Adc {
         context.mask(|masked| ROUNDS.trip.set(masked, Some(trip)));
         superbot::start_multiplexer();
         // The first conversion with a reference may be off (datasheet, "ADC Voltage Reference"): nobody's.
-        // SAFETY: the converter touches no memory, whatever its registers hold.
-        registers().admux().write(|w| unsafe { w.bits(REFERENCE) });
-        // SAFETY: likewise.
-        registers().adcsra().write(|w| unsafe { w.bits(CONVERT) });
+        command(0, CONVERT);
         let timer = timer();
         timer.ocr2().write(|w| w.set(TOP));
         // WGM21 alone: clear timer on compare match.
@@ -276,10 +273,16 @@ pub(crate) fn reading(masked: &Masked, Input(input): Input) -> u16 {
 fn convert(masked: &Masked, input: u8) {
     ROUNDS.input.set(masked, input);
     let pin = if input >= Input::MULTIPLEXED { MULTIPLEXER } else { input };
+    command(pin, START);
+}
+
+/// Has the converter do with a pin what ADCSRA is to say.
+#[inline(always)]
+fn command(pin: u8, adcsra: u8) {
     // SAFETY: the converter touches no memory, whatever its registers hold.
     registers().admux().write(|w| unsafe { w.bits(REFERENCE | pin) });
     // SAFETY: the converter touches no memory, whatever its registers hold.
-    registers().adcsra().write(|w| unsafe { w.bits(START) });
+    registers().adcsra().write(|w| unsafe { w.bits(adcsra) });
 }
 
 /// Begins the conversion of the next dock's current, or else of the joints' inputs. Returns whether there was

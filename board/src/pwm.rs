@@ -90,7 +90,7 @@ macro_rules! compare {
                     timer.$mode_b().modify(|r, w| unsafe { w.bits(r.bits() | MODE) });
                     timer.$top().write(|w| w.set(TOP));
                     timer.$mode_a().modify(|_, w| w.$match().match_clear());
-                    // SAFETY: likewise.
+                    // SAFETY: a mode of the timer that touches no memory.
                     timer.$mode_b().write(|w| unsafe { w.bits(MODE | CLOCK) });
                     port.$direction().modify(|_, w| w.$pin().set_bit());
                 });
