@@ -90,6 +90,22 @@ fn ticks_wrap_around() {
     LOG.expect(&["24464"]); // 90,000 modulo 65,536
 }
 
+/// Waits for the deadlines of a period, notes when each wait is over, and works for so many ticks behind it.
+/// So many have to be missed then.
+fn note_waits(task: &mut Task, log: &Log, mut period: Period, works: [u16; 6], missed: u16) -> Never {
+    for work in works {
+        period.wait(task);
+        log.note(format!("{}", now(task)));
+        if work > 0 {
+            task.delay(work);
+        }
+    }
+    assert_eq!(period.missed(), missed);
+    loop {
+        task.delay(LONGEST);
+    }
+}
+
 #[test]
 fn a_period_does_not_drift_and_counts_what_it_missed() {
     static LOG: Log = Log::new();
@@ -98,18 +114,8 @@ fn a_period_does_not_drift_and_counts_what_it_missed() {
         100,
         |boot| {
             start(boot, &STACK, |task| {
-                let mut period = Period::new(task, 10);
-                for work in [3, 9, 25, 0, 0, 0] {
-                    period.wait(task);
-                    LOG.note(format!("{}", now(task)));
-                    if work > 0 {
-                        task.delay(work);
-                    }
-                }
-                assert_eq!(period.missed(), 2);
-                loop {
-                    task.delay(LONGEST);
-                }
+                let period = Period::new(task, 10);
+                note_waits(task, &LOG, period, [3, 9, 25, 0, 0, 0], 2)
             });
         },
         |_, _| {},
@@ -126,16 +132,9 @@ fn a_deadline_that_is_late_by_more_than_the_longest_wait_is_missed() {
         70_000,
         |boot| {
             start(boot, &STACK, |task| {
-                let mut period = Period::new(task, 10_000);
+                let period = Period::new(task, 10_000);
                 task.delay(50_001);
-                for _ in 0..6 {
-                    period.wait(task);
-                    LOG.note(format!("{}", now(task)));
-                }
-                assert_eq!(period.missed(), 5);
-                loop {
-                    task.delay(LONGEST);
-                }
+                note_waits(task, &LOG, period, [0; 6], 5)
             });
         },
         |_, _| {},
