@@ -7,11 +7,15 @@ use kernel::{Context, Interrupt, Task};
 
 /// Sleeps until an interrupt has been served, unless `has_work` says that there is something to do.
 /// Interrupts are masked while that looks, so that none comes between the look and the sleep.
+///
+/// # Safety
+/// `has_work` makes no task ready: no switch follows that call, and until one does the kernel takes the head
+/// for the running task.
 #[inline(always)]
-pub fn sleep_unless(task: &mut Task, has_work: impl FnOnce(&mut Interrupt) -> bool) {
+pub unsafe fn sleep_unless(task: &mut Task, has_work: impl FnOnce(&mut Interrupt) -> bool) {
     task.mask(|_| {
-        // SAFETY: interrupts are masked as in a handler, and this context is gone before they are enabled. It
-        // could make a switch due, which the next handler's end would make.
+        // SAFETY: interrupts are masked as in a handler, and this context is gone before they are enabled. The
+        // caller's promise: it makes no switch due.
         let has_work = has_work(&mut unsafe { Interrupt::assume() });
         if !has_work {
             // SAFETY: interrupts are masked again at the end. `sei` takes effect after the next instruction,

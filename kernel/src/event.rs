@@ -43,13 +43,21 @@ impl EventFlags {
     /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 50 cycles a
     /// waiting task.
     pub fn set(&self, context: &mut impl Context, flags: u8) {
+        let is_task = !context.is_interrupt();
         context.mask(|masked| {
             self.set.set(masked, self.set.get(masked) | flags);
-            traversal::end(masked);
+            if is_task {
+                // As a traversal all this is one single step. In several, who is woken in one and waits again
+                // would be woken in the next.
+                traversal::begin(masked);
+            }
         });
         let mut is_due = false;
         while let Some(is_higher) = context.mask(|masked| self.changed.word.wake_first(masked)) {
             is_due |= is_higher;
+        }
+        if is_task {
+            context.mask(traversal::end);
         }
         context.reschedule(is_due);
     }

@@ -121,15 +121,20 @@ impl<const BYTES: usize> Pipe<BYTES> {
 
     /// Fills a place, for which a signal was taken before.
     fn fill(&self, context: &mut impl Context, byte: u8) {
-        context.mask(|masked| self.fifo.ring().put(masked, byte));
-        // In a section of its own, to be short. Whose byte the woken task takes does not matter.
-        self.filled.post(context);
+        let is_due = context.mask(|masked| {
+            self.fifo.ring().put(masked, byte);
+            self.filled.word.signal_by_call(masked)
+        });
+        context.reschedule(is_due);
     }
 
     /// Removes a byte, for which a signal was taken before.
     fn drain(&self, context: &mut impl Context) -> Option<u8> {
-        let byte = context.mask(|masked| self.fifo.ring().take(masked));
-        self.free.post(context);
+        let (byte, is_due) = context.mask(|masked| {
+            let byte = self.fifo.ring().take(masked);
+            (byte, self.free.word.signal_by_call(masked))
+        });
+        context.reschedule(is_due);
         byte
     }
 }

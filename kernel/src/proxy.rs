@@ -142,6 +142,7 @@ impl Task {
         semaphores: [&Semaphore; N],
         ticks: Option<Ticks>,
     ) -> Result<usize, Elapsed> {
+        const { assert!(N > 0, "to wait for nothing has no end: that is `delay`, or `suspend`") };
         if let Some(index) = semaphores.iter().position(|semaphore| semaphore.try_wait(self)) {
             return Ok(index);
         }

@@ -1,5 +1,6 @@
 //! Message queues: a list of buffers that tasks wait on.
 
+use crate::arch;
 use crate::context::{Context, Task};
 use crate::critical::{Masked, MaskedCell};
 use crate::pool::{Message, Pooled, Slot};
@@ -24,17 +25,6 @@ pub struct Queue<T: Pooled> {
     messages: Semaphore,
     room: u8,
     refused: MaskedCell<u16>,
-}
-
-/// How appending a message ended.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Append {
-    /// The message is in the queue, and so is its signal.
-    Stored,
-    /// The message is in the queue, and a task waits for its signal.
-    Awaited,
-    /// There is no room.
-    Full,
 }
 
 /// The queue is full. The message comes back.
@@ -87,14 +77,11 @@ impl<T: Pooled> Queue<T> {
     ) -> Result<(), Full<T>> {
         let slot = message.into_slot();
         match context.mask(|masked| self.append(masked, slot, &room)) {
-            Append::Stored => Ok(()),
-            Append::Awaited => {
-                // In a section of its own, to be short. Should another's message have woken the task
-                // meanwhile, this signal is for that.
-                self.messages.word.post(context);
+            Some(is_due) => {
+                context.reschedule(is_due);
                 Ok(())
             }
-            Append::Full => Err(self.refuse(context, slot)),
+            None => Err(self.refuse(context, slot)),
         }
     }
 
@@ -106,12 +93,14 @@ impl<T: Pooled> Queue<T> {
         Full(unsafe { Message::from_slot(slot) })
     }
 
-    /// Appends `slot` if there is room, and stores its signal unless a task waits for it.
+    /// Appends `slot` if there is room or a task waits, with its signal: were that to come later, a message
+    /// sent in between would wait for it. Returns whether another task is the head now; `None` where there is
+    /// no room.
     #[inline(always)]
-    fn append(&self, masked: &Masked, slot: &'static Slot<T>, room: impl Fn() -> u8) -> Append {
+    fn append(&self, masked: &Masked, slot: &'static Slot<T>, room: impl Fn() -> u8) -> Option<bool> {
         let is_awaited = self.messages.word.is_awaited(masked);
         if !is_awaited && !self.messages.word.add_signal(masked, room()) {
-            return Append::Full;
+            return None;
         }
         slot.link.set(masked, None);
         match self.first.get(masked).and(self.last.get(masked)) {
@@ -119,7 +108,7 @@ impl<T: Pooled> Queue<T> {
             None => self.first.set(masked, Some(slot)),
         }
         self.last.set(masked, Some(slot));
-        if is_awaited { Append::Awaited } else { Append::Stored }
+        Some(is_awaited && self.messages.word.signal_by_call(masked))
     }
 
     /// Takes the first message, and blocks until there is one.
@@ -161,5 +150,14 @@ impl<T: Pooled> Queue<T> {
         self.first.set(masked, slot.link.get(masked));
         // SAFETY: the slot came from a message, and has just left the queue.
         Some(unsafe { Message::from_slot(slot) })
+    }
+}
+
+impl<T: Pooled> Drop for Queue<T> {
+    /// What is in it goes back to its pool. A static is never dropped.
+    fn drop(&mut self) {
+        while let Some(message) = arch::critical(|masked| self.take(masked)) {
+            drop(message);
+        }
     }
 }

@@ -27,8 +27,9 @@ impl Semaphore {
 
     /// Signals: wakes the first waiting task, or stores the signal when none waits.
     ///
-    /// Constant in time. Switches at once if the woken task outranks the caller; from an interrupt, at its
-    /// end.
+    /// Constant in time, but for waits whose time was up and whose tasks have not run since: each passes the
+    /// signal on, one after the other. Switches at once if the woken task outranks the caller; from an
+    /// interrupt, at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
         // Not by a call: this is on the way from an interrupt to its task.

@@ -4,13 +4,13 @@ use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use crate::KERNEL;
 use crate::arch;
 use crate::context::{Boot, Context, Task};
 use crate::control::{KillGuard, TaskHandle};
 use crate::control_block::{ControlBlock, Priority};
 use crate::critical::{Masked, MaskedCell};
 use crate::ready;
+use crate::{IDLE, KERNEL};
 
 /// Why [`Stack::start`] refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +145,7 @@ pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
     let boot = &mut unsafe { Boot::assume() };
     init(boot);
     boot.mask(|masked| {
-        debug_assert!(!KERNEL.ready.running.get(masked).is_started(masked));
+        debug_assert!(KERNEL.ready.running.get(masked).is(&IDLE));
         arch::run_head(masked)
     })
 }

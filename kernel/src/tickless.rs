@@ -51,6 +51,13 @@ pub unsafe fn before_sleep<T: TickTimer>() {
         return;
     }
     T::set_compare(counted.wrapping_add(ahead.wrapping_mul(T::COUNTS)));
+    if T::counter().wrapping_sub(counted) >= T::COUNTS {
+        // The tick came meanwhile: with an interrupt, or too late for one.
+        T::forget_match();
+        count::<T>(masked, 1);
+        AHEAD.set(masked, ahead - 1);
+        return;
+    }
     AHEAD.set(masked, ahead);
 }
 
@@ -84,8 +91,11 @@ pub unsafe fn after_sleep<T: TickTimer>() {
 }
 
 /// The interrupt of the timer.
+///
+/// # Safety
+/// Only for that: it lets other interrupts in.
 #[doc(hidden)]
-pub fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
+pub unsafe fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
     const { assert!(2 <= T::COUNTS && T::COUNTS <= 250, "a tick has 2 to 250 counts") };
     interrupt.mask(|masked| count::<T>(masked, AHEAD.get(masked)));
     loop {
@@ -143,9 +153,16 @@ mod tests {
     use std::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
     use std::vec::Vec;
 
-    use super::{TickTimer, tick};
+    use super::{AHEAD, COUNTED, TickTimer, tick};
+    use crate::critical::Masked;
     use crate::timer::TICKS;
     use crate::{Context, Priority, Semaphore, Stack, host};
+
+    /// As after a reset.
+    fn begin(masked: &Masked) {
+        AHEAD.set(masked, 1);
+        COUNTED.set(masked, 0);
+    }
 
     const COUNTS: u16 = 250;
     static COUNTER: AtomicU16 = AtomicU16::new(0);
@@ -184,6 +201,7 @@ mod tests {
         static STACK: Stack<0> = Stack::new();
         static WOKEN: Semaphore = Semaphore::new(0);
         let start = |boot: &mut crate::Boot| {
+            boot.mask(begin);
             let body = |task: &mut crate::Task| {
                 loop {
                     task.delay(2);
@@ -202,7 +220,8 @@ mod tests {
             }
             (0..late).for_each(|_| count());
             HAS_MATCHED.store(false, Relaxed); // as the vector is entered
-            tick::<Timer>(interrupt);
+            // SAFETY: this stands for the timer's interrupt.
+            unsafe { tick::<Timer>(interrupt) };
             counted += u32::from(COUNTER.load(Relaxed).wrapping_sub(before));
             let ticks = interrupt.mask(|masked| TICKS.get(masked));
             let pending = u16::from(HAS_MATCHED.load(Relaxed));
@@ -212,5 +231,74 @@ mod tests {
         });
         // Each tick that comes so late is the second one, or behind it.
         assert!(woken[260..].iter().all(|&woken| woken), "{woken:?}");
+    }
+
+    static SLOW_COUNTER: AtomicU16 = AtomicU16::new(0);
+    static SLOW_COMPARE: AtomicU16 = AtomicU16::new(0);
+    static SLOW_HAS_MATCHED: AtomicBool = AtomicBool::new(false);
+
+    fn count_slowly(counts: u16) {
+        for _ in 0..counts {
+            let counter = SLOW_COUNTER.fetch_add(1, Relaxed).wrapping_add(1);
+            if counter == SLOW_COMPARE.load(Relaxed) {
+                SLOW_HAS_MATCHED.store(true, Relaxed);
+            }
+        }
+    }
+
+    /// A CPU of 1 MHz, to which a count is 8 cycles: four of them pass before the compare is set.
+    struct SlowCpu;
+
+    impl TickTimer for SlowCpu {
+        const COUNTS: u16 = 125;
+
+        fn counter() -> u16 {
+            SLOW_COUNTER.load(Relaxed)
+        }
+
+        fn set_compare(at: u16) {
+            count_slowly(4);
+            SLOW_COMPARE.store(at, Relaxed);
+        }
+
+        fn forget_match() {
+            SLOW_HAS_MATCHED.store(false, Relaxed);
+        }
+    }
+
+    #[test]
+    fn a_tick_that_comes_as_the_cpu_goes_to_sleep_is_counted_once() {
+        for at in 100..125 {
+            let mut has_slept = false;
+            host::run(
+                |_| {},
+                |interrupt| {
+                    if core::mem::replace(&mut has_slept, true) {
+                        return false;
+                    }
+                    interrupt.mask(begin);
+                    SLOW_COUNTER.store(at, Relaxed);
+                    SLOW_COMPARE.store(SlowCpu::COUNTS, Relaxed);
+                    SLOW_HAS_MATCHED.store(false, Relaxed);
+                    // SAFETY: the host is idle.
+                    unsafe { crate::tickless::before_sleep::<SlowCpu>() };
+                    // It sleeps until the match, or another interrupt.
+                    for _ in 0..10 {
+                        count_slowly(u16::from(!SLOW_HAS_MATCHED.load(Relaxed)));
+                    }
+                    // SAFETY: an interrupt is entered.
+                    unsafe { crate::tickless::after_sleep::<SlowCpu>() };
+                    if SLOW_HAS_MATCHED.swap(false, Relaxed) {
+                        // SAFETY: this stands for the timer's interrupt.
+                        unsafe { tick::<SlowCpu>(interrupt) };
+                    }
+                    let counted = interrupt.mask(|masked| TICKS.get(masked));
+                    let passed = SLOW_COUNTER.load(Relaxed) / SlowCpu::COUNTS;
+                    let pending = u16::from(SLOW_HAS_MATCHED.load(Relaxed));
+                    assert_eq!(counted + pending, passed, "it slept at count {at}");
+                    true
+                },
+            );
+        }
     }
 }

@@ -13,8 +13,8 @@ use crate::traversal;
 use crate::wait_set::WaitSet;
 use crate::word::Word;
 
-/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one
-/// invalidates traversals.
+/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one wakes all
+/// that wait.
 pub(crate) struct WakeCondition<'a> {
     set: &'a MaskedCell<u8>,
     flags: u8,
@@ -182,7 +182,7 @@ impl Word {
             return Some(self.enter_first(masked, waiter, condition));
         };
         if !cursor.is_valid(masked, first) {
-            // Asked once in a traversal: whatever makes it hold invalidates that.
+            // Asked once in a traversal: whatever makes it hold takes the first from the queue.
             if condition.is_some_and(|condition| condition.holds(masked)) {
                 return Some(WaitOutcome::Condition);
             }

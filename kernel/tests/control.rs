@@ -3,7 +3,8 @@
 mod log;
 
 use kernel::{
-    Boot, Interrupt, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState, Timer, host,
+    Boot, EventFlags, Interrupt, Mutex, Priority, Refused, Semaphore, Stack, StartError, Task, TaskState,
+    Timer, host,
 };
 use log::Log;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -680,4 +681,66 @@ fn a_handle_tells_the_size_of_its_stack() {
     static NONE: Stack<0> = Stack::new();
     static SOME: Stack<200> = Stack::new();
     assert_eq!([NONE.task(), SOME.task()].map(kernel::TaskHandle::stack_size), [0, 200]);
+}
+
+#[test]
+fn who_suspends_itself_in_a_single_step_keeps_its_priority() {
+    static STEPPED: Stack<0> = Stack::new();
+    static BOSS: Stack<0> = Stack::new();
+    static LOG: Log = Log::new();
+    host::run_for(
+        1,
+        |boot| {
+            let body = |task: &mut Task| {
+                STEPPED.task().suspend(task).unwrap();
+                host::interrupted(1, trap, || {
+                    STEPPED.task().suspend(task).unwrap();
+                    forever(task)
+                });
+            };
+            STEPPED.start(boot, Priority::P3, body).unwrap();
+            let body = |task: &mut Task| {
+                while STEPPED.task().step(task, |_| {}).is_ok() {}
+                LOG.note(format!("{:?}", STEPPED.task().priority(task)));
+                forever(task)
+            };
+            BOSS.start(boot, Priority::P5, body).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["P3"]);
+}
+
+#[test]
+fn single_steps_get_past_the_setting_of_flags_though_another_task_waits_for_others() {
+    static FLAGS: EventFlags = EventFlags::new();
+    static STACKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static IS_PAST: AtomicBool = AtomicBool::new(false);
+    static LOG: Log = Log::new();
+    host::run_for(
+        1,
+        |boot| {
+            let [waits, stepped, boss] = &STACKS;
+            waits.start(boot, Priority::P2, |task| FLAGS.wait_any(task, 2)).unwrap();
+            let body = |task: &mut Task| {
+                stepped.task().suspend(task).unwrap();
+                host::interrupted(1, trap, || {
+                    FLAGS.set(task, 1);
+                    IS_PAST.store(true, Ordering::Relaxed);
+                    forever(task)
+                });
+            };
+            stepped.start(boot, Priority::P3, body).unwrap();
+            let body = |task: &mut Task| {
+                let is_past = || IS_PAST.load(Ordering::Relaxed);
+                let steps = (0..100).take_while(|_| !is_past() && stepped.task().step(task, |_| {}).is_ok());
+                let steps = steps.count();
+                LOG.note(format!("past it: {}, in few steps: {}", is_past(), steps < 10));
+                forever(task)
+            };
+            boss.start(boot, Priority::P4, body).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["past it: true, in few steps: true"]);
 }

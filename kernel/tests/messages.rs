@@ -2,7 +2,9 @@
 
 mod log;
 
-use kernel::{Boot, Exhausted, Full, LONGEST, Message, Priority, Queue, Stack, Task, host};
+use kernel::{
+    Boot, Exhausted, Full, Interrupt, LONGEST, Message, Pipe, Priority, Queue, Semaphore, Stack, Task, host,
+};
 use log::Log;
 
 /// Runs `body` as the one task, and sees that it comes to its end.
@@ -159,5 +161,84 @@ fn a_fifo_wraps_and_counts_what_it_lost() {
             }
             assert_eq!(FIFO.overruns(interrupt), 5);
         },
+    );
+}
+
+/// `LOW` is preempted in the midst of `send` by `MIDDLE`, which computes; what comes meanwhile is not to wait for
+/// `LOW`.
+#[test]
+fn what_an_interrupt_sends_does_not_wait_for_a_low_task_that_sends() {
+    struct Parcel(&'static str);
+    kernel::pool!(Parcel, 4);
+    static QUEUE: Queue<Parcel> = Queue::new(4);
+    static PIPE: Pipe<4> = Pipe::new();
+    static GO: Semaphore = Semaphore::new(0);
+    static STACKS: [Stack<0>; 4] = [const { Stack::new() }; 4];
+    static LOG: Log = Log::new();
+    host::run_for(
+        1,
+        |boot| {
+            let [messages, bytes, middle, low] = &STACKS;
+            let receive = |task: &mut Task| {
+                loop {
+                    let message = QUEUE.receive(task);
+                    LOG.note(message.0);
+                }
+            };
+            messages.start(boot, Priority::P1, receive).unwrap();
+            let take = |task: &mut Task| {
+                loop {
+                    let byte = PIPE.take(task);
+                    LOG.note(format!("byte {byte}"));
+                }
+            };
+            bytes.start(boot, Priority::P1, take).unwrap();
+            let compute = |task: &mut Task| {
+                loop {
+                    GO.wait(task);
+                    host::interrupt(|interrupt| {
+                        let message = Message::new(interrupt, Parcel("the interrupt's")).ok().unwrap();
+                        assert!(QUEUE.send(interrupt, message).is_ok());
+                        assert!(PIPE.try_put(interrupt, 2));
+                    });
+                    LOG.note("has computed");
+                }
+            };
+            middle.start(boot, Priority::P3, compute).unwrap();
+            let send = |task: &mut Task| {
+                let message = Message::new(task, Parcel("the task's")).ok().unwrap();
+                let wake = |interrupt: &mut Interrupt| GO.post(interrupt);
+                assert!(host::interrupted(1, wake, || QUEUE.send(task, message)).is_ok());
+                host::interrupted(2, wake, || PIPE.put(task, 1));
+                loop {
+                    task.delay(LONGEST);
+                }
+            };
+            low.start(boot, Priority::P5, send).unwrap();
+        },
+        |_, _| {},
+    );
+    let both = ["the task's", "the interrupt's", "byte 2", "has computed"];
+    let again = ["byte 1", "the interrupt's", "byte 2", "has computed"];
+    LOG.expect(&[both, again].concat());
+}
+
+#[test]
+fn what_is_in_a_queue_that_is_dropped_goes_back_to_its_pool() {
+    #[expect(dead_code, reason = "a value that fills a place")]
+    struct Parcel(u8);
+    kernel::pool!(Parcel, 2);
+    host::run_for(
+        1,
+        |boot| {
+            for _ in 0..2 {
+                let queue = Queue::new(2);
+                for value in 0..2 {
+                    let message = Message::new(boot, Parcel(value)).ok().expect("a free buffer");
+                    assert!(queue.send(boot, message).is_ok());
+                }
+            }
+        },
+        |_, _| {},
     );
 }

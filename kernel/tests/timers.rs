@@ -2,7 +2,11 @@
 
 mod log;
 
-use kernel::{LONGEST, Never, Period, Priority, Semaphore, Stack, Task, Timer, host, now};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use kernel::{
+    EventFlags, Interrupt, LONGEST, Never, Period, Priority, Semaphore, Stack, Task, Timer, host, now,
+};
 use log::Log;
 
 fn start(boot: &mut kernel::Boot, stack: &'static Stack<0>, body: fn(&mut Task) -> Never) {
@@ -193,4 +197,39 @@ fn a_period_of_no_length_or_too_long_a_one_has_the_nearest() {
         |_, _| {},
     );
     LOG.expect(&["1", "32767", "32767"]);
+}
+
+/// Flags that an ISR sets again and again disturb no traversal of timers.
+#[test]
+fn arming_a_timer_ends_though_an_isr_sets_flags_all_the_time() {
+    static FLAGS: EventFlags = EventFlags::new();
+    static EXPIRED: Semaphore = Semaphore::new(0);
+    static TIMERS: [Timer; 9] = [const { Timer::new() }; 9];
+    static STACK: Stack<0> = Stack::new();
+    static CAME: AtomicU32 = AtomicU32::new(0);
+    static LOG: Log = Log::new();
+    fn sets(interrupt: &mut Interrupt) {
+        FLAGS.set(interrupt, 1);
+        if CAME.fetch_add(1, Relaxed) < 1000 {
+            host::arrive_later(8, sets);
+        }
+    }
+    host::run_for(
+        1,
+        |boot| {
+            start(boot, &STACK, |task| {
+                let [armed @ .., last] = &TIMERS;
+                for timer in armed {
+                    timer.start(task, 100, &EXPIRED);
+                }
+                host::interrupted(3, sets, || last.start(task, 200, &EXPIRED));
+                LOG.note(format!("few came: {}", CAME.load(Relaxed) < 10));
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["few came: true"]);
 }

@@ -32,7 +32,7 @@ use board::usart::{Usart0, Usart1};
 use board::watchdog::Feeder;
 use hormone::gait::GaitName;
 use hormone::status::Status;
-use kernel::{Boot, Context, Mutex, Never, Priority, Semaphore, Stack, Task, now};
+use kernel::{Boot, Context, Interrupt, Mutex, Never, Priority, Semaphore, Stack, Task, now};
 use tasks::api::Api;
 use tasks::bridge::task::Bridge;
 use tasks::devices::task::Desk;
@@ -220,11 +220,13 @@ fn wait(task: &mut Task, times: &mut Times, feeder: &mut Feeder) -> Parts {
         feeder.feed();
         let mut due = Parts::NONE;
         let mut is_time = false;
-        sleep_unless(task, |interrupt| {
+        let has_work = |interrupt: &mut Interrupt| {
             due = posted(interrupt);
             is_time = is_reached(next, now(interrupt));
             due.is_any() || is_time
-        });
+        };
+        // SAFETY: to take signals and to read the clock makes no task ready.
+        unsafe { sleep_unless(task, has_work) };
         if due.is_any() || is_time {
             return due.and(times.reached(now(task)));
         }

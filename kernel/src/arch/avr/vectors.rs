@@ -137,7 +137,10 @@ macro_rules! tickless_interrupt {
             unsafe { $crate::tickless::after_sleep::<$timer>() };
         }
         $crate::interrupt! {
-            fn $vector(interrupt) { $crate::tickless::tick::<$timer>(interrupt) }
+            fn $vector(interrupt) {
+                // SAFETY: this is the timer's interrupt.
+                unsafe { $crate::tickless::tick::<$timer>(interrupt) }
+            }
         }
     };
 }
