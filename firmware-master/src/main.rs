@@ -102,7 +102,7 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<215> = Stack::new();
-    pub static DEVICES: Stack<272> = Stack::new();
+    pub static DEVICES: Stack<290> = Stack::new();
     pub static BRIDGE: Stack<156> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
     pub static AC_SEND: Stack<122> = Stack::new();

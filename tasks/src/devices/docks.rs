@@ -3,7 +3,7 @@
 use super::surroundings::Surroundings;
 use crate::device::Quantity;
 use crate::dock::Dock;
-use crate::docking::guidance::{Guidance, Line, Next};
+use crate::docking::guidance::{Guidance, HELD, Line, Next};
 use crate::docking::latch::{self, DockingMotor, End, PERIOD_MS};
 use crate::message::TaskCode;
 use crate::motor::joint::State;
@@ -37,7 +37,7 @@ struct Search {
     guidance: Guidance,
     /// Periods until the light is there.
     dark: u8,
-    /// Whether its latch was closed as it began: on nothing, for the dock was free.
+    /// Whether its latch was closed as it began.
     was_latched: bool,
 }
 
@@ -79,7 +79,7 @@ impl Docks {
     pub fn latch(&mut self, dock: Dock, end: End, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
         if self.search.as_ref().is_some_and(|search| search.dock == dock) {
-            self.end_search(around);
+            self.break_off(around);
         }
         match self.devices(dock) {
             Some(devices) if may => {
@@ -91,7 +91,8 @@ impl Docks {
     }
 
     /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that,
-    /// it stays where it came nearest. A latch that has closed on nothing opens instead, for the next time.
+    /// it stays where it came nearest. A latch that is closed already is left so if it has hold of a dock, and
+    /// opens for the next time if it has closed on nothing.
     /// Refused as [`latch`](Self::latch) is, and while nobody knows where the joint is.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
@@ -103,6 +104,19 @@ impl Docks {
         let was_latched = around.end_switches(dock).is_latched;
         self.search = Some(Search { dock, guidance: Guidance::new(), dark: LIGHTS_UP, was_latched });
         around.set_emitters(true);
+    }
+
+    /// Ends the search that goes on before its time: what it turns stays where it is.
+    #[inline(never)] // once in flash, and its stack is needed here alone
+    fn break_off<S: Surroundings>(&mut self, around: &mut S) {
+        let Some(Search { dock, guidance, .. }) = &self.search else { return };
+        if guidance.line() == Line::Shift {
+            turn_opposite(*dock, 0, around);
+        }
+        self.end_search(around);
+        if let Some(angle) = around.angle(JOINT) {
+            turn(angle, around);
+        }
     }
 
     /// The search that goes on is over.
@@ -149,8 +163,12 @@ impl Docks {
                 devices.tell_latch(around);
             }
         }
-        if !allowance.docking() && self.search.is_some() {
-            self.end_search(around);
+        let searching = self.search.as_ref().map(|search| search.dock);
+        if let Some(dock) = searching.filter(|_| !allowance.docking()) {
+            self.break_off(around);
+            if let Some(devices) = self.devices(dock) {
+                devices.tell_lost(around);
+            }
         }
     }
 
@@ -180,10 +198,7 @@ impl Docks {
         let Search { dock, was_latched, .. } = *search;
         if !was_latched && around.end_switches(dock).is_latched {
             // The neighbour has latched, and hooks that hold each other move as one.
-            self.end_search(around);
-            if let Some(angle) = around.angle(JOINT) {
-                around.order(JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
-            }
+            self.break_off(around);
             let Some(devices) = self.devices(dock) else { return };
             return devices.tell(latch::State::At(End::Latched), around);
         }
@@ -192,6 +207,15 @@ impl Docks {
             return around.look(Quantity::Proximity(dock));
         }
         let Some(reflected) = around.seen(Quantity::Proximity(dock)) else { return };
+        if was_latched {
+            self.end_search(around);
+            let Some(devices) = self.devices(dock) else { return };
+            return if reflected >= HELD as i16 {
+                devices.tell(latch::State::At(End::Latched), around);
+            } else {
+                devices.motor.move_to(End::Released);
+            };
+        }
         let next = match around.angle(JOINT) {
             None => Next::Lost,
             Some(angle) => {
@@ -199,11 +223,9 @@ impl Docks {
                 let is_there = around.state(JOINT) != Some(State::Moving);
                 let next = search.guidance.step(angle, reflected.max(0) as u16, is_there);
                 if let Next::Move(line, to) = next {
-                    around.order(JOINT, Order::Turn { angle: to, speed: SEARCH_SPEED });
+                    turn(to, around);
                     if line == Line::Shift {
-                        let by = angle.saturating_sub(to);
-                        let opposite = Request::TurnBy { axis: S::HALF.opposite, by, speed: SEARCH_SPEED };
-                        around.request(TaskCode::dock(dock), opposite);
+                        turn_opposite(dock, angle.saturating_sub(to), around);
                     }
                 }
                 next
@@ -213,15 +235,26 @@ impl Docks {
             return around.look(Quantity::Proximity(dock));
         }
         self.end_search(around);
-        // One that has closed on nothing has to open first.
-        let end = if was_latched { End::Released } else { End::Latched };
         let Some(devices) = self.devices(dock) else { return };
         if next == Next::Latch {
-            devices.motor.move_to(end);
+            devices.motor.move_to(End::Latched);
         } else {
-            around.report(TaskCode::dock(dock), devices.client, Report::Lost(dock));
+            devices.tell_lost(around);
         }
     }
+}
+
+/// Has the joint behind the docks turn for a search.
+#[inline(never)] // once in flash
+fn turn(angle: i16, around: &mut impl Surroundings) {
+    around.order(JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
+}
+
+/// Has the joint of the other MCU turn by an angle, for the search of `dock`.
+#[inline(never)] // once in flash
+fn turn_opposite<S: Surroundings>(dock: Dock, by: i16, around: &mut S) {
+    let request = Request::TurnBy { axis: S::HALF.opposite, by, speed: SEARCH_SPEED };
+    around.request(TaskCode::dock(dock), request);
 }
 
 impl Devices {
@@ -231,6 +264,11 @@ impl Devices {
 
     fn tell(&self, latch: latch::State, around: &mut impl Surroundings) {
         around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, latch));
+    }
+
+    /// That a search came to nothing.
+    fn tell_lost(&self, around: &mut impl Surroundings) {
+        around.report(TaskCode::dock(self.dock), self.client, Report::Lost(self.dock));
     }
 
     fn tell_switch(&self, around: &mut impl Surroundings) {

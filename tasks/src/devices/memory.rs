@@ -54,9 +54,11 @@ impl Memory {
         Memory { record: None, is_kept: true, number: 0, place: PLACES - 1, written: 0, worn: 0 }
     }
 
-    /// What was kept last, if anything was; read once, before anything is [kept](Self::keep).
+    /// What was kept last, if anything was; read once, before the first [step](Self::step). What was [to be
+    /// kept](Self::keep) before that still is.
     #[inline(never)] // apart, it takes no stack from the rest
     pub fn recall(&mut self, cells: &mut impl Cells) -> Option<Record> {
+        let mut newest = None;
         for place in 0..PLACES {
             let mut crc = Crc16::new();
             let mut bytes = [0; LENGTH as usize];
@@ -65,12 +67,15 @@ impl Memory {
                 crc.update(*byte);
             }
             let [number, record @ .., _, _] = bytes;
-            let is_newer = self.record.is_none() || number.wrapping_sub(self.number) < 0x80;
+            let is_newer = newest.is_none() || number.wrapping_sub(self.number) < 0x80;
             if crc.is_confirmed() && is_newer {
-                (self.record, self.number, self.place) = (Some(record), number, place);
+                (newest, self.number, self.place) = (Some(record), number, place);
             }
         }
-        self.record
+        if self.is_kept {
+            self.record = newest;
+        }
+        newest
     }
 
     /// Keeps this record in the place of the one before, by [`step`](Self::step)s from now on.

@@ -5,10 +5,13 @@ use crate::device::Quantity;
 use crate::dock::Dock;
 use crate::message::TaskCode;
 use crate::power::allowance::Allowance;
-use crate::power::battery::Battery;
+use crate::power::battery::{Battery, SETTLES};
 use crate::power::charger::{Charger, Look};
 use crate::request::{Report, Request};
 use crate::sensor::Sensor;
+
+/// Looks after which the other MCU is told once more that all is allowed: 16 s.
+const REMINDER: u8 = 64;
 
 /// The supply of a module, looked at each quarter of a second.
 pub struct Supply {
@@ -16,6 +19,8 @@ pub struct Supply {
     charger: Charger,
     /// What the other MCU was told last: nothing yet, where this one was reset.
     told: Option<Allowance>,
+    /// Looks since it was told.
+    silent: u8,
     /// What came in through docks of the other MCU, in mA, as far as it is known since the last look.
     beyond: u16,
 }
@@ -23,7 +28,7 @@ pub struct Supply {
 impl Supply {
     /// A full battery, until it is seen.
     pub const fn new() -> Self {
-        Supply { battery: Battery::new(), charger: Charger::new(), told: None, beyond: 0 }
+        Supply { battery: Battery::new(), charger: Charger::new(), told: None, silent: 0, beyond: 0 }
     }
 
     /// What may be switched on.
@@ -67,19 +72,25 @@ impl Supply {
         let temperature = around.seen(Quantity::Sensor(Sensor::BatteryTemperature))?;
         let current = self.incoming(around);
         let charger = self.charger.look(Look { voltage, temperature, current });
-        let level = self.battery.look(voltage);
+        let before = self.battery.level();
+        // The first look of all is believed: where this MCU alone was reset the battery may be empty.
+        for _ in 0..if self.told.is_none() { SETTLES } else { 1 } {
+            self.battery.look(voltage);
+        }
         let allowance = self.allowance();
         let is_news = self.told != Some(allowance);
+        self.silent += 1;
         // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and
-        // again, for the other MCU may have been reset.
-        if is_news || allowance != Allowance::ALL {
+        // again, for the other MCU may have been reset, or had no room for it.
+        if is_news || allowance != Allowance::ALL || self.silent == REMINDER {
             self.tell(allowance, around);
         }
         if let Some(state) = charger {
             around.set_charger(self.charger.is_on());
             around.report(TaskCode::POWER, TaskCode::HORMONE, Report::Charger(state));
         }
-        if let Some(level) = level {
+        let level = self.battery.level();
+        if level != before {
             around.report(TaskCode::POWER, TaskCode::HORMONE, Report::Battery(level));
         }
         is_news.then_some(allowance)
@@ -98,7 +109,7 @@ impl Supply {
     }
 
     fn tell(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
-        self.told = Some(allowance);
+        (self.told, self.silent) = (Some(allowance), 0);
         around.request(TaskCode::POWER, Request::Allow(allowance));
     }
 

@@ -10,6 +10,9 @@
 /// How much is reflected, in counts of the converter, where the docks face each other close enough to latch.
 const NEAR: u16 = 500;
 
+/// How much is reflected, in counts of the converter, at least, by a dock that the latch has hold of: they touch.
+pub const HELD: u16 = 650;
+
 /// Both joints move this far to either side of where a line begins, in 0.1 degree.
 const REACH: i16 = 120;
 
@@ -88,6 +91,11 @@ impl Guidance {
     /// A search that has not begun to move.
     pub const fn new() -> Self {
         Guidance { line: Line::Turn, leg: Leg::Start, start: 0, first: 0, best_angle: 0, best: 0, looks: 0 }
+    }
+
+    /// The line that it follows.
+    pub fn line(&self) -> Line {
+        self.line
     }
 
     /// What to do after `reflected` counts were read while the joint behind the dock was at `angle`, in 0.1

@@ -151,6 +151,8 @@ pub fn run<const N: usize>(
                 joints.order_or_look(is_ordered, &mut Here { task, motors, devices: &mut devices });
             }
             Awaited::Measurement => {
+                // A signal that the last period before rest has left behind would pass for this one.
+                while motors.period.try_wait(task) {}
                 motors.period.wait(task);
                 joints.measurement(&mut Here { task, motors, devices: &mut devices });
             }

@@ -54,11 +54,16 @@ const HYSTERESIS: u16 = 300;
 /// Looks in a row that must agree: a motor that starts pulls the voltage down for a moment.
 const PATIENCE: u8 = 4;
 
+/// Looks after which any level is left for what they see.
+pub const SETTLES: u8 = 3 * PATIENCE;
+
 /// The battery, as it was seen over time.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Battery {
     level: Level,
+    /// What the last looks saw, and so many in a row.
+    seen: Level,
     agreeing: u8,
 }
 
@@ -71,7 +76,7 @@ impl Default for Battery {
 impl Battery {
     /// A battery that counts as full until it is seen.
     pub const fn new() -> Self {
-        Battery { level: Level::Good, agreeing: 0 }
+        Battery { level: Level::Good, seen: Level::Good, agreeing: 0 }
     }
 
     /// How full it is.
@@ -90,15 +95,14 @@ impl Battery {
         } else {
             self.level
         };
-        if next == self.level {
-            self.agreeing = 0;
+        if next != self.seen {
+            (self.seen, self.agreeing) = (next, 0);
+        }
+        self.agreeing = self.agreeing.saturating_add(1);
+        if next == self.level || self.agreeing < PATIENCE {
             return None;
         }
-        self.agreeing += 1;
-        if self.agreeing < PATIENCE {
-            return None;
-        }
-        *self = Battery { level: next, agreeing: 0 };
+        (self.level, self.agreeing) = (next, 0);
         Some(next)
     }
 }
@@ -110,7 +114,7 @@ mod tests {
 
     /// Looks until the level has had time to settle.
     fn settle(battery: &mut Battery, voltage: u16) -> Level {
-        for _ in 0..4 * PATIENCE {
+        for _ in 0..SETTLES {
             battery.look(voltage);
         }
         battery.level()
@@ -143,6 +147,16 @@ mod tests {
                 battery.look(voltage);
             }
             assert_eq!(battery.level(), level);
+        }
+    }
+
+    #[test]
+    fn looks_that_say_different_things_do_not_agree() {
+        let mut battery = Battery::new();
+        assert_eq!(settle(&mut battery, 6_650), Level::VeryLow);
+        // It recovers for three looks; then a motor starts.
+        for voltage in [7_050, 7_050, 7_050, 6_350, 6_350, 6_350, 7_050] {
+            assert_eq!(battery.look(voltage), None, "{voltage} mV");
         }
     }
 

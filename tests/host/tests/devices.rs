@@ -7,6 +7,7 @@ use kernel::{Interrupt, Priority, Semaphore, Stack, Task, Ticks, host};
 use plants::dock::{Latch, reflected};
 use plants::joint::{Joint as Plant, counts};
 use tasks::device::{JointMotors, Peripherals, Quantity};
+use tasks::devices::memory::{Cells, Memory};
 use tasks::devices::task::{self as devices, Desk};
 use tasks::dock::Dock;
 use tasks::docking::latch::{End, EndSwitches, Failure, State as LatchState};
@@ -557,13 +558,13 @@ fn a_search_ends_once_the_other_dock_has_latched() {
 }
 
 #[test]
-fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again() {
+fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again_and_stays_so() {
     run::<true>(|client| {
         client.within(10);
         client.turn(0);
-        client.world().before = Some((Dock::Back, 3.0, 0.0));
         client.world().latches[0] = Latch::at(1.0);
-        for end in [End::Released, End::Latched] {
+        for (millimetres, end) in [(9.0, End::Released), (9.0, End::Latched), (0.0, End::Latched)] {
+            client.world().before = Some((Dock::Back, millimetres, 0.0));
             client.ask(Request::Approach(Dock::Back));
             let told: Vec<Report> = (0..4).flat_map(|_| client.reports(1_000)).collect();
             assert_eq!(told, [Report::Latch(Dock::Back, LatchState::At(end))]);
@@ -745,7 +746,7 @@ fn a_search_ends_when_the_battery_gets_low() {
         client.ask(Request::Approach(Dock::Back));
         client.within(50);
         assert!(client.world().emitters);
-        assert!(!client.within(400).contains(&(HORMONE, Told::Report(Report::Lost(Dock::Back)))));
+        assert!(client.within(400).contains(&(HORMONE, Told::Report(Report::Lost(Dock::Back)))));
         assert!(!client.world().emitters);
         // The joint is nobody's again, and tells.
         client.ask(Request::Turn { axis: Axis::Back, angle: 100, speed: 90 });
@@ -833,4 +834,99 @@ fn the_mcu_without_a_battery_does_what_the_other_allows() {
         assert_eq!(client.reports(3_000), [Report::Joint(Axis::Front, State::Arrived)]);
     });
     assert!(at(&world).alive >= 60_000 / 50);
+}
+
+#[test]
+fn a_slave_that_starts_over_on_an_empty_battery_sheds_at_its_first_look() {
+    run::<true>(|client| {
+        client.world().battery_mv = 6_200;
+        let told = client.within(300);
+        assert_eq!(
+            told[told.len() - 2..],
+            [allow(Level::Empty, false), (HORMONE, Told::Report(Report::Battery(Level::Empty)))]
+        );
+        client.ask(Request::Turn { axis: Axis::Back, angle: 600, speed: 10 });
+        for _ in 0..3_000 {
+            client.within(1);
+            assert_eq!(client.world().drive, 0);
+        }
+    });
+}
+
+#[test]
+fn that_all_is_allowed_is_told_again_now_and_then() {
+    run::<true>(|client| {
+        let told = client.within(60_000);
+        let reminders = told.iter().filter(|told| **told == allow(Level::Good, false)).count();
+        assert_eq!(reminders, 1 + 59 / 16);
+    });
+}
+
+/// The dock `Back` searches, and has the opposite joint turn.
+fn shifting(client: &mut Client) {
+    client.within(10);
+    client.turn(0);
+    client.world().before = Some((Dock::Back, 14.0, 8.0));
+    client.ask(Request::Approach(Dock::Back));
+    let turns = |(_, told): &(TaskCode, Told)| matches!(told, Told::Request(Request::TurnBy { .. }));
+    while !client.within(1).iter().any(turns) {}
+}
+
+/// Whether the opposite joint was told to stay where it is.
+fn stays(told: &[(TaskCode, Told)]) -> bool {
+    told.iter().any(|(_, told)| matches!(told, Told::Request(Request::TurnBy { by: 0, .. })))
+}
+
+#[test]
+fn when_the_other_dock_latches_the_opposite_joint_stays_where_it_is() {
+    run::<true>(|client| {
+        shifting(client);
+        client.world().latches[0] = Latch::at(1.0);
+        assert!(stays(&client.within(100)));
+        assert!(!client.world().emitters);
+    });
+}
+
+#[test]
+fn a_search_that_the_battery_ends_is_told_of_and_stops_both_joints() {
+    run::<true>(|client| {
+        shifting(client);
+        client.world().battery_mv = 6_600;
+        let told = client.within(3_000);
+        assert!(stays(&told), "{told:?}");
+        assert!(told.contains(&(HORMONE, Told::Report(Report::Lost(Dock::Back)))), "{told:?}");
+        assert!(!client.world().emitters);
+    });
+}
+
+/// Bytes that keep without power.
+struct Bytes([u8; 256]);
+
+impl Cells for Bytes {
+    fn is_ready(&mut self) -> bool {
+        true
+    }
+
+    fn recall(&mut self, address: u16) -> u8 {
+        self.0[usize::from(address)]
+    }
+
+    fn store(&mut self, address: u16, byte: u8) {
+        self.0[usize::from(address)] = byte;
+    }
+}
+
+#[test]
+fn what_is_to_be_kept_before_the_memory_was_read_is_kept() {
+    let world = run::<false>(|client| {
+        let mut bytes = Bytes(client.world().eeprom);
+        let mut memory = Memory::new();
+        memory.recall(&mut bytes);
+        memory.keep([1; 4]);
+        while memory.step(&mut bytes) {}
+        client.world().eeprom = bytes.0;
+        client.ask(Request::Keep([2; 4]));
+        assert!(client.reports(500).contains(&Report::Kept([1; 4])));
+    });
+    assert_eq!(Memory::new().recall(&mut Bytes(at(&world).eeprom)), Some([2; 4]));
 }

@@ -272,3 +272,16 @@ fn a_task_whose_periods_do_not_come_is_not_in_time() {
         client.news(50);
     });
 }
+
+#[test]
+fn a_signal_left_over_from_before_rest_stands_for_no_measurement() {
+    run(|client| {
+        client.news(10);
+        client.motors.period().post(client.task);
+        let before = client.periods();
+        client.turn(0, 300);
+        client.task.delay(1);
+        assert_eq!(client.periods(), before, "computed before anything was measured");
+        client.news(50);
+    });
+}
