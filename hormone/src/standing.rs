@@ -21,6 +21,9 @@ pub const STOP: u8 = 0;
 /// The bit of a number that lifts orders given since power-up above those that were recalled.
 const GIVEN: u16 = 0x8000;
 
+/// By so much an order to stop counts.
+const STOPS: u16 = 16;
+
 /// How long a neighbour that has not answered is waited for before it is told again, in milliseconds: longer
 /// than a link repeats a message, and long enough for probes to go out between two of them.
 const PATIENCE: u16 = 200;
@@ -44,9 +47,11 @@ impl Standing {
         Standing { number: 0, gait, period: Period::OWN }
     }
 
-    /// The order after this one.
+    /// The order after this one. To stop counts as several: it is to win over orders that were given at the same
+    /// time elsewhere in the robot.
     pub fn next(self, gait: u8, period: Period) -> Self {
-        let count = (self.number.wrapping_add(1) & !GIVEN).max(1);
+        let step = if gait == STOP { STOPS } else { 1 };
+        let count = (self.number.wrapping_add(step) & !GIVEN).max(1);
         Standing { number: count | GIVEN, gait, period }
     }
 

@@ -190,12 +190,13 @@ fn a_beat_made_good_gives_way_once_to_a_rhythm_that_counts_otherwise() {
 
 #[test]
 fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_another() {
-    let other = Pace { rhythm: 8, ..cp(A) };
+    let other = Pace { rhythm: 8, number: 3, ..cp(A) };
     let mut timer = pacemaker(0);
     assert!(hear(&mut timer, cp(A), 0));
     assert!(!timer.hear(other, false, 100));
     assert!(!timer.hear(other, true, BEAT / 4 - 1), "it may have gone round a loop");
     assert!(!timer.hear(other, false, 400));
+    assert!(!timer.hear(Pace { rhythm: 8, ..cp(A) }, true, 401), "so may this, however long that takes");
     assert!(timer.hear(other, true, 401));
     assert_eq!((timer.rhythm(), timer.last()), (8, (A, 401)));
     assert_eq!(timer.make_good(401 + BEAT + PATIENCE), Some(B));
