@@ -269,6 +269,19 @@ pub(crate) fn make_plain(cpu: Cpu, addresses: &[u16]) {
     }
 }
 
+/// Has the register at `address` ignore writes, those to single bits too. It is read as before.
+pub(crate) fn ignore_writes(cpu: Cpu, address: u16) {
+    // SAFETY: the handler takes any parameter.
+    unsafe { set_write(cpu, address, Some(ignore), std::ptr::null_mut()) };
+    // SAFETY: the instance is alive by the invariant of `Cpu`, and the reference ends here.
+    let bits = unsafe { &mut (*cpu.as_ptr()).bit_io };
+    if let Some(handler) = bits.get_mut(usize::from(address - IO_START)) {
+        handler.c = None;
+    }
+}
+
+unsafe extern "C" fn ignore(_: *mut ffi::avr_t, _: ffi::avr_io_addr_t, _: u8, _: *mut c_void) {}
+
 /// # Safety
 /// `handler` may be called with `parameter` as long as the instance runs.
 unsafe fn set_write(cpu: Cpu, address: u16, handler: ffi::avr_io_write_t, parameter: *mut c_void) {

@@ -21,7 +21,7 @@ use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{external, interrupt, rampz};
+use crate::repair::{external, interrupt, pins, rampz};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
@@ -134,6 +134,7 @@ impl Mcu {
     pub fn new(part: &'static Part, image: Arc<Image>, seed: u64) -> Result<Self, McuError> {
         let missing = || McuError::NotInSimavr(part.name);
         let cpu = Cpu::create(part.name, CLOCK_HZ).ok_or_else(missing)?;
+        pins::install(cpu, part.read_only_pins);
         let mut wrapped = interrupt::install(cpu);
         rampz::install(cpu, &mut wrapped);
         watchdog::install(cpu);

@@ -15,6 +15,8 @@ pub struct Part {
     /// A register without any effect: writes to it are markers. The on-chip debug register OCDR, or the
     /// general purpose register GPIOR0 on parts that have one.
     pub(crate) marker: u16,
+    /// PINx of the ports where it can only be read. On later parts a write to it toggles PORTx.
+    pub(crate) read_only_pins: &'static [u16],
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
     pub(crate) twi: TwiRegisters,
@@ -112,6 +114,7 @@ impl Part {
         ram_end: 0x10ff,
         return_address: 2,
         marker: 0x42,
+        read_only_pins: &[0x39, 0x36, 0x33, 0x30, 0x21, 0x20, 0x63],
         usarts: &[
             UsartRegisters {
                 udr: 0x2c,
@@ -157,6 +160,7 @@ impl Part {
         ram_end: 0x08ff,
         return_address: 2,
         marker: GPIOR0,
+        read_only_pins: &[],
         usarts: &[later_usart(0xc0, 18)],
         twi: later_twi(24),
         eeprom: later_eeprom(22, 1024),
@@ -171,6 +175,7 @@ impl Part {
         ram_end: 0x40ff,
         return_address: 2,
         marker: GPIOR0,
+        read_only_pins: &[],
         usarts: &[later_usart(0xc0, 20), later_usart(0xc8, 28)],
         twi: later_twi(26),
         eeprom: later_eeprom(25, 4096),
@@ -185,6 +190,7 @@ impl Part {
         ram_end: 0x21ff,
         return_address: 3,
         marker: GPIOR0,
+        read_only_pins: &[],
         usarts: &[
             later_usart(0xc0, 25),
             later_usart(0xc8, 36),

@@ -4,6 +4,7 @@ pub(crate) mod adc;
 pub(crate) mod eeprom;
 pub(crate) mod external;
 pub(crate) mod interrupt;
+pub(crate) mod pins;
 pub(crate) mod rampz;
 pub(crate) mod spm;
 pub(crate) mod timer1;
