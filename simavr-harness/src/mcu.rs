@@ -137,7 +137,7 @@ impl Mcu {
         pins::install(cpu, part.read_only_pins);
         let mut wrapped = interrupt::install(cpu);
         rampz::install(cpu, &mut wrapped);
-        watchdog::install(cpu);
+        watchdog::install(cpu, &mut wrapped);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
         let spm = part.spm.as_ref().map(|registers| spm::attach(cpu, registers).ok_or_else(missing));

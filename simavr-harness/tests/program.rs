@@ -134,6 +134,15 @@ fn the_watchdog_resets_again_and_again_on_one_clock() {
     }
 }
 
+/// Once its reset is noted; that note stays.
+#[test]
+fn the_watchdog_can_be_switched_off_after_its_reset() {
+    let mut mcu = mcu(&build_with("program.c", &["WATCHDOG_OFF"]));
+    assert_eq!(mcu.run_to_end(16_000_000 / 10), State::Done);
+    assert_eq!(marked(&mcu), [PORF, PORF | WDRF, 0, PORF | WDRF, 0x55]);
+    assert_eq!(mcu.resets(), 1);
+}
+
 #[test]
 fn a_program_without_the_kernel_is_not_traced() {
     let mut mcu = mcu(&build("program.c"));

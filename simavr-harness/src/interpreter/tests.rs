@@ -8,6 +8,7 @@ use simulation::{CLOCK_HZ, Random};
 use stack_bound::{effect, timing};
 
 use super::*;
+use crate::device::WrappedWrites;
 use crate::execution::{self, Watchers};
 use crate::image::Image;
 use crate::mcu::Mcu;
@@ -63,9 +64,10 @@ const RETI: u16 = 0x9518;
 /// first. Returns how many opcodes the interpreter executed.
 fn compare(part: &Part) -> usize {
     const AT: u32 = 0x100;
+    let mut wrapped = WrappedWrites::default();
     let [ours, simavrs] = [(); 2].map(|()| {
         let cpu = Cpu::create(part.name, CLOCK_HZ).expect("simavr has the part");
-        watchdog::install(cpu);
+        watchdog::install(cpu, &mut wrapped);
         cpu
     });
     let mut random = Random::new(1);

@@ -1,6 +1,7 @@
 //! The watchdog of the ATmega128 (chapter "Watchdog Timer"). It has no interrupt, so simavr leaves
 //! its IRQs without the pool that simavr's own reset then dereferences, and crashes; and it keeps
-//! the watchdog running after a reset, as newer parts do. Here it is off after every reset.
+//! the watchdog running after a reset, and as long as WDRF is set, as newer parts do. Here it is off
+//! after every reset, and the timed sequence switches it off whatever WDRF says.
 //!
 //! On every part the instruction WDR registers a cycle timer outside any register write; it too has
 //! to keep the deadline of a run.
@@ -10,14 +11,19 @@ use std::sync::OnceLock;
 
 use simavr_ffi as ffi;
 
-use crate::cpu::Cpu;
+use crate::cpu::{Cpu, RegisterBits};
+use crate::device::WrappedWrites;
 
 type Request = unsafe extern "C" fn(*mut ffi::avr_io_t, u32, *mut c_void) -> c_int;
 
 /// simavr's handler of requests to a watchdog, the same for all instances.
 static REQUEST: OnceLock<Request> = OnceLock::new();
 
-pub(crate) fn install(cpu: Cpu) {
+/// WDTCR of the ATmega128: the watchdog may be switched off; it is on.
+const WDCE: u8 = 0x10;
+const WDE: u8 = 0x08;
+
+pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
     cpu.peripherals(|kind, peripheral| {
         if kind != "watchdog" {
             return;
@@ -25,8 +31,10 @@ pub(crate) fn install(cpu: Cpu) {
         // SAFETY: simavr's list holds live peripherals, and one of this kind is the first field of
         // an `avr_watchdog_t`; simavr does without either handler.
         unsafe {
-            let has_interrupt = (*peripheral.cast::<ffi::avr_watchdog_t>()).watchdog.vector != 0;
+            let watchdog = peripheral.cast::<ffi::avr_watchdog_t>();
+            let has_interrupt = (*watchdog).watchdog.vector != 0;
             if !has_interrupt {
+                wrapped.wrap(cpu, RegisterBits::from((*watchdog).wde).address, switch_off);
                 (*peripheral).reset = None;
             }
             if let Some(request) = (*peripheral).ioctl {
@@ -35,6 +43,13 @@ pub(crate) fn install(cpu: Cpu) {
             }
         }
     });
+}
+
+/// Ends the timed sequence. simavr's timer may run on, and then does nothing.
+fn switch_off(cpu: Cpu, wdtcr: u16, before: u8, written: u8) {
+    if before & WDCE != 0 && written & WDE == 0 {
+        cpu.set_bits(wdtcr, WDE, false);
+    }
 }
 
 unsafe extern "C" fn keep_deadline_after_request(
