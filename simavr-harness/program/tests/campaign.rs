@@ -269,3 +269,22 @@ fn robot_files_have_names_of_all_letters() {
     let planned = campaign.plan(&[]);
     assert!(said(&planned).contains("runs: 2, done: 0"), "{}", said(&planned));
 }
+
+#[test]
+fn robot_files_whose_paths_look_alike_as_names_of_files_have_runs_of_their_own() {
+    let long = format!("{0}/{0}/two.toml", "long".repeat(40));
+    let robots = ["legs/x.toml", "legs_x.toml", &long];
+    let text = |robots: &[&str]| format!("robot = {robots:?}\nengine = 'host'\nseconds = 2");
+    let campaign = Campaign::of(&text(&robots[..1]));
+    for (name, modules) in robots.iter().zip(2..) {
+        let path = campaign.path(name);
+        fs::create_dir_all(Path::new(&path).parent().unwrap()).unwrap();
+        fs::write(path, format!("modules = {modules}\nshape = 'chain'")).unwrap();
+    }
+    assert!(said(&campaign.plan(&["--run"])).contains("runs: 1, done: 1, failed: 0"));
+    fs::write(campaign.path("campaign.toml"), text(&robots)).unwrap();
+    let grown = campaign.plan(&[]);
+    assert!(said(&grown).contains("runs: 3, done: 1"), "{}", said(&grown));
+    let done = campaign.plan(&["--run"]);
+    assert!(said(&done).contains("runs: 3, done: 3, failed: 0"), "{}", said(&done));
+}

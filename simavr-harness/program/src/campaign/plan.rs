@@ -6,10 +6,17 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
+use simulation::fnv_1a;
 
 use super::super::arguments::{Arguments, Command, EngineName, Sim, Source};
 use super::super::sim;
 use super::file::{self, Line};
+
+/// The most bytes of a key: a file's name has up to 255, and ends after the key.
+const LONGEST_KEY: usize = 240;
+
+/// How many bytes of a key stay readable where a hash tells it from others.
+const STEM: usize = 160;
 
 /// All runs of a campaign, in the order in which they are listed.
 #[derive(Serialize, Deserialize)]
@@ -146,13 +153,23 @@ impl Parameters {
         }
     }
 
-    /// The name of a file for this run.
+    /// The name of a file for this run, which no other run has.
     fn key(&self) -> String {
         let Parameters { robot, modules, engine, world, seconds, loss, vary, seed } = self;
-        let key = format!("{robot}-{modules}.{engine}.{world}.{seconds}s.loss-{loss}.{vary}.seed-{seed}");
+        let vary = if vary.is_empty() { String::new() } else { format!(".{vary}") };
+        let rest = format!("-{modules}.{engine}.{world}.{seconds}s.loss-{loss}{vary}.seed-{seed}");
         let plain =
             |letter: char| if letter.is_alphanumeric() || ".-".contains(letter) { letter } else { '_' };
-        key.replace("..", ".").chars().map(plain).collect()
+        let mut key: String = robot.chars().chain(rest.chars()).map(plain).collect();
+        // Of the rest only the marks between names and numbers are replaced, which makes no two runs alike.
+        if key.starts_with(robot) && key.len() <= LONGEST_KEY {
+            return key;
+        }
+        let hash = fnv_1a(robot.bytes().chain(rest.bytes()));
+        while key.len() > STEM {
+            key.pop();
+        }
+        format!("{key}.hash-{hash:016x}")
     }
 }
 
@@ -186,6 +203,32 @@ mod tests {
         let host = "/bin/superbot-sim sim --engine host --seconds 2 --loss 0.25 --seed 7 --threads 1";
         assert_eq!(commands[0], host);
         assert_eq!(commands[1], host.replace("host", "simavr") + " --images /images");
+    }
+
+    #[test]
+    fn a_run_with_a_name_that_a_file_can_not_have_is_told_from_others_by_a_hash() {
+        let key = |robot: &str, loss, vary: &str| {
+            let (robot, vary) = (robot.into(), vary.into());
+            let (engine, world) = ("host".into(), "none".into());
+            Parameters { robot, modules: 2, engine, world, seconds: 2.0, loss, vary, seed: 7 }.key()
+        };
+        let plain = key("legs_x.toml", 0.0, "mass=20% torque=1.5%");
+        assert_eq!(plain, "legs_x.toml-2.host.none.2s.loss-0.mass_20__torque_1.5_.seed-7");
+        let long = "ä".repeat(120) + ".toml";
+        let keys = [
+            key("legs_x.toml", 0.0, ""),
+            key("legs/x.toml", 0.0, ""),
+            key("legs x.toml", 0.0, ""),
+            key("legs..x.toml", 0.0, ""),
+            key("legs.x.toml", 0.0, ""),
+            key(&long, 0.0, ""),
+            key(&long, 0.1, ""),
+            key("chain", 1e-300, ""),
+            key("chain", 2e-300, ""),
+        ];
+        assert!(keys[1].starts_with("legs_x.toml-2.host.none.2s.loss-0.seed-7.hash-"), "{}", keys[1]);
+        assert!(keys.iter().all(|key| key.len() <= LONGEST_KEY), "{keys:#?}");
+        assert_eq!(BTreeSet::from(keys).len(), 9);
     }
 
     #[test]
