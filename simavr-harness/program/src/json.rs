@@ -59,9 +59,9 @@ impl Destination {
     }
 
     fn at(path: &Path) -> io::Result<Self> {
-        // A link stays one. What is not there yet has one name, too, however it is spelled.
-        let path = path.canonicalize().or_else(|_| in_directory(path)).unwrap_or_else(|_| path.into());
+        let path = resolved(path)?;
         match path.metadata() {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
             Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
             Ok(found) if !found.is_file() => {
                 // A pipe from which nobody reads would be waited for without end.
@@ -135,6 +135,21 @@ fn write_beside(path: &Path, content: &[u8]) -> io::Result<()> {
     file.write_all(content)?;
     file.persist(path)?;
     Ok(())
+}
+
+/// The one path of a file, however it is spelled, also of one that is not there yet. A link stays one.
+fn resolved(path: &Path) -> io::Result<PathBuf> {
+    if let Ok(path) = path.canonicalize() {
+        return Ok(path);
+    }
+    let path = in_directory(path)?;
+    match path.read_link() {
+        // The link /dev/stdout may lead to a pipe, which is there and has no path.
+        Ok(target) if path.metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) => {
+            resolved(&directory(&path).join(target))
+        }
+        _ => Ok(path),
+    }
 }
 
 /// The path of what is to be in a directory that is there.

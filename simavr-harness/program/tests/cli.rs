@@ -3,6 +3,7 @@
 mod command;
 
 use std::fs::File;
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -391,6 +392,30 @@ fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
     let written = std::fs::read(&report).expect("it is there");
     assert_eq!(serde_json::from_slice::<Value>(&written).expect("it is JSON")["modules"], 5);
     assert_eq!(names(), 3);
+}
+
+#[test]
+fn a_report_goes_to_where_a_link_leads_and_the_link_stays() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let report = |name: &str| run(&[QUICK.as_slice(), &["--json", &path(name)]].concat());
+    let links = [("far", "near"), ("near", "./new.json"), ("lost", "gone/new.json"), ("loop", "loop")];
+    for (link, target) in links {
+        symlink(target, path(link)).unwrap();
+    }
+    // The file is not there yet, and then it is.
+    for _ in 0..2 {
+        assert_eq!(report("far").status.code(), Some(0));
+        let written = std::fs::read(path("new.json")).unwrap();
+        assert_eq!(serde_json::from_slice::<Value>(&written).unwrap()["modules"], 5);
+    }
+    assert_refused(&report("lost"), "give --json another path");
+    assert_refused(&report("loop"), "give --json another path");
+    for (link, target) in links {
+        assert_eq!(std::fs::read_link(path(link)).unwrap(), Path::new(target));
+    }
+    let output = run(&[QUICK.as_slice(), &["--json", "/dev/stdout"]].concat());
+    assert_eq!(json(&output)["modules"], 5);
 }
 
 #[test]
