@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::arguments::Response;
 use super::dark::for_any_page;
+use super::json::Destination;
 
 const INTERRUPTS: RGBColor = RGBColor(9, 105, 218);
 const TASKS: RGBColor = RGBColor(207, 34, 46);
@@ -66,10 +67,8 @@ struct Load {
 
 /// Plots what comes by the standard input.
 pub fn run(options: &Response) -> Result<(), Box<dyn Error>> {
-    let bounds = bounds(&mut std::io::stdin())?;
-    let path = &options.svg;
-    std::fs::write(path, plot(&bounds)?)
-        .map_err(|error| format!("can't write {}: {error}", path.display()).into())
+    let destination = Destination::file(&options.svg, None, "--svg")?;
+    destination.write_text(&plot(&bounds(&mut std::io::stdin())?)?)
 }
 
 /// Reads what was computed.

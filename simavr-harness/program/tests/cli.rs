@@ -332,6 +332,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
     // That is said before anything is run.
     assert_refused(&run(&["sim", "chain", "--images", "no/such/folder", "--json", nowhere]), "can't write");
     assert_refused(&run(&["bench", "--images", "no/such/folder", "--json", nowhere]), "can't write");
+    assert_refused(&run(&["response", "--svg", nowhere]), "give --svg another path");
 }
 
 const QUICK: [&str; 6] = ["sim", "chain", "--engine", "host", "--seconds", "2"];
