@@ -2,8 +2,10 @@
 
 mod command;
 
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::os::unix::ffi::OsStrExt;
 use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
@@ -16,7 +18,7 @@ struct Viewed {
 }
 
 impl Viewed {
-    fn start(arguments: &[&str]) -> Self {
+    fn start(arguments: &[impl AsRef<OsStr>]) -> Self {
         let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
         program.args(arguments).arg("--view").env("SUPERBOT_IMAGES", command::images());
         program.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
@@ -182,4 +184,12 @@ fn what_is_saved_is_what_happened_and_still_can_also_when_the_run_is_over() {
         let again: Value = serde_json::from_slice(&again.stdout).expect(&text);
         assert_eq!(again["state_hash"], report["state_hash"], "{text}");
     }
+}
+
+#[test]
+fn what_is_saved_has_also_options_that_are_no_text() {
+    let arguments = ["sim", "chain", "--engine", "host", "--images"].map(OsStr::new);
+    let viewed = Viewed::start(&[&arguments[..], &[OsStr::from_bytes(b"no\xfftext")]].concat());
+    let saved = viewed.ask(r#"{"timeline": null}"#);
+    assert!(saved.contains("# Of the run by ./x sim chain --engine host --images no"), "{saved}");
 }

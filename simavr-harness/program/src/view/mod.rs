@@ -237,7 +237,8 @@ fn robot(options: &Sim) -> Result<String, Box<dyn Error>> {
             toml::to_string(&file)?
         }
     };
-    let arguments: Vec<String> = std::env::args().skip(2).collect();
+    let arguments: Vec<_> = std::env::args_os().skip(2).collect();
+    let arguments: Vec<_> = arguments.iter().map(|argument| argument.to_string_lossy()).collect();
     Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))
 }
 
