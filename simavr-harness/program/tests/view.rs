@@ -187,9 +187,16 @@ fn what_is_saved_is_what_happened_and_still_can_also_when_the_run_is_over() {
 }
 
 #[test]
-fn what_is_saved_has_also_options_that_are_no_text() {
-    let arguments = ["sim", "chain", "--engine", "host", "--images"].map(OsStr::new);
-    let viewed = Viewed::start(&[&arguments[..], &[OsStr::from_bytes(b"no\xfftext")]].concat());
-    let saved = viewed.ask(r#"{"timeline": null}"#);
-    assert!(saved.contains("# Of the run by ./x sim chain --engine host --images no"), "{saved}");
+fn what_is_saved_has_the_options_as_a_shell_takes_them_on_one_line_also_if_they_are_no_text() {
+    let directory = tempfile::tempdir().unwrap();
+    let robot = directory.path().join("it's\ntwo.toml");
+    std::fs::write(&robot, "modules = 2\nshape = \"chain\"\n").unwrap();
+    let images = OsStr::from_bytes(b"no \xff");
+    let options = ["--engine", "host", "--images"].map(OsStr::new);
+    let viewed = Viewed::start(&[&[OsStr::new("sim"), robot.as_os_str()], &options[..], &[images]].concat());
+    let answer = viewed.ask(r#"{"timeline": null}"#);
+    let (comment, rest) = answer.split_once("\r\n\r\n").unwrap().1.split_once('\n').unwrap();
+    assert_eq!(rest, "modules = 2\nshape = \"chain\"\n", "{comment}");
+    let expected = "it\\'s\\x0atwo.toml' --engine host --images 'no \u{fffd}' --view";
+    assert!(comment.starts_with("# Of the run by ./x sim $'/") && comment.ends_with(expected), "{comment}");
 }

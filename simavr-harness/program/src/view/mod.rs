@@ -238,8 +238,23 @@ fn robot(options: &Sim) -> Result<String, Box<dyn Error>> {
         }
     };
     let arguments: Vec<_> = std::env::args_os().skip(2).collect();
-    let arguments: Vec<_> = arguments.iter().map(|argument| argument.to_string_lossy()).collect();
+    let arguments: Vec<_> = arguments.iter().map(|argument| quoted(&argument.to_string_lossy())).collect();
     Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))
+}
+
+/// An argument as a shell takes it, on one line and without what a comment of TOML may not have.
+fn quoted(argument: &str) -> String {
+    match shlex::try_quote(argument) {
+        Ok(quoted) if !argument.contains(|letter: char| letter.is_ascii_control()) => quoted.into(),
+        _ => {
+            let escaped = argument.chars().map(|letter| match letter {
+                '\'' | '\\' => format!("\\{letter}"),
+                _ if letter.is_ascii_control() => format!("\\x{:02x}", u32::from(letter)),
+                _ => letter.into(),
+            });
+            format!("$'{}'", escaped.collect::<String>())
+        }
+    }
 }
 
 /// Opens the page where there is a desktop that does so.
