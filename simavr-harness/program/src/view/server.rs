@@ -149,13 +149,17 @@ impl Server {
             let header = request.headers().iter().find(|header| header.field.equiv(name));
             header.map(|header| header.value.as_str())
         };
-        let host = self.host();
-        let hosts = [host.clone(), host.replace("127.0.0.1", "localhost")];
         let asked = field("Host");
-        hosts.iter().any(|host| asked == Some(host))
+        asked.is_some_and(|asked| is_name(asked, &self.host()))
             && field("Origin")
                 .is_none_or(|origin| Some(origin) == asked.map(|it| format!("http://{it}")).as_deref())
     }
+}
+
+/// Whether a request to `asked` is one to this address of the loopback. A browser leaves port 80 out.
+fn is_name(asked: &str, address: &str) -> bool {
+    let asked = asked.replace("localhost", "127.0.0.1");
+    asked == address || Some(&*asked) == address.strip_suffix(":80")
 }
 
 /// Hands a wish to the run, and waits for what it says.
@@ -197,4 +201,22 @@ fn with_headers<R: Read>(response: Response<R>) -> Response<R> {
 /// A header of this file.
 fn header(text: &str) -> Header {
     text.parse().expect("it is ASCII with a colon")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_browser_leaves_port_80_out_and_no_other() {
+        for host in ["127.0.0.1", "localhost"] {
+            for port in [80, 8080] {
+                let address = format!("127.0.0.1:{port}");
+                assert!(is_name(&format!("{host}:{port}"), &address));
+                assert_eq!(is_name(host, &address), port == 80);
+                assert!(!is_name(&format!("{host}:81"), &address));
+            }
+            assert!(!is_name(&format!("{host}.example"), "127.0.0.1:80"));
+        }
+    }
 }
