@@ -290,8 +290,9 @@ function begin({ run, live }, page) {
         pace(SPEEDS.reduce((one, other) => (Math.abs(other - speed) < Math.abs(one - speed) ? other : one)));
         picture.view.show(run, state.time, wishes.get("view") ?? "head");
         follow(true);
-        const module = Number(wishes.get("module") ?? -1);
-        state.selected = module >= 0 && module < run.modules ? module : null;
+        const module = Number(wishes.get("module") || -1);
+        const isOne = Number.isInteger(module) && module >= 0 && module < run.modules;
+        state.selected = isOne ? module : null;
         live?.inspect(state.selected);
         play(!wishes.has("t") && !matchMedia("(prefers-reduced-motion: reduce)").matches);
     }

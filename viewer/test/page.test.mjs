@@ -266,6 +266,17 @@ test("it fits a phone", async () => {
     }
 });
 
+test("an address that asks for no module that is there selects none", async () => {
+    await browser.complaints();
+    for (const module of ["1.5", "10", "-1", "Infinity", "head", ""]) {
+        await browser.open(walk.page, `#t=1&module=${module}`);
+        assert.equal((await browser.drawn()).selected, null, module);
+    }
+    await browser.open(walk.page, "#t=1&module=9");
+    assert.equal((await browser.drawn()).selected, 9);
+    assert.deepEqual(await browser.complaints(), []);
+});
+
 test("it is as light or dark as the system", async () => {
     for (const theme of ["light", "dark"]) {
         const features = [{ name: "prefers-color-scheme", value: theme }];
