@@ -25,7 +25,8 @@ export class Controls {
             ...Object.entries(run.about.gaits).map(([code, name]) => new Option(spaced(name), code)),
         );
         by("walk").onclick = () => this.walk(Number(by("gait").value));
-        by("stop").onclick = () => this.walk(STOP);
+        // Whatever stands in the field for the Period.
+        by("stop").onclick = () => this.order(WALK + STOP, OWN);
         for (const name of COURSES) by(name).onclick = () => this.steer(COURSES.indexOf(name));
         by("lose").onclick = () => this.do(`loss = ${(Number(by("loss").value) / 100).toFixed(4)}`);
         by("turn").onclick = () => this.do(`roll = ${Number(by("roll").value)}`);
@@ -58,8 +59,9 @@ export class Controls {
     }
 
     walk(gait) {
-        const period = Number(by("period").value);
-        return this.order(WALK + gait, period ? Math.round(period / UNIT) : OWN);
+        const { validity, value } = by("period");
+        if (validity.valid) return this.order(WALK + gait, value ? Number(value) / UNIT : OWN);
+        this.tell("not done: give a Period from 250 to 4000 ms in steps of 50, or none for the gait's own");
     }
 
     steer(course, isRepeated = false) {

@@ -106,6 +106,36 @@ test("what is done by hand is seen and said, and done again by the robot file of
     assert.equal(again.report.state_hash, state_hash);
 });
 
+test("a stop takes no Period, and a walk only one that can be ordered", async () => {
+    await opened("orders", "--modules", "3", "--seconds", "30");
+    await runTo(1);
+    const field = "const field = document.getElementById('period');";
+    for (const period of ["", "10", "260", "4050"]) {
+        await browser.run(`${field} field.value = arguments[0]; field.focus()`, period);
+        // The beginning of a number alone is none.
+        if (!period) await browser.press("1e");
+        await click("Walk");
+        assert.match(await browser.text("note"), /^not done: give a Period from 250 to 4000 ms/);
+        await browser.run("document.getElementById('note').textContent = ''");
+    }
+    const done = (order) =>
+        browser.until(
+            `return document.getElementById("note").textContent.startsWith(arguments[0]) &&
+                superbot.describe().happenings.length === arguments[1]`,
+            `done: command = [${order}], `,
+            Number(order.split(", ")[1]),
+        );
+    await click("Stop");
+    await done("208, 1, 255");
+    assert.match((await browser.state()).happenings[0][1], /^an order to stop/);
+    await browser.run(`${field} field.value = 500; document.getElementById("gait").value = 2`);
+    await click("Walk");
+    await done("210, 2, 10");
+    await browser.run(`${field} field.value = ""`);
+    await click("Walk");
+    await done("210, 3, 255");
+});
+
 test("a lost connection is said and mended, and what was seen outlasts the program", async () => {
     const { process } = await opened("lost", "--modules", "5", "--seconds", "30");
     await runTo(1);
