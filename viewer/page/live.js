@@ -37,6 +37,8 @@ export class Live {
      * there. */
     constructor(run, on) {
         Object.assign(this, { run, on, had: 0, isOver: false, isThere: false, inspected: null });
+        // What the program calls this page while it is connected.
+        this.stream = null;
         // Until when it was asked to run, and the wish that waits for its turn.
         Object.assign(this, { until: 0, next: null, isAsking: false });
         // How fast it runs, in s of it a second, and when news came last.
@@ -58,6 +60,7 @@ export class Live {
         try {
             const answer = await fetch(`live?had=${this.had}`, { signal: silence.signal });
             if (!answer.ok) return;
+            this.stream = answer.headers.get("stream");
             for await (const message of messages(answer.body)) {
                 clearTimeout(timer);
                 timer = setTimeout(() => silence.abort(), SILENCE);
@@ -72,9 +75,13 @@ export class Live {
     be(isThere) {
         if (this.isThere === isThere) return;
         this.isThere = isThere;
-        // What was asked for may not have come there.
-        this.until = 0;
-        if (isThere && this.inspected !== null) this.inspect(this.inspected);
+        if (isThere) {
+            // What was asked for is forgotten with the connection, if it came there at all.
+            const { until } = this;
+            this.until = 0;
+            if (until > this.run.seconds) this.ask(until);
+            if (this.inspected !== null) this.inspect(this.inspected);
+        }
         this.on.connected(isThere);
     }
 
@@ -140,7 +147,8 @@ export class Live {
 
     /** Asks for something; returns what was said, and throws what speaks against it. */
     async send(wish) {
-        const answer = await fetch("ask", { method: "POST", body: JSON.stringify(wish) }).catch(() => {
+        const sent = { method: "POST", body: JSON.stringify(wish) };
+        const answer = await fetch(`ask?stream=${this.stream}`, sent).catch(() => {
             throw new Error("the connection is lost");
         });
         const text = await answer.text();

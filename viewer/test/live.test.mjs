@@ -136,6 +136,35 @@ test("a stop takes no Period, and a walk only one that can be ordered", async ()
     await done("210, 3, 255");
 });
 
+test("it goes on while another page pauses, and for no page that has gone", async () => {
+    const robot = ["chain", "--modules", "2", "--world", "none"];
+    const { address } = await watched("two", ...robot, "--seconds", "600");
+    const ask = async (wish, query = "") => {
+        const answer = await fetch(`${address}ask${query}`, { method: "POST", body: JSON.stringify(wish) });
+        assert.ok(answer.ok);
+        return answer.text();
+    };
+    await browser.run("superbot.seek(600)");
+    const other = await fetch(`${address}live?had=0`);
+    await ask({ until: 0 }, `?stream=${other.headers.get("stream")}`);
+    const { present } = await browser.state();
+    await browser.until("return superbot.describe().present > arguments[0] + 0.5", present);
+    await browser.blank();
+    const now = async () => {
+        await ask({ event: "loss = 0" });
+        return (await ask({ timeline: null })).match(/^at = .+$/gm).at(-1);
+    };
+    let [before, waits] = [null, false];
+    for (let tries = 0; tries < 20 && !waits; tries++) {
+        const time = await now();
+        waits = time === before;
+        before = time;
+        await new Promise((resolve) => setTimeout(resolve, 300));
+    }
+    assert.ok(waits, "it goes on for a page that has gone");
+    await other.body.cancel();
+});
+
 test("a lost connection is said and mended, and what was seen outlasts the program", async () => {
     const { process } = await opened("lost", "--modules", "5", "--seconds", "30");
     await runTo(1);
@@ -143,9 +172,11 @@ test("a lost connection is said and mended, and what was seen outlasts the progr
     process.kill("SIGSTOP");
     await browser.until("return !superbot.describe().isThere");
     assert.match(await browser.text("lost"), /^The connection is lost: trying again/);
+    await browser.run("superbot.seek(1.6)");
     process.kill("SIGCONT");
     await browser.until("return superbot.describe().isThere");
     assert.equal(await browser.text("lost"), "");
+    await browser.until("return superbot.describe().time === 1.6");
     await runTo(2);
     process.kill("SIGKILL");
     await browser.until("return !superbot.describe().isThere");

@@ -7,6 +7,8 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::os::unix::ffi::OsStrExt;
 use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use serde_json::Value;
 
@@ -44,9 +46,45 @@ impl Viewed {
     }
 
     fn ask(&self, wish: &str) -> String {
+        self.ask_by("", wish)
+    }
+
+    fn ask_by(&self, query: &str, wish: &str) -> String {
         let Viewed { host, token, .. } = self;
         let headers = format!("Host: {host}\r\nOrigin: http://{host}\r\n");
-        self.send(&format!("POST /{token}/ask"), &headers, wish)
+        self.send(&format!("POST /{token}/ask{query}"), &headers, wish)
+    }
+
+    /// Listens as a page does, and returns by what query it asks for something.
+    fn listen(&self) -> (BufReader<TcpStream>, String) {
+        let Viewed { host, token, .. } = self;
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream
+            .write_all(format!("GET /{token}/live?had=0 HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes())
+            .unwrap();
+        let mut stream = BufReader::new(stream);
+        let mut line = String::new();
+        while !line.starts_with("Stream: ") {
+            line.clear();
+            assert_ne!(stream.read_line(&mut line).unwrap(), 0, "it has no number");
+        }
+        (stream, line.trim().replace("Stream: ", "?stream="))
+    }
+
+    /// How far it has run, in seconds: something happens that changes nothing, and is in the timeline.
+    fn now(&self) -> f64 {
+        assert!(self.ask(r#"{"event": "loss = 0"}"#).starts_with("HTTP/1.1 200"));
+        let timeline = self.ask(r#"{"timeline": null}"#);
+        timeline.rsplit_once("at = ").unwrap().1.lines().next().unwrap().parse().unwrap()
+    }
+
+    /// Whether it goes on within some time, and then whether it does not any more.
+    fn comes_to(&self, goes_on: bool) -> bool {
+        (0..50).any(|_| {
+            let before = self.now();
+            thread::sleep(Duration::from_millis(200));
+            (self.now() > before) == goes_on
+        })
     }
 
     /// Its report, once it is over.
@@ -113,6 +151,18 @@ fn only_who_has_the_token_is_answered_and_no_other_origin() {
     for origin in ["http://superbot.example", "null", "http://127.0.0.1:1"] {
         assert_eq!(status(&page, &format!("{own}Origin: {origin}\r\n")), "403", "{origin}");
     }
+}
+
+#[test]
+fn it_goes_on_for_as_long_as_any_page_wants_it_to_that_is_still_there() {
+    let viewed = Viewed::start(&["sim", "--engine", "host", "--modules", "1000", "--seconds", "100"]);
+    let ((plays, its_query), (_pauses, other_query)) = (viewed.listen(), viewed.listen());
+    assert!(viewed.ask_by(&its_query, r#"{"until": 99}"#).starts_with("HTTP/1.1 200"));
+    assert!(viewed.ask_by(&other_query, r#"{"until": 0}"#).starts_with("HTTP/1.1 200"));
+    assert!(viewed.comes_to(true), "the page that pauses has stopped it");
+    drop(plays);
+    assert!(viewed.comes_to(false), "it goes on for a page that has gone");
+    assert!(viewed.now() < 99.0);
 }
 
 #[test]

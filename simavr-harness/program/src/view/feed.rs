@@ -1,7 +1,11 @@
 //! What pages are told: messages in order, kept for pages that come later or come back.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+
+/// A page that listens, from when it begins to until it goes: a number that no other has.
+pub type Stream = u64;
 
 /// A message, as pages read it.
 pub type Message = Arc<[u8]>;
@@ -21,12 +25,14 @@ struct State {
     messages: Vec<Message>,
     /// The place of one that is for the moment.
     passing: Option<usize>,
-    listeners: usize,
+    listening: BTreeSet<Stream>,
+    streams: u64,
 }
 
 /// A page that listens, for as long as this is there.
 pub struct Listener<'a> {
     feed: &'a Feed,
+    pub stream: Stream,
     /// How many messages it has got.
     had: usize,
 }
@@ -51,9 +57,18 @@ impl Feed {
 
     /// A page listens that has got so many messages before.
     pub fn listen(&self, had: usize) -> Listener<'_> {
-        self.state().listeners += 1;
+        let mut state = self.state();
+        state.streams += 1;
+        let stream = state.streams;
+        state.listening.insert(stream);
+        drop(state);
         self.changed.notify_all();
-        Listener { feed: self, had }
+        Listener { feed: self, stream, had }
+    }
+
+    /// Whether this page listens still.
+    pub fn has(&self, stream: Stream) -> bool {
+        self.state().listening.contains(&stream)
     }
 
     /// Waits until nobody has listened for so long: a page that is loaded anew is back by then.
@@ -62,7 +77,7 @@ impl Feed {
         loop {
             let waited = self.changed.wait_timeout(state, patience);
             let (now, timeout) = waited.unwrap_or_else(PoisonError::into_inner);
-            if timeout.timed_out() && now.listeners == 0 {
+            if timeout.timed_out() && now.listening.is_empty() {
                 return;
             }
             state = now;
@@ -90,7 +105,7 @@ impl Listener<'_> {
 
 impl Drop for Listener<'_> {
     fn drop(&mut self) {
-        self.feed.state().listeners -= 1;
+        self.feed.state().listening.remove(&self.stream);
         self.feed.changed.notify_all();
     }
 }
@@ -134,7 +149,10 @@ mod tests {
             let waiting = scope.spawn(|| feed.wait_until_alone(Duration::from_millis(20)));
             std::thread::sleep(Duration::from_millis(100));
             assert!(!waiting.is_finished());
+            let stream = listener.stream;
+            assert!(feed.has(stream));
             drop(listener);
+            assert!(!feed.has(stream));
         });
     }
 }

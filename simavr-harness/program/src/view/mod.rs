@@ -7,6 +7,7 @@ mod feed;
 mod inspect;
 mod server;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -23,7 +24,7 @@ use super::output::say;
 use super::record::{self, EVERY, subject};
 use super::report::Report;
 use super::sim::{cycles, expect_possible, loss};
-use feed::Feed;
+use feed::{Feed, Stream};
 pub use inspect::Inspected;
 use inspect::Inspector;
 use server::{Answer, Asked, Server, Wish};
@@ -35,8 +36,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub struct View {
     feed: Arc<Feed>,
     asked: Receiver<Asked>,
-    /// Until when pages want it to run, in cycles.
-    until: u64,
+    /// Until when each page wants it to run, in cycles.
+    until: BTreeMap<Option<Stream>, u64>,
     /// For how long the run waited for pages.
     waited: Duration,
     /// Into the module that somebody looks into.
@@ -66,7 +67,7 @@ impl View {
         Ok(Some(View {
             feed,
             asked,
-            until: 0,
+            until: BTreeMap::new(),
             waited: Duration::ZERO,
             inspector: None,
             robot: robot(options)?,
@@ -91,11 +92,11 @@ impl View {
         let mut goes_on = true;
         while goes_on {
             let now = run.robot.now();
-            let is_due = now < self.until;
+            let is_due = now < self.until();
             let asked = if is_due { self.asked.try_recv().ok() } else { Some(self.wait()?) };
-            if let Some(Asked { wish, answer }) = asked {
+            if let Some(Asked { wish, stream, answer }) = asked {
                 // Who asked may have gone.
-                let _ = answer.send(self.grant(wish, options, run, display));
+                let _ = answer.send(self.grant(wish, stream, options, run, display));
                 self.tell_news(run)?;
             } else {
                 let next_look = (now / EVERY + 1) * EVERY;
@@ -131,7 +132,7 @@ impl View {
         let file = self.file(options, run);
         let asked = self.asked;
         thread::spawn(move || {
-            for Asked { wish, answer } in asked {
+            for Asked { wish, answer, .. } in asked {
                 let granted = match wish {
                     Wish::Timeline => Ok(file.clone()),
                     _ => Err("the run is over".into()),
@@ -160,6 +161,12 @@ impl View {
         self.waited
     }
 
+    /// As far as any page wants it to run that is still there.
+    fn until(&mut self) -> u64 {
+        self.until.retain(|stream, _| stream.is_none_or(|stream| self.feed.has(stream)));
+        self.until.values().copied().max().unwrap_or(0)
+    }
+
     fn wait(&mut self) -> Result<Asked, RecvError> {
         let since = Instant::now();
         let asked = self.asked.recv();
@@ -170,13 +177,14 @@ impl View {
     fn grant<R: Inspected>(
         &mut self,
         wish: Wish,
+        stream: Option<Stream>,
         options: &Sim,
         run: &mut Run<R>,
         display: &mut Display,
     ) -> Answer {
         match wish {
             Wish::Until(seconds) => {
-                self.until = cycles(seconds);
+                self.until.insert(stream, cycles(seconds));
                 Ok(String::new())
             }
             Wish::Event(lines) => {

@@ -11,7 +11,7 @@ use std::time::Duration;
 use serde::Deserialize;
 use tiny_http::{Header, Method, Request, Response};
 
-use super::feed::Feed;
+use super::feed::{Feed, Stream};
 
 /// A page that hears nothing for longer takes the connection for lost: so often it hears something.
 const HEARTBEAT: Duration = Duration::from_millis(500);
@@ -51,6 +51,8 @@ pub type Answer = Result<String, String>;
 /// A wish, and where the answer goes.
 pub struct Asked {
     pub wish: Wish,
+    /// Of which page it is, if that said so.
+    pub stream: Option<Stream>,
     pub answer: Sender<Answer>,
 }
 
@@ -128,9 +130,10 @@ impl Server {
                 let mut body = String::new();
                 request.as_reader().take(LONGEST).read_to_string(&mut body)?;
                 let asked = self.asked.clone();
+                let stream = query.strip_prefix("stream=").and_then(|stream| stream.parse().ok());
                 // The run may be in the middle of its step.
                 thread::spawn(move || {
-                    let (status, text) = match ask(&asked, &body) {
+                    let (status, text) = match ask(&asked, stream, &body) {
                         Ok(text) => (200, text),
                         Err(text) => (409, text),
                     };
@@ -163,21 +166,23 @@ fn is_name(asked: &str, address: &str) -> bool {
 }
 
 /// Hands a wish to the run, and waits for what it says.
-fn ask(asked: &Sender<Asked>, body: &str) -> Answer {
+fn ask(asked: &Sender<Asked>, stream: Option<Stream>, body: &str) -> Answer {
     let wish = serde_json::from_str(body).map_err(|error| format!("that is no wish: {error}"))?;
     let (answer, answered) = mpsc::channel();
     let is_over = |_| "the run is over".to_owned();
-    asked.send(Asked { wish, answer }).map_err(|_| is_over(mpsc::RecvError))?;
+    asked.send(Asked { wish, stream, answer }).map_err(|_| is_over(mpsc::RecvError))?;
     answered.recv().map_err(is_over)?
 }
 
-/// Writes messages as they come, until the page goes.
+/// Writes messages as they come, until the page goes, which is told its number.
 fn stream(request: Request, feed: &Feed, had: usize) {
     let mut listener = feed.listen(had);
     let mut writer = request.into_writer();
     let head = format!(
-        "HTTP/1.1 200 OK\r\n{}\r\nContent-Type: application/octet-stream\r\nConnection: close\r\n\r\n",
-        HEADERS.join("\r\n")
+        "HTTP/1.1 200 OK\r\n{}\r\nStream: {}\r\nContent-Type: application/octet-stream\r\n\
+         Connection: close\r\n\r\n",
+        HEADERS.join("\r\n"),
+        listener.stream
     );
     let mut written = writer.write_all(head.as_bytes());
     while written.is_ok() {
