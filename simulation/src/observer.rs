@@ -30,8 +30,8 @@ pub struct Observer {
     pub(crate) course: Course,
     disturbances: Vec<Disturbance>,
     wiring: Wiring,
-    /// Docks from which nothing comes through, though something is attached there.
-    muted: Vec<Face>,
+    /// Docks from which nothing comes through, whatever is attached there, and whether noise is why.
+    muted: Vec<(Face, bool)>,
     /// By module, since when the programs of its master and its slave hear, and how long they take until then
     /// from the end of a reset.
     hear_since: Vec<[u64; 2]>,
@@ -151,22 +151,14 @@ impl Observer {
             recorder.changed(event, &self.wiring);
         }
         self.gait.pass(at);
-        if let Change::Loss { links, probability } = *change {
-            self.muted.retain(|&face| links != Links::All && links != Links::From(face));
-            if probability >= 1.0 {
-                match links {
-                    Links::All => self.muted.extend(self.wiring.faces()),
-                    Links::From(face) => self.muted.push(face),
-                }
-            }
-            if links == Links::All {
-                self.gait.loses(probability, at);
-            }
+        if let Change::Loss { links: Links::All, probability } = *change {
+            self.gait.loses(probability, at);
         }
         if let Change::Roll(_) = change {
             self.gait.turned(at);
         }
         if let Some(disturbance) = Disturbance::of(change) {
+            self.mute(&disturbance);
             self.disturbances.retain(|before| !disturbance.replaces(before));
             self.disturbances.extend((disturbance.probability > 0.0).then_some(disturbance));
             let are_noisy = !self.disturbances.is_empty();
@@ -197,11 +189,20 @@ impl Observer {
         }
     }
 
+    fn mute(&mut self, &Disturbance { is_noise, links, probability }: &Disturbance) {
+        let is_meant = |face: &Face| links == Links::All || links == Links::From(*face);
+        self.muted.retain(|(face, by_noise)| *by_noise != is_noise || !is_meant(face));
+        if probability >= 1.0 {
+            let faces = self.wiring.docks().filter(is_meant);
+            self.muted.extend(faces.map(|face| (face, is_noise)));
+        }
+    }
+
     /// The wiring without the attachments that are blind in one direction: neither end counts the other then.
     fn audible(&self) -> Wiring {
         let mut audible = self.wiring.clone();
-        for &face in &self.muted {
-            // Nothing is attached there any more: then nothing is to be detached.
+        for &(face, _) in &self.muted {
+            // Where nothing is attached nothing is to be detached.
             let _ = audible.detach(face);
         }
         audible

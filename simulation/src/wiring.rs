@@ -179,8 +179,12 @@ impl Wiring {
 
     /// All faces that are attached to another.
     pub fn faces(&self) -> impl Iterator<Item = Face> {
-        let faces = (0..self.modules()).flat_map(|module| Dock::ALL.map(|dock| Face { module, dock }));
-        faces.filter(|&face| self.attached(face).is_some())
+        self.docks().filter(|&face| self.attached(face).is_some())
+    }
+
+    /// All docks of all modules.
+    pub fn docks(&self) -> impl Iterator<Item = Face> {
+        (0..self.modules()).flat_map(|module| Dock::ALL.map(|dock| Face { module, dock }))
     }
 
     /// All attachments, each once.

@@ -399,12 +399,16 @@ fn what_no_hormone_reaches_need_not_walk() {
 fn a_dock_that_is_mute_counts_as_detached() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    let mute =
-        |probability| Change::Loss { links: Links::From(Face { module: 1, dock: Right }), probability };
-    observer.changed(&script.happens(mute(1.0)));
-    assert_eq!(observer.gait.legs(), 1, "the branch is none any more, and the leg at its right is cut off");
-    observer.changed(&script.happens(mute(0.5)));
-    assert_eq!(observer.gait.legs(), 2);
+    let links = Links::From(Face { module: 1, dock: Right });
+    let loss = |probability| Change::Loss { links, probability };
+    let noise = |probability| Change::Noise { links, probability };
+    let why = "the branch is none any more, and the leg at its right is cut off";
+    for (change, legs) in
+        [(loss(1.0), 1), (noise(1.0), 1), (loss(0.5), 1), (noise(0.5), 2), (noise(1.0), 1), (noise(0.0), 2)]
+    {
+        observer.changed(&script.happens(change.clone()));
+        assert_eq!(observer.gait.legs(), legs, "{change}: {why}");
+    }
 }
 
 #[test]

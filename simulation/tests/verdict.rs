@@ -100,6 +100,20 @@ fn a_dock_may_be_blind_at_the_end() {
     assert_eq!(verdict(&format!("shape = \"chain\"\nmodules = 5\n{blind}"), 8), [""; 0]);
 }
 
+/// On all links: then those that are attached later are mute, too, until lines are good again.
+#[test]
+fn a_link_is_mute_from_when_it_is_attached() {
+    for mute in ["loss", "noise"] {
+        let file = format!(
+            "modules = 4\ndocks = [[\"0.Back\", \"1.Front\"], [\"2.Back\", \"3.Front\"]]\n\
+             [[event]]\nat = 2\n{mute} = 1\n[[event]]\nat = 3\nattach = [\"1.Back\", \"2.Front\"]\n"
+        );
+        let [fault] = &verdict(&file, 5)[..] else { panic!("{mute}: {:?}", verdict(&file, 5)) };
+        assert!(fault.contains("nobody leads"), "{mute}: {fault}");
+        assert_eq!(verdict(&format!("{file}[[event]]\nat = 5\n{mute} = 0"), 10), [""; 0], "{mute}");
+    }
+}
+
 #[test]
 fn an_order_that_all_follow_is_none() {
     for (gait, shape, modules) in [(2, "chain", 5), (3, "chain", 5), (6, "four-legs", 8), (7, "six-legs", 11)]
