@@ -7,8 +7,8 @@
 //! hormones by way of them; no others. These have one Period and the time of discovery to come right again,
 //! and a few milliseconds for each module between them and who leads; in a ring the time of an election;
 //! where frames are lost, discovery and hops have as many times more as a frame and its ACK take tries. What
-//! comes upon them before they are right prolongs that, three times at most. What is wrong tells how long it
-//! took, and is a violation where it comes later than that.
+//! comes upon them before they are right prolongs that, to three times the longest of these at most. What is
+//! wrong tells how long it took, and is a violation where it comes later than that.
 
 use hormone::action::Action;
 use hormone::case::Source;

@@ -25,7 +25,8 @@ pub const HOP: u64 = 5 * MILLISECOND;
 /// How long a ring may take to elect a leader.
 const ELECTION: u64 = 5_000 * MILLISECOND;
 
-/// Changes that come before a module is right again give it more time: so many times its own in all.
+/// Changes that come before a module is right again give it more time: so many times the longest of theirs in
+/// all.
 const MOST_PATIENCE: u64 = 3;
 
 /// What is read by less than this beyond the bounds of a sense may be noise.
@@ -112,9 +113,10 @@ pub struct Walker {
     hops: u64,
     /// The other leg of its branch, by its place among the walkers.
     pub other: Option<usize>,
-    /// The last change that concerned it, and the first one since it was last right.
+    /// The last change that concerned it.
     disturbed_at: u64,
-    unsettled_since: Option<u64>,
+    /// The first one since it was last right, and the longest time that any has given it since.
+    unsettled: Option<(u64, u64)>,
     /// From when on nothing may be wrong with it.
     pub settled_at: u64,
     pub step: Option<Step>,
@@ -144,7 +146,7 @@ impl Walker {
             hops,
             other: None,
             disturbed_at: 0,
-            unsettled_since: None,
+            unsettled: None,
             settled_at: 0,
             step: None,
             last_action: None,
@@ -188,10 +190,12 @@ impl Walker {
 
     /// A change that concerns it has happened.
     pub fn disturbed(&mut self, now: u64, tries: f64) {
-        let since = *self.unsettled_since.get_or_insert(now);
         let patience = self.patience(tries);
+        let (since, longest) = self.unsettled.unwrap_or((now, 0));
+        let longest = longest.max(patience);
+        self.unsettled = Some((since, longest));
         self.disturbed_at = now;
-        self.settled_at = (now + patience).min(since + MOST_PATIENCE * patience);
+        self.settled_at = (now + patience).min(since + MOST_PATIENCE * longest);
         self.overdue_at = self.settled_at;
     }
 
@@ -229,7 +233,7 @@ impl Walker {
             }
         }
         if !self.acts {
-            self.unsettled_since = None;
+            self.unsettled = None;
         }
     }
 
@@ -248,7 +252,7 @@ impl Walker {
         if before.is_none_or(|before| before == Action::Rest) {
             self.recovered(at, tally);
         }
-        self.unsettled_since = None;
+        self.unsettled = None;
     }
 
     /// The module hands a hormone to a dock's link.

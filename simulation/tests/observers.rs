@@ -344,6 +344,25 @@ fn changes_that_come_one_upon_the_other_give_no_more_than_three_times_the_time()
     assert_eq!(observer.gait.violations(), 1);
 }
 
+/// An order for a short Period comes before the robot has had its time for a long one.
+#[test]
+fn a_change_gives_its_own_time_and_no_more_though_the_one_before_gave_longer() {
+    let order = |period: u8, at: u64| {
+        let at_tail = Face { module: 5, dock: Back };
+        Happening { at, change: Change::Command { at: at_tail, payload: vec![0xd1, 1, period] } }
+    };
+    let (mut script, mut observer) = Script::discovered();
+    script.walk(&mut observer, 1..9);
+    let first = 9 * PERIOD / 2;
+    observer.changed(&order(80, first));
+    observer.changed(&order(5, first + 2 * PERIOD));
+    // 250 ms for the Period, 300 ms for discovery, 5 ms for each hop.
+    script.passes(&mut observer, first + 2 * PERIOD + 540 * MILLISECOND);
+    assert_eq!(observer.gait.violations(), 0);
+    script.passes(&mut observer, first + 2 * PERIOD + 560 * MILLISECOND);
+    assert!(observer.gait.violations() > 0);
+}
+
 /// Whoever is turned over steps on, with no beat left out, and within a Period the other way.
 #[test]
 fn feet_that_are_lifted_the_wrong_way_are_wrong_a_period_after_the_robot_was_turned() {

@@ -183,6 +183,15 @@ fn a_robot_stops_and_walks_on_as_it_is_ordered() {
     assert_eq!(verdict(&on, 12), [""; 0]);
 }
 
+/// A short Period is ordered before the robot has had its time to walk by a long one.
+#[test]
+fn an_order_for_a_shorter_period_leaves_time_to_follow_it() {
+    let file = "shape = \"centipede\"\nmodules = 10\n\
+        [[event]]\nat = 5\ncommand = [0xd1, 1, 80]\nto = \"0.Front\"\n\
+        [[event]]\nat = 6.95\ncommand = [0xd1, 2, 5]\nto = \"0.Front\"";
+    assert_eq!(verdict(file, 10), [""; 0]);
+}
+
 /// Modules joined at random, with two heads: whoever hears both follows one of them.
 #[test]
 fn robots_with_two_heads_have_no_fault() {
