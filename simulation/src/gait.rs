@@ -114,7 +114,7 @@ impl Gait {
         touched.extend(at);
         let mut disturbed = concerned(&self.wiring, &self.orders, &touched);
         // By the orders from before, and by those from now on.
-        touched.extend(self.orders.rewired(&self.wiring, wiring, now));
+        touched.extend(self.orders.rewired(wiring, now));
         let since = concerned(wiring, &self.orders, &touched);
         disturbed.iter_mut().zip(since).for_each(|(before, since)| *before |= since);
         self.wiring = wiring.clone();
@@ -125,7 +125,7 @@ impl Gait {
     /// The body of a module was ordered to walk by this gait, or to stop. Returns whom that concerns, and
     /// until when.
     pub fn ordered(&mut self, module: usize, gait: Option<TableOfRules>, now: u64) -> Vec<(usize, u64)> {
-        let touched = self.orders.give(&self.wiring, module, gait);
+        let touched = self.orders.give(&self.wiring, module, gait, now);
         self.touched(&touched, now)
     }
 

@@ -126,6 +126,23 @@ fn an_order_that_all_follow_is_none() {
     }
 }
 
+/// To close where it is a ring, and to open where it is a chain. A chain that is joined to a ring later
+/// crawls no more.
+#[test]
+fn a_robot_goes_on_where_it_has_the_shape_that_it_is_ordered_to_take() {
+    let ordered = |shape: &str, order: u8| {
+        format!(
+            "shape = \"{shape}\"\nmodules = 6\n\
+             [[event]]\nat = 1\ncommand = [{order}, 1, 255]\nto = \"0.Up\"\n"
+        )
+    };
+    assert_eq!(verdict(&ordered("ring", 0xd8), 15), [""; 0]);
+    let chain = ordered("chain", 0xd9);
+    assert_eq!(verdict(&chain, 15), [""; 0]);
+    let joined = verdict(&format!("{chain}[[event]]\nat = 8\nattach = [\"0.Front\", \"5.Back\"]"), 20);
+    assert!(matches!(&joined[..], [fault] if fault.contains("nobody leads")), "{joined:?}");
+}
+
 #[test]
 fn resets_that_leave_no_time_for_a_beat_are_found() {
     let resets = repeated(2.0, 0.2, 40, "reset = 0");
