@@ -140,6 +140,13 @@ impl Gait {
         }
     }
 
+    /// Has robots walk on that do already, and may. Returns whom that concerns, and until when.
+    pub fn listen(&mut self, robot: &impl Robot) -> Vec<(usize, u64)> {
+        let gait = |module: usize| robot.status(module).map(|status| status.gait);
+        let touched = self.orders.choose(&self.wiring, robot.now(), gait);
+        if touched.is_empty() { Vec::new() } else { self.touched(&touched, robot.now()) }
+    }
+
     fn touched(&mut self, touched: &[usize], now: u64) -> Vec<(usize, u64)> {
         let disturbed = concerned(&self.wiring, &self.orders, touched);
         self.follow(&disturbed, now);

@@ -86,6 +86,8 @@ impl Observer {
     pub fn look(&mut self, robot: &mut impl Robot) {
         self.hear(robot);
         self.reshape(robot.now());
+        let concerned = self.gait.listen(robot);
+        self.hops.disturbed(&concerned, robot.now());
         self.discovery.look(robot);
         self.gait.pass(robot.now());
         self.gait.feel(robot);

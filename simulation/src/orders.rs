@@ -1,14 +1,18 @@
 //! By which gait each body of a robot has to walk: the one that it was ordered last, whoever of it heard the
 //! order. Bodies that join walk by the newer order, and who has taken another shape by the gait that follows.
 
+use std::ops::Range;
+
 use hormone::gait::{Gait, GaitName, Once};
 
 use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
+use crate::walker::DISCOVERY;
 use crate::wiring::Wiring;
 
-/// For how long a robot has to have the shape that its gait makes of it until it has taken it.
-const LASTS: u64 = 1_000 * MILLISECOND;
+/// For how long a robot has to have the shape that its gait makes of it until it has taken it: a second, from
+/// when it has noticed.
+const LASTS: u64 = 1_000 * MILLISECOND + DISCOVERY;
 
 /// An order, or the gait that a module begins with.
 #[derive(Clone, Copy)]
@@ -28,19 +32,29 @@ struct Reshaped {
     at: u64,
 }
 
+/// When a robot that has taken another shape may walk by the gait that follows, and need not yet. It finds
+/// out its shape sooner or later. Where it has lost the shape again it may have found out before.
+struct Choice {
+    /// The number of the order that it ends.
+    order: u64,
+    then: GaitName,
+    between: Range<u64>,
+}
+
 /// The orders that modules have to follow.
 pub struct Orders {
     /// By module.
     of: Vec<Order>,
     given: u64,
     reshaped: Vec<Reshaped>,
+    choices: Vec<Choice>,
 }
 
 impl Orders {
     /// So many modules at power-up: they begin with the centipede's gait.
     pub fn new(modules: usize) -> Self {
         let first = Order { number: 0, gait: Some(GaitName::Centipede.gait()) };
-        Orders { of: vec![first; modules], given: 0, reshaped: Vec::new() }
+        Orders { of: vec![first; modules], given: 0, reshaped: Vec::new(), choices: Vec::new() }
     }
 
     /// The gait that a module has to walk by; `None` if it was ordered to stop.
@@ -55,8 +69,9 @@ impl Orders {
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
         changed.extend((!before.is_like(order)).then_some(module));
-        // It may have the shape already that the gait makes of it.
-        self.look(wiring, now);
+        // It may have the shape already that the gait makes of it. Before all have heard the order it seems
+        // to walk on where it walked by the gait that follows.
+        self.look(wiring, now, now + DISCOVERY);
         changed
     }
 
@@ -64,27 +79,33 @@ impl Orders {
     /// another gait than before.
     pub fn rewired(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let changed = self.spread(wiring);
-        self.look(wiring, now);
+        self.look(wiring, now, now);
         changed
     }
 
-    /// Looks which bodies have the shape that their gait makes of them: one in which the next gait has a leader.
-    fn look(&mut self, wiring: &Wiring, now: u64) {
+    /// Looks which bodies have the shape that their gait makes of them. Those that have it newly may walk on
+    /// from `first` on.
+    fn look(&mut self, wiring: &Wiring, now: u64, first: u64) {
         let waiting = std::mem::take(&mut self.reshaped);
         for body in wiring.bodies() {
-            let ended = |module: usize| {
-                let Once { becomes, then } = self.gait(module)?.once?;
-                if acting(wiring, module) != becomes {
-                    return None;
-                }
-                leads(wiring, module, GaitName::gait(then).leader)?;
-                let order = self.of[module].number;
-                let is_same = |it: &&Reshaped| it.order == order && body.contains(&it.module);
-                let at = waiting.iter().find(is_same).map_or(now + LASTS, |it| it.at);
-                Some(Reshaped { module, order, then, at })
-            };
-            self.reshaped.extend(body.iter().find_map(|&module| ended(module)));
+            let then = |&module: &usize| Some((module, self.then(wiring, module)?));
+            let Some((module, then)) = body.iter().find_map(then) else { continue };
+            let order = self.of[module].number;
+            let known = waiting.iter().find(|it| it.order == order && body.contains(&it.module));
+            let at = known.map_or(now + LASTS, |it| it.at);
+            if known.is_none() {
+                self.choices.push(Choice { order, then, between: first..at + DISCOVERY });
+            }
+            self.reshaped.push(Reshaped { module, order, then, at });
         }
+    }
+
+    /// The gait that follows, for a module that has the type in which its gait ends, and leads by that one.
+    fn then(&self, wiring: &Wiring, module: usize) -> Option<GaitName> {
+        let Once { becomes, then } = self.gait(module)?.once?;
+        let is_there =
+            acting(wiring, module) == becomes && leads(wiring, module, then.gait().leader).is_some();
+        is_there.then_some(then)
     }
 
     /// When a robot will have taken another shape, if nothing happens before.
@@ -99,6 +120,25 @@ impl Orders {
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
         let give = |Reshaped { module, then, .. }| self.give(wiring, module, Some(GaitName::gait(then)), now);
         over.into_iter().flat_map(give).collect()
+    }
+
+    /// Has bodies that may walk on do so by `now` if one of their modules says that it walks by the gait that
+    /// follows. Returns whom that is new to.
+    pub fn choose(&mut self, wiring: &Wiring, now: u64, says: impl Fn(usize) -> Option<u8>) -> Vec<usize> {
+        self.choices.retain(|choice| now < choice.between.end);
+        let mut changed = Vec::new();
+        if self.choices.is_empty() {
+            return changed;
+        }
+        for module in 0..self.of.len() {
+            let order = self.of[module].number;
+            let is_its = |choice: &&Choice| choice.order == order && choice.between.contains(&now);
+            let then = self.choices.iter().find(is_its).map(|choice| choice.then);
+            if let Some(then) = then.filter(|&then| says(module) == Some(then as u8)) {
+                changed.extend(self.give(wiring, module, Some(then.gait()), now));
+            }
+        }
+        changed
     }
 
     /// Has all modules of a body follow the newest order that any of them has. Returns who walks by another
@@ -156,6 +196,42 @@ mod tests {
             assert_eq!(name(&orders), Some(ordered_to), "{shape:?}");
             orders.settle(&wiring, LASTS);
             assert_eq!(name(&orders), Some(then), "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn a_robot_that_says_that_it_walks_on_may_do_so_while_it_has_the_choice_and_no_longer() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        let ring = Shape::Ring.wiring(6).unwrap();
+        let is_taken = |orders: &mut Orders, wiring: &Wiring, now: u64, said: GaitName| {
+            orders.settle(wiring, now);
+            !orders.choose(wiring, now, |module| (module == 2).then_some(said as u8)).is_empty()
+        };
+        let closed_at = 10 * LASTS;
+        for (opened_at, now, said, is_right) in [
+            // It has not closed yet.
+            (None, closed_at - 1, RollingTrack, false),
+            (None, closed_at, RollingTrack, true),
+            (None, closed_at, Caterpillar, false),
+            (None, closed_at + LASTS - 1, RollingTrack, true),
+            // It may have found out before it came apart.
+            (Some(closed_at + 1), closed_at + 2, RollingTrack, true),
+            (Some(closed_at + LASTS - 1), closed_at + LASTS + DISCOVERY - 1, RollingTrack, true),
+            (Some(closed_at + 1), closed_at + LASTS + DISCOVERY, RollingTrack, false),
+        ] {
+            let mut orders = ordered(&chain, CloseRing);
+            let mut wiring = &chain;
+            for (at, next) in [(Some(closed_at), &ring), (opened_at, &chain)] {
+                if at.is_some_and(|at| at <= now) {
+                    wiring = next;
+                    orders.rewired(wiring, at.unwrap_or_default());
+                }
+            }
+            assert_eq!(is_taken(&mut orders, wiring, now, said), is_right, "{opened_at:?} {now} {said:?}");
+        }
+        // Whoever has not heard the order yet goes on as before.
+        for (now, is_right) in [(DISCOVERY - 1, false), (DISCOVERY, true)] {
+            assert_eq!(is_taken(&mut ordered(&ring, CloseRing), &ring, now, RollingTrack), is_right);
         }
     }
 

@@ -143,6 +143,37 @@ fn a_robot_goes_on_where_it_has_the_shape_that_it_is_ordered_to_take() {
     assert!(matches!(&joined[..], [fault] if fault.contains("nobody leads")), "{joined:?}");
 }
 
+/// A chain that is to close becomes a ring, and comes apart soon after: it stands by the gait of rings, if it
+/// had found out by then, and else goes on to close.
+#[test]
+fn a_robot_may_roll_as_soon_as_it_is_a_ring() {
+    let file = "shape = \"chain\"\nmodules = 6\n\
+        [[event]]\nat = 1\ncommand = [0xd8, 1, 255]\nto = \"0.Front\"\n\
+        [[event]]\nat = 2\nattach = [\"0.Front\", \"5.Back\"]\n";
+    let mut rolled = 0;
+    let apart = [2.005, 2.03, 2.06, 2.3, 2.9, 2.99, 3.01, 3.2];
+    for at in apart {
+        match &verdict(&format!("{file}[[event]]\nat = {at}\ndetach = \"3.Back\""), 15)[..] {
+            [] => {}
+            [fault] if fault.contains("nobody leads") => rolled += 1,
+            faults => panic!("{at}: {faults:?}"),
+        }
+    }
+    assert!(rolled > 0 && rolled < apart.len(), "{rolled}");
+}
+
+/// A ring that opens is cut elsewhere before: its two parts find out one after the other.
+#[test]
+fn each_part_of_a_ring_crawls_once_it_has_noticed() {
+    let file = "shape = \"ring\"\nmodules = 6\n\
+        [[event]]\nat = 1\ncommand = [0xd9, 1, 255]\nto = \"2.Up\"\n";
+    for milliseconds in (2_600..3_100).step_by(50) {
+        let at = f64::from(milliseconds) / 1000.0;
+        let faults = verdict(&format!("{file}[[event]]\nat = {at}\ndetach = \"0.Back\""), 9);
+        assert_eq!(faults, [""; 0], "{at}");
+    }
+}
+
 #[test]
 fn resets_that_leave_no_time_for_a_beat_are_found() {
     let resets = repeated(2.0, 0.2, 40, "reset = 0");
