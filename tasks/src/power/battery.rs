@@ -98,8 +98,11 @@ impl Battery {
         if next != self.seen {
             (self.seen, self.agreeing) = (next, 0);
         }
-        self.agreeing = self.agreeing.saturating_add(1);
-        if next == self.level || self.agreeing < PATIENCE {
+        if next == self.level {
+            return None;
+        }
+        self.agreeing += 1;
+        if self.agreeing < PATIENCE {
             return None;
         }
         (self.level, self.agreeing) = (next, 0);
