@@ -160,7 +160,13 @@ impl Cpu {
 
     /// Lets the core wait during the instruction in progress, which is inside [`Cpu::run`].
     pub fn halt(self, cycles: u64) {
-        self.set_cycle(self.cycle() + cycles);
+        let avr = self.as_ptr();
+        // SAFETY: the instance is alive by the type's invariant.
+        unsafe {
+            (*avr).cycle += cycles;
+            // Else the run would go on beyond the next timer for as long.
+            (*avr).run_cycle_count = (*avr).run_cycle_count.saturating_sub(cycles);
+        }
         self.keep_deadline();
     }
 

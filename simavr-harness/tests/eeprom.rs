@@ -49,6 +49,20 @@ fn the_core_waits_2_cycles_for_a_write_and_4_for_a_read() {
 }
 
 #[test]
+fn interrupts_come_in_time_though_the_core_waits_for_reads() {
+    const MILLISECOND: u64 = 16_000;
+    let mut mcu = mcu(&build_with("eeprom_scan.c", &[]));
+    mcu.run_until(50 * MILLISECOND);
+    let cycles: Vec<u64> = mcu.markers().iter().map(|marker| marker.cycle).collect();
+    assert!(cycles.len() > 45);
+    // An instruction and its wait take 6 cycles.
+    for (tick, cycle) in (0..).zip(&cycles) {
+        let late = cycle - (cycles[0] + tick * MILLISECOND).saturating_sub(6);
+        assert!(late <= 12, "{cycles:?}");
+    }
+}
+
+#[test]
 fn eewe_counts_only_within_four_cycles_of_eemwe() {
     let mut mcu = mcu(&build_with("eeprom.c", &["LATE"]));
     assert_eq!(mcu.run_to_end(WRITE), State::Done);
