@@ -14,8 +14,8 @@ use kernel::{Context, Interrupt, Task};
 #[inline(always)]
 pub unsafe fn sleep_unless(task: &mut Task, has_work: impl FnOnce(&mut Interrupt) -> bool) {
     task.mask(|_| {
-        // SAFETY: interrupts are masked as in a handler, and this context is gone before they are enabled. The
-        // caller's promise: it makes no switch due.
+        // SAFETY: interrupts are masked as in a handler, and this context is gone before they are enabled.
+        // The caller's promise: it makes no switch due.
         let has_work = has_work(&mut unsafe { Interrupt::assume() });
         if !has_work {
             // SAFETY: interrupts are masked again at the end. `sei` takes effect after the next instruction,

@@ -252,8 +252,8 @@ impl Pacemaker {
 
     /// Whether another rhythm that comes the same way takes the place of one that beats: that of a new
     /// leader, or of a new place in the robot. What comes so within a quarter of a beat, or is of the last
-    /// beat, may be the module's own hormone, round a loop: there it would race. It is not, if it is a leader's
-    /// and the module's own is not.
+    /// beat, may be the module's own hormone, round a loop: there it would race. It is not, if it is a
+    /// leader's and the module's own is not.
     fn succeeds(&self, pace: Pace, now: u16) -> bool {
         let is_fresher = self.is_made_good && !pace.is_made_good;
         let is_last = pace.ahead_of(self.number) == 0 && pace.data == self.last;

@@ -47,8 +47,8 @@ impl Standing {
         Standing { number: 0, gait, period: Period::OWN }
     }
 
-    /// The order after this one. To stop counts as several: it is to win over orders that were given at the same
-    /// time elsewhere in the robot.
+    /// The order after this one. To stop counts as several: it is to win over orders that were given at the
+    /// same time elsewhere in the robot.
     pub fn next(self, gait: u8, period: Period) -> Self {
         let step = if gait == STOP { STOPS } else { 1 };
         let count = (self.number.wrapping_add(step) & !GIVEN).max(1);

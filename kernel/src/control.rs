@@ -61,8 +61,9 @@ impl TaskHandle {
     }
 
     /// Keeps the task from running until it is resumed. What it waits for may come meanwhile. A task may
-    /// suspend itself. One that is suspended for more than [`LONGEST`](crate::LONGEST) ticks while it begins a
-    /// delay, or a wait for a limited time, or goes on with one for flags, may wait that long again.
+    /// suspend itself. One that is suspended for more than [`LONGEST`](crate::LONGEST) ticks while it
+    /// begins a delay, or a wait for a limited time, or goes on with one for flags, may wait that long
+    /// again.
     ///
     /// Linear in the number of ready tasks of its priority, in steps.
     ///

@@ -36,9 +36,10 @@ impl TaskHandle {
     /// What the task does with interrupts masked counts as one instruction, and so does all that it does
     /// while it has a mutex, or looks for a place in a list. The first step of a task that blocked or yielded
     /// takes it no further than the kernel's return to it. A task that blocks in a step stands before the
-    /// others that wait for the same, and so do, for good, the jobs that it has begun to wait for. One that has
-    /// to wait for a mutex, ends, or changes its own priority is not suspended any more: the mutex it has at its
-    /// own priority, not at the ceiling. One that makes itself P0 keeps the priority that it had.
+    /// others that wait for the same, and so do, for good, the jobs that it has begun to wait for. One that
+    /// has to wait for a mutex, ends, or changes its own priority is not suspended any more: the mutex it
+    /// has at its own priority, not at the ceiling. One that makes itself P0 keeps the priority that it
+    /// had.
     ///
     /// Other tasks and interrupts wait until the step is made, some 2500 cycles: the way to the task goes by
     /// an instruction at a time.

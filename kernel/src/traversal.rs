@@ -9,9 +9,9 @@
 //!
 //! An ISR does two things to lists. It wakes the first task of a wait queue, which a traversal sees by the
 //! queue's first, and it appends to queues of ready tasks, which disturbs no traversal. Neither has to
-//! invalidate one, so posting stays short. Who sets event flags wakes all that wait for them, so a task that is
-//! about to wait sees another first, too, or none. A suspended task that an ISR resumes invalidates a
-//! traversal: it may have one of its own under way.
+//! invalidate one, so posting stays short. Who sets event flags wakes all that wait for them, so a task
+//! that is about to wait sees another first, too, or none. A suspended task that an ISR resumes invalidates
+//! a traversal: it may have one of its own under way.
 
 use crate::KERNEL;
 use crate::context::Context;

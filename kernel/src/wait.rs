@@ -13,8 +13,8 @@ use crate::traversal;
 use crate::wait_set::WaitSet;
 use crate::word::Word;
 
-/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one wakes all
-/// that wait.
+/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one
+/// wakes all that wait.
 pub(crate) struct WakeCondition<'a> {
     set: &'a MaskedCell<u8>,
     flags: u8,

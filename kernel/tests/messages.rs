@@ -164,8 +164,8 @@ fn a_fifo_wraps_and_counts_what_it_lost() {
     );
 }
 
-/// `LOW` is preempted in the midst of `send` by `MIDDLE`, which computes; what comes meanwhile is not to wait for
-/// `LOW`.
+/// `LOW` is preempted in the midst of `send` by `MIDDLE`, which computes; what comes meanwhile is not to
+/// wait for `LOW`.
 #[test]
 fn what_an_interrupt_sends_does_not_wait_for_a_low_task_that_sends() {
     struct Parcel(&'static str);

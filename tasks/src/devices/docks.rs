@@ -91,9 +91,9 @@ impl Docks {
     }
 
     /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that,
-    /// it stays where it came nearest. A latch that is closed already is left so if it has hold of a dock, and
-    /// opens for the next time if it has closed on nothing.
-    /// Refused as [`latch`](Self::latch) is, and while nobody knows where the joint is.
+    /// it stays where it came nearest. A latch that is closed already is left so if it has hold of a dock,
+    /// and opens for the next time if it has closed on nothing. Refused as [`latch`](Self::latch) is, and
+    /// while nobody knows where the joint is.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
         let is_known = around.angle(JOINT).is_some();

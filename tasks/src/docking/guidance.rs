@@ -10,7 +10,8 @@
 /// How much is reflected, in counts of the converter, where the docks face each other close enough to latch.
 const NEAR: u16 = 500;
 
-/// How much is reflected, in counts of the converter, at least, by a dock that the latch has hold of: they touch.
+/// How much is reflected, in counts of the converter, at least, by a dock that the latch has hold of: they
+/// touch.
 pub const HELD: u16 = 650;
 
 /// Both joints move this far to either side of where a line begins, in 0.1 degree.

@@ -40,8 +40,8 @@ const PATIENCE: u16 = 8;
 /// Looks after which a battery that is not full never will be: 4 h.
 const TIME_OUT: u16 = 4 * 60 * 60 * 4;
 
-/// The voltage, in mV, from which on a battery that takes no more is full. Two Li-ion cells are at 8.4 V then, and
-/// what measures that may be off by a percent.
+/// The voltage, in mV, from which on a battery that takes no more is full. Two Li-ion cells are at 8.4 V
+/// then, and what measures that may be off by a percent.
 const FULL: u16 = 8_300;
 
 /// The current, in mA, below which a battery at its full voltage takes no more.
