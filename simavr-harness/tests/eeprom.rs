@@ -51,7 +51,7 @@ fn the_core_waits_2_cycles_for_a_write_and_4_for_a_read() {
 #[test]
 fn interrupts_come_in_time_though_the_core_waits_for_reads() {
     const MILLISECOND: u64 = 16_000;
-    let mut mcu = mcu(&build_with("eeprom_scan.c", &[]));
+    let mut mcu = mcu(&build_with("timer.c", &["SCAN"]));
     mcu.run_until(50 * MILLISECOND);
     let cycles: Vec<u64> = mcu.markers().iter().map(|marker| marker.cycle).collect();
     assert!(cycles.len() > 45);
