@@ -46,15 +46,18 @@ export class Controls {
         }
     }
 
-    /** An order goes in by a free dock: of the module that is selected, or else of the first that has one. */
+    /** An order goes in by a free dock: of the module that is selected, or else of the first that has one.
+     * Only a module that runs hears it. */
     order(first, last, isRepeated = false) {
-        const { peers } = this.run.wirings.at(-1);
-        const modules = [this.selected() ?? 0, ...peers.keys()];
-        const module = modules.find((module) => peers[module].includes(null));
-        if (module === undefined) return this.tell("not done: no dock is free, by which an order could come");
-        const dock = this.run.about.docks[peers[module].indexOf(null)];
+        const { run } = this;
+        const { peers } = run.wirings.at(-1);
+        const hears = (module) => run.runs(module, run.seconds) && peers[module].includes(null);
+        const module = [this.selected() ?? 0, ...peers.keys()].find(hears);
+        if (module === undefined)
+            return this.tell("not done: no module that runs has a free dock, by which an order could come");
+        const dock = run.about.docks[peers[module].indexOf(null)];
         // It grows from order to order, also when the page is loaded anew.
-        const number = (this.run.happenings.length + 1) % 256;
+        const number = (run.happenings.length + 1) % 256;
         return this.do(`command = [${first}, ${number}, ${last}]\nto = "${module}.${dock}"`, isRepeated);
     }
 

@@ -131,6 +131,11 @@ export class Run {
         return this.last(this.views, module, time)?.type ?? "Starting";
     }
 
+    /** Whether it has power, and has begun. */
+    runs(module, time) {
+        return this.type(module, time) !== "Starting";
+    }
+
     action(module, time) {
         return this.last(this.actions, module, time)?.of ?? "none yet";
     }

@@ -136,6 +136,26 @@ test("a stop takes no Period, and a walk only one that can be ordered", async ()
     await done("210, 3, 255");
 });
 
+test("an order goes in by a module that runs", async () => {
+    await opened("dark", "chain", "--modules", "2", "--seconds", "30");
+    await click("Stop");
+    assert.match(await browser.text("note"), /^not done: no module that runs has a free dock/, "none has begun");
+    await runTo(1);
+    const off = async (module) => {
+        await browser.run("superbot.select(arguments[0])", module);
+        await browser.drawn();
+        await click("Power off");
+        await runTo(module + 2);
+    };
+    await off(0);
+    await click("Stop");
+    await browser.until("return superbot.describe().happenings.length === 2");
+    assert.match(await browser.text("note"), /^done: command = \[208, 2, 255\], to = "1\./);
+    await off(1);
+    await click("Stop");
+    assert.match(await browser.text("note"), /^not done: no module that runs has a free dock/);
+});
+
 test("it goes on while another page pauses, and for no page that has gone", async () => {
     const robot = ["chain", "--modules", "2", "--world", "none"];
     const { address } = await watched("two", ...robot, "--seconds", "600");
