@@ -1,0 +1,129 @@
+//! What `x` says to those who call it wrongly, before it installs or builds anything.
+
+#![cfg(unix)]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const X: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../x");
+
+/// In an environment in which it installs and builds nothing: its set-up ends at this name of a program.
+fn x(path: impl AsRef<Path>, arguments: &[&str]) -> Command {
+    let mut command = Command::new("bash");
+    command.arg(path.as_ref()).args(arguments).env("SUPERBOT_AVR_CARGO", "no-such-program");
+    command.env_remove("CARGO_TARGET_DIR").env_remove("CDPATH");
+    command
+}
+
+/// Its exit status, and what it says.
+fn said(mut command: Command) -> (Option<i32>, String) {
+    let Output { status, stdout, stderr } = command.output().expect("bash is there");
+    assert_eq!(String::from_utf8_lossy(&stdout), "", "only stderr says what is wrong");
+    (status.code(), String::from_utf8_lossy(&stderr).into_owned())
+}
+
+/// A copy of `x` in a folder of this name below `of`.
+fn copy(of: &Path, folder: &str) -> PathBuf {
+    let folder = of.join(folder);
+    fs::create_dir_all(&folder).expect("a folder can be made");
+    fs::copy(X, folder.join("x")).expect("x can be copied");
+    folder.join("x")
+}
+
+/// An empty folder for a test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).expect("the folder of an earlier run can be removed");
+    }
+    fs::create_dir_all(&folder).expect("a folder can be made");
+    folder
+}
+
+/// The commands that the last `case` of `x` tells apart.
+fn commands() -> BTreeSet<String> {
+    let text = fs::read_to_string(X).expect("x is there");
+    let (_, cases) = text.rsplit_once("\ncase ").expect("x tells its commands apart");
+    let cases = cases.replace("\\\n", "");
+    let patterns = cases.lines().filter_map(|line| Some(line.split_once(") ")?.0)).collect::<Vec<_>>();
+    let names = patterns.iter().flat_map(|pattern| pattern.split('|')).map(str::trim);
+    names
+        .filter(|name| name.starts_with(|first: char| first.is_ascii_lowercase()))
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn help_has_every_command() {
+    let Output { status, stdout, stderr } = x(X, &["help"]).output().expect("bash is there");
+    assert!(status.success() && stderr.is_empty());
+    let help = String::from_utf8(stdout).expect("it is text");
+    let told = help.lines().filter_map(|line| line.strip_prefix("./x ")?.split(' ').next());
+    let mut told: BTreeSet<_> = told.map(str::to_owned).collect();
+    told.insert("help".to_owned());
+    assert!(told.len() > 20, "{told:?}");
+    assert_eq!(commands(), told);
+}
+
+#[test]
+fn a_command_that_is_none_gets_the_list() {
+    for arguments in [&["simulate"][..], &["sim,"], &[""]] {
+        let (status, text) = said(x(X, arguments));
+        assert_eq!(status, Some(2));
+        assert!(text.contains("./x sim [ARGS]"), "{text}");
+    }
+}
+
+#[test]
+fn commands_without_arguments_take_none() {
+    for name in ["test", "build", "stacks", "tutorial", "setup", "page"] {
+        let (status, text) = said(x(X, &[name, "--now"]));
+        assert_eq!((status, &*text), (Some(2), &*format!("x: {name} takes no arguments\n")));
+    }
+}
+
+#[test]
+fn a_number_of_inputs_and_a_package_have_to_be_such() {
+    let says = |arguments: &[&str], needs: &str| {
+        let (status, text) = said(x(X, arguments));
+        assert_eq!(status, Some(1));
+        assert!(text.starts_with(&format!("x: {} needs", arguments[0])) && text.contains(needs), "{text}");
+    };
+    says(&["fuzz", "many"], "a number of inputs");
+    says(&["mutants"], "kernel|tasks");
+    says(&["mutants", "board"], "kernel|tasks");
+}
+
+#[test]
+fn a_toolchain_that_is_not_there_is_named() {
+    assert_eq!(
+        said(x(X, &["setup"])),
+        (Some(1), "x: SUPERBOT_AVR_CARGO names no-such-program, which is no program\n".to_owned(),)
+    );
+}
+
+#[test]
+fn a_blank_in_a_path_is_refused_wherever_it_is_called_from() {
+    let folder = folder("blank");
+    let (status, text) = said(x(copy(&folder, "a blank"), &["setup"]));
+    assert_eq!(status, Some(1));
+    assert!(text.contains("a blank\" has a blank") && text.contains("move it"), "{text}");
+    let mut elsewhere = x(copy(&folder, "none"), &["setup"]);
+    elsewhere.env("CARGO_TARGET_DIR", "/tmp/to a target");
+    let (status, text) = said(elsewhere);
+    assert_eq!(status, Some(1));
+    assert!(text.starts_with("x: \"/tmp/to a target\" has a blank"), "{text}");
+}
+
+#[test]
+fn it_goes_to_its_own_folder_whatever_cdpath_says() {
+    let folder = folder("cdpath");
+    copy(&folder, "here");
+    copy(&folder, "a trap/here");
+    let mut command = x("here/x", &["setup"]);
+    command.current_dir(&folder).env("CDPATH", folder.join("a trap"));
+    let (_, text) = said(command);
+    assert!(text.contains("no-such-program"), "it went elsewhere: {text}");
+}
