@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use hormone::gait::{Gait, GaitName};
+use hormone::gait::GaitName;
 use hormone::hormone::Hormone;
-use hormone::order::What;
+use hormone::order::{Order, What};
+use hormone::period::Period;
 use hormone::standing::STOP;
 use serde::Deserialize;
 
@@ -90,18 +91,15 @@ impl Change {
         }
     }
 
-    /// The gait that a body is ordered to walk by, none if it is to stop, and by way of which module, if this
-    /// is such an order.
-    pub fn orders(&self) -> Option<(usize, Option<Gait>)> {
+    /// By way of which module a body is ordered to walk, by the gait of which name and in which Period, or to
+    /// [stop](STOP), if this is such an order.
+    pub fn orders(&self) -> Option<(usize, u8, Period)> {
         let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {
-            Hormone::Order(order) => match order.what {
-                What::Walk(STOP, _) => Some((at.module, None)),
-                What::Walk(name, period) => {
-                    Some((at.module, Some(period.of(GaitName::from_byte(name)?.gait()))))
-                }
-                What::Steer(..) => None,
-            },
+            Hormone::Order(Order { what: What::Walk(gait, period), .. }) => {
+                let is_known = gait == STOP || GaitName::from_byte(gait).is_some();
+                is_known.then_some((at.module, gait, period))
+            }
             _ => None,
         }
     }
@@ -135,12 +133,9 @@ impl fmt::Display for Change {
                 write!(f, "the potentiometers of module {module} slip by {front}, {roll} and {back} degrees")
             }
             Change::Console(at) => write!(f, "the console is asked at {at}"),
-            Change::Command { at, .. } => match self.orders() {
-                Some((_, None)) => write!(f, "an order to stop at {at}"),
-                Some((_, Some(gait))) => match GaitName::from_byte(gait.name) {
-                    Some(name) => write!(f, "an order to walk by {name:?} at {at}"),
-                    None => write!(f, "an order to walk at {at}"),
-                },
+            Change::Command { at, .. } => match self.orders().map(|(_, gait, _)| GaitName::from_byte(gait)) {
+                Some(None) => write!(f, "an order to stop at {at}"),
+                Some(Some(name)) => write!(f, "an order to walk by {name:?} at {at}"),
                 None => write!(f, "a message to HORMONE at {at}"),
             },
         }

@@ -13,7 +13,7 @@
 use hormone::action::Action;
 use hormone::case::Source;
 use hormone::event::Event;
-use hormone::gait::Gait as TableOfRules;
+use hormone::period::Period;
 use hormone::sense::Sense;
 use tasks::dock::Dock;
 
@@ -122,10 +122,10 @@ impl Gait {
         self.unsettled(&disturbed, now)
     }
 
-    /// The body of a module was ordered to walk by this gait, or to stop. Returns whom that concerns, and
-    /// until when.
-    pub fn ordered(&mut self, module: usize, gait: Option<TableOfRules>, now: u64) -> Vec<(usize, u64)> {
-        let touched = self.orders.give(&self.wiring, module, gait, now);
+    /// The body of a module was ordered to walk by the gait of this name in this Period, or to stop. Returns
+    /// whom that concerns, and until when.
+    pub fn ordered(&mut self, module: usize, gait: u8, period: Period, now: u64) -> Vec<(usize, u64)> {
+        let touched = self.orders.give(&self.wiring, module, (gait, period), now);
         self.touched(&touched, now)
     }
 

@@ -130,8 +130,8 @@ impl Observer {
             return;
         }
         self.course.take(&event.change);
-        if let Some((module, gait)) = order {
-            let concerned = self.gait.ordered(module, gait, event.at);
+        if let Some((module, gait, period)) = order {
+            let concerned = self.gait.ordered(module, gait, period, event.at);
             self.hops.disturbed(&concerned, event.at);
         }
     }

@@ -1,9 +1,13 @@
 //! By which gait each body of a robot has to walk: the one that it was ordered last, whoever of it heard the
-//! order. Bodies that join walk by the newer order, and who has taken another shape by the gait that follows.
+//! order. Bodies that join walk by the order that is the newer one to modules, who count them; and who has
+//! taken another shape by the gait that follows.
 
 use std::ops::Range;
 
 use hormone::gait::{Gait, GaitName, Once};
+use hormone::period::Period;
+use hormone::standing::{Ledger, STOP, Standing};
+use tasks::dock::{Dock, DockSet};
 
 use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
@@ -19,8 +23,8 @@ const LASTS: u64 = 1_000 * MILLISECOND + DISCOVERY;
 struct Order {
     /// Orders are numbered as they are given.
     number: u64,
-    /// `None`: to stop.
-    gait: Option<Gait>,
+    /// As modules keep it.
+    standing: Standing,
 }
 
 /// A change of shape that has come to its end, if it lasts.
@@ -53,19 +57,30 @@ pub struct Orders {
 impl Orders {
     /// So many modules at power-up: they begin with the centipede's gait.
     pub fn new(modules: usize) -> Self {
-        let first = Order { number: 0, gait: Some(GaitName::Centipede.gait()) };
+        let first = Order { number: 0, standing: Standing::none(GaitName::Centipede as u8) };
         Orders { of: vec![first; modules], given: 0, reshaped: Vec::new(), choices: Vec::new() }
     }
 
     /// The gait that a module has to walk by; `None` if it was ordered to stop.
     pub fn gait(&self, module: usize) -> Option<Gait> {
-        self.of[module].gait
+        self.of[module].gait()
     }
 
-    /// The body of a module is ordered to walk by this gait, or to stop. Returns whom that is new to.
-    pub fn give(&mut self, wiring: &Wiring, module: usize, gait: Option<Gait>, now: u64) -> Vec<usize> {
+    /// The body of a module is ordered to walk by the gait of this name in this Period, or to stop. Returns
+    /// whom that is new to.
+    pub fn give(
+        &mut self,
+        wiring: &Wiring,
+        module: usize,
+        (gait, period): (u8, Period),
+        now: u64,
+    ) -> Vec<usize> {
+        let standing = self.of[module].standing;
+        if standing.is_given() && (standing.gait, standing.period) == (gait, period) {
+            return Vec::new(); // to modules it is none
+        }
         self.given += 1;
-        let order = Order { number: self.given, gait };
+        let order = Order { number: self.given, standing: standing.next(gait, period) };
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
         changed.extend((!before.is_like(order)).then_some(module));
@@ -118,7 +133,7 @@ impl Orders {
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
-        let give = |Reshaped { module, then, .. }| self.give(wiring, module, Some(GaitName::gait(then)), now);
+        let give = |Reshaped { module, then, .. }| self.give(wiring, module, (then as u8, Period::OWN), now);
         over.into_iter().flat_map(give).collect()
     }
 
@@ -135,7 +150,7 @@ impl Orders {
             let is_its = |choice: &&Choice| choice.order == order && choice.between.contains(&now);
             let then = self.choices.iter().find(is_its).map(|choice| choice.then);
             if let Some(then) = then.filter(|&then| says(module) == Some(then as u8)) {
-                changed.extend(self.give(wiring, module, Some(then.gait()), now));
+                changed.extend(self.give(wiring, module, (then as u8, Period::OWN), now));
             }
         }
         changed
@@ -146,7 +161,7 @@ impl Orders {
     fn spread(&mut self, wiring: &Wiring) -> Vec<usize> {
         let mut changed = Vec::new();
         for body in wiring.bodies() {
-            let newest = body.iter().map(|&module| self.of[module]).max_by_key(|order| order.number);
+            let newest = body.iter().map(|&module| self.of[module]).reduce(Order::newer);
             let Some(newest) = newest else { continue };
             for module in body {
                 let before = std::mem::replace(&mut self.of[module], newest);
@@ -158,9 +173,25 @@ impl Orders {
 }
 
 impl Order {
+    /// `None`: to stop.
+    fn gait(self) -> Option<Gait> {
+        let Standing { gait, period, .. } = self.standing;
+        Some(period.of(GaitName::from_byte(gait)?.gait()))
+    }
+
+    /// That of both which modules take for the newer one.
+    fn newer(self, other: Order) -> Order {
+        if other.standing == self.standing {
+            return if other.number > self.number { other } else { self };
+        }
+        let mut ledger = Ledger::new(STOP);
+        ledger.set(self.standing, DockSet::EMPTY, 0);
+        if ledger.hear(Dock::Front, other.standing, false, 0) { other } else { self }
+    }
+
     /// Whether both ask for the same.
     fn is_like(self, other: Order) -> bool {
-        let what = |order: Order| order.gait.map(|gait| (gait.name, gait.beat));
+        let what = |order: Order| order.gait().map(|gait| (gait.name, gait.beat));
         what(self) == what(other)
     }
 }
@@ -176,7 +207,7 @@ mod tests {
 
     fn ordered(wiring: &Wiring, gait: GaitName) -> Orders {
         let mut orders = Orders::new(wiring.modules());
-        orders.give(wiring, 0, Some(gait.gait()), 0);
+        orders.give(wiring, 0, (gait as u8, Period::OWN), 0);
         orders
     }
 
@@ -232,6 +263,35 @@ mod tests {
         // Whoever has not heard the order yet goes on as before.
         for (now, is_right) in [(DISCOVERY - 1, false), (DISCOVERY, true)] {
             assert_eq!(is_taken(&mut ordered(&ring, CloseRing), &ring, now, RollingTrack), is_right);
+        }
+    }
+
+    #[test]
+    fn bodies_that_join_walk_by_the_order_of_the_one_that_was_ordered_more_often() {
+        let whole = Shape::Chain.wiring(6).unwrap();
+        let mut cut = whole.clone();
+        cut.detach(Face { module: 2, dock: Back }).unwrap();
+        let walk = |gait: GaitName| gait as u8;
+        for (orders_given, joined) in [
+            (&[(0, walk(Caterpillar)), (5, walk(RollingTrack)), (0, walk(OpenRing))][..], walk(OpenRing)),
+            (&[(0, walk(Caterpillar)), (0, walk(OpenRing)), (5, walk(RollingTrack))], walk(OpenRing)),
+            // To stop counts as several, and what stands already as none.
+            (&[(0, STOP), (5, walk(Caterpillar)), (5, walk(RollingTrack))], STOP),
+            (&[(0, walk(Caterpillar)), (0, walk(Caterpillar)), (5, STOP), (5, STOP)], STOP),
+            // Where both were ordered as often, it is one of both.
+            (&[(0, walk(Caterpillar)), (5, walk(RollingTrack))], walk(RollingTrack)),
+            (&[(5, walk(RollingTrack)), (0, walk(Caterpillar))], walk(RollingTrack)),
+            (&[(5, walk(RollingTrack))], walk(RollingTrack)),
+        ] {
+            let mut orders = Orders::new(6);
+            for &(module, gait) in orders_given {
+                orders.give(&cut, module, (gait, Period::OWN), 0);
+            }
+            orders.rewired(&whole, 1);
+            for module in 0..6 {
+                let gait = orders.gait(module).map_or(STOP, |gait| gait.name);
+                assert_eq!(gait, joined, "{orders_given:?}");
+            }
         }
     }
 
