@@ -91,14 +91,14 @@ impl Change {
         }
     }
 
-    /// By way of which module a body is ordered to walk, by the gait of which name and in which Period, or to
-    /// [stop](STOP), if this is such an order.
-    pub fn orders(&self) -> Option<(usize, u8, Period)> {
+    /// By way of which module a body is ordered to walk, by which gait, none if it is to stop, and in which
+    /// Period, if this is such an order.
+    pub fn orders(&self) -> Option<(usize, Option<GaitName>, Period)> {
         let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {
             Hormone::Order(Order { what: What::Walk(gait, period), .. }) => {
-                let is_known = gait == STOP || GaitName::from_byte(gait).is_some();
-                is_known.then_some((at.module, gait, period))
+                let name = GaitName::from_byte(gait);
+                (gait == STOP || name.is_some()).then_some((at.module, name, period))
             }
             _ => None,
         }
@@ -133,9 +133,9 @@ impl fmt::Display for Change {
                 write!(f, "the potentiometers of module {module} slip by {front}, {roll} and {back} degrees")
             }
             Change::Console(at) => write!(f, "the console is asked at {at}"),
-            Change::Command { at, .. } => match self.orders().map(|(_, gait, _)| GaitName::from_byte(gait)) {
-                Some(None) => write!(f, "an order to stop at {at}"),
-                Some(Some(name)) => write!(f, "an order to walk by {name:?} at {at}"),
+            Change::Command { at, .. } => match self.orders() {
+                Some((_, None, _)) => write!(f, "an order to stop at {at}"),
+                Some((_, Some(name), _)) => write!(f, "an order to walk by {name:?} at {at}"),
                 None => write!(f, "a message to HORMONE at {at}"),
             },
         }

@@ -1,7 +1,5 @@
 //! What a robot has been through while it ran.
 
-use hormone::gait::GaitName;
-
 use crate::change::Change;
 
 /// What a robot has been through, which decides whether it is asked how far it has come.
@@ -19,7 +17,7 @@ impl Course {
 
     /// This has happened to it.
     pub fn take(&mut self, change: &Change) {
-        let ordered = change.orders().map(|(_, gait, _)| GaitName::from_byte(gait));
+        let ordered = change.orders().map(|(_, gait, _)| gait);
         self.is_ordered |= ordered.is_some();
         self.is_undisturbed &= match (change, ordered) {
             (_, Some(gait)) => gait.is_some_and(|name| name.gait().once.is_none()),

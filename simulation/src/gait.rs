@@ -13,6 +13,7 @@
 use hormone::action::Action;
 use hormone::case::Source;
 use hormone::event::Event;
+use hormone::gait::GaitName;
 use hormone::period::Period;
 use hormone::sense::Sense;
 use tasks::dock::Dock;
@@ -122,9 +123,15 @@ impl Gait {
         self.unsettled(&disturbed, now)
     }
 
-    /// The body of a module was ordered to walk by the gait of this name in this Period, or to stop. Returns
-    /// whom that concerns, and until when.
-    pub fn ordered(&mut self, module: usize, gait: u8, period: Period, now: u64) -> Vec<(usize, u64)> {
+    /// The body of a module was ordered to walk by this gait in this Period, or to stop. Returns whom that
+    /// concerns, and until when.
+    pub fn ordered(
+        &mut self,
+        module: usize,
+        gait: Option<GaitName>,
+        period: Period,
+        now: u64,
+    ) -> Vec<(usize, u64)> {
         let touched = self.orders.give(&self.wiring, module, (gait, period), now);
         self.touched(&touched, now)
     }

@@ -66,16 +66,17 @@ impl Orders {
         self.of[module].gait()
     }
 
-    /// The body of a module is ordered to walk by the gait of this name in this Period, or to stop. Returns
-    /// whom that is new to.
+    /// The body of a module is ordered to walk by this gait in this Period, or to stop. Returns whom that is
+    /// new to.
     pub fn give(
         &mut self,
         wiring: &Wiring,
         module: usize,
-        (gait, period): (u8, Period),
+        (gait, period): (Option<GaitName>, Period),
         now: u64,
     ) -> Vec<usize> {
         let standing = self.of[module].standing;
+        let gait = gait.map_or(STOP, |name| name as u8);
         if standing.is_given() && (standing.gait, standing.period) == (gait, period) {
             return Vec::new(); // to modules it is none
         }
@@ -133,7 +134,7 @@ impl Orders {
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
-        let give = |Reshaped { module, then, .. }| self.give(wiring, module, (then as u8, Period::OWN), now);
+        let give = |Reshaped { module, then, .. }| self.give(wiring, module, (Some(then), Period::OWN), now);
         over.into_iter().flat_map(give).collect()
     }
 
@@ -150,7 +151,7 @@ impl Orders {
             let is_its = |choice: &&Choice| choice.order == order && choice.between.contains(&now);
             let then = self.choices.iter().find(is_its).map(|choice| choice.then);
             if let Some(then) = then.filter(|&then| says(module) == Some(then as u8)) {
-                changed.extend(self.give(wiring, module, (then as u8, Period::OWN), now));
+                changed.extend(self.give(wiring, module, (Some(then), Period::OWN), now));
             }
         }
         changed
@@ -207,7 +208,7 @@ mod tests {
 
     fn ordered(wiring: &Wiring, gait: GaitName) -> Orders {
         let mut orders = Orders::new(wiring.modules());
-        orders.give(wiring, 0, (gait as u8, Period::OWN), 0);
+        orders.give(wiring, 0, (Some(gait), Period::OWN), 0);
         orders
     }
 
@@ -271,17 +272,16 @@ mod tests {
         let whole = Shape::Chain.wiring(6).unwrap();
         let mut cut = whole.clone();
         cut.detach(Face { module: 2, dock: Back }).unwrap();
-        let walk = |gait: GaitName| gait as u8;
         for (orders_given, joined) in [
-            (&[(0, walk(Caterpillar)), (5, walk(RollingTrack)), (0, walk(OpenRing))][..], walk(OpenRing)),
-            (&[(0, walk(Caterpillar)), (0, walk(OpenRing)), (5, walk(RollingTrack))], walk(OpenRing)),
+            (&[(0, Some(Caterpillar)), (5, Some(RollingTrack)), (0, Some(OpenRing))][..], Some(OpenRing)),
+            (&[(0, Some(Caterpillar)), (0, Some(OpenRing)), (5, Some(RollingTrack))], Some(OpenRing)),
             // To stop counts as several, and what stands already as none.
-            (&[(0, STOP), (5, walk(Caterpillar)), (5, walk(RollingTrack))], STOP),
-            (&[(0, walk(Caterpillar)), (0, walk(Caterpillar)), (5, STOP), (5, STOP)], STOP),
+            (&[(0, None), (5, Some(Caterpillar)), (5, Some(RollingTrack))], None),
+            (&[(0, Some(Caterpillar)), (0, Some(Caterpillar)), (5, None), (5, None)], None),
             // Where both were ordered as often, it is one of both.
-            (&[(0, walk(Caterpillar)), (5, walk(RollingTrack))], walk(RollingTrack)),
-            (&[(5, walk(RollingTrack)), (0, walk(Caterpillar))], walk(RollingTrack)),
-            (&[(5, walk(RollingTrack))], walk(RollingTrack)),
+            (&[(0, Some(Caterpillar)), (5, Some(RollingTrack))], Some(RollingTrack)),
+            (&[(5, Some(RollingTrack)), (0, Some(Caterpillar))], Some(RollingTrack)),
+            (&[(5, Some(RollingTrack))], Some(RollingTrack)),
         ] {
             let mut orders = Orders::new(6);
             for &(module, gait) in orders_given {
@@ -289,7 +289,7 @@ mod tests {
             }
             orders.rewired(&whole, 1);
             for module in 0..6 {
-                let gait = orders.gait(module).map_or(STOP, |gait| gait.name);
+                let gait = orders.gait(module).and_then(|gait| GaitName::from_byte(gait.name));
                 assert_eq!(gait, joined, "{orders_given:?}");
             }
         }

@@ -231,7 +231,6 @@ fn a_robot_stops_and_walks_on_as_it_is_ordered() {
     assert_eq!(verdict(&on, 12), [""; 0]);
 }
 
-/// A short Period is ordered before the robot has had its time to walk by a long one.
 #[test]
 fn parts_that_join_walk_or_rest_as_the_one_that_was_ordered_more_often() {
     let joined = |orders: &[(u64, u8, &str)]| {
@@ -242,16 +241,16 @@ fn parts_that_join_walk_or_rest_as_the_one_that_was_ordered_more_often() {
         let file = "shape = \"chain\"\nmodules = 6\n[[event]]\nat = 2\ndetach = \"2.Back\"\n";
         verdict(&format!("{file}{orders}[[event]]\nat = 8\nattach = [\"2.Back\", \"3.Front\"]\n"), 14)
     };
-    let nothing: [&str; 0] = [];
     // To stop counts as several.
-    assert_eq!(joined(&[(3, 0, "0.Up"), (5, 2, "5.Up")]), nothing);
+    assert_eq!(joined(&[(3, 0, "0.Up"), (5, 2, "5.Up")]), [""; 0]);
     assert_eq!(
         joined(&[(3, 2, "5.Up"), (4, 3, "5.Up"), (5, 1, "0.Up"), (6, 2, "0.Up"), (7, 3, "0.Up")]),
-        nothing
+        [""; 0]
     );
-    assert_eq!(joined(&[(3, 2, "0.Up"), (4, 3, "0.Up"), (5, 2, "5.Up")]), nothing);
+    assert_eq!(joined(&[(3, 2, "0.Up"), (4, 3, "0.Up"), (5, 2, "5.Up")]), [""; 0]);
 }
 
+/// A short Period is ordered before the robot has had its time to walk by a long one.
 #[test]
 fn an_order_for_a_shorter_period_leaves_time_to_follow_it() {
     let file = "shape = \"centipede\"\nmodules = 10\n\

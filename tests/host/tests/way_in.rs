@@ -100,7 +100,7 @@ fn a_number_of_inputs_and_a_package_have_to_be_such() {
 fn a_toolchain_that_is_not_there_is_named() {
     assert_eq!(
         said(x(X, &["setup"])),
-        (Some(1), "x: SUPERBOT_AVR_CARGO names no-such-program, which is no program\n".to_owned(),)
+        (Some(1), "x: SUPERBOT_AVR_CARGO names no-such-program, which is no program\n".to_owned())
     );
 }
 
