@@ -35,7 +35,7 @@ pub trait Arriving: Shared {
 /// The receiving half of a dock's link.
 pub struct Receiver {
     dock: Dock,
-    /// When the last frame came.
+    /// When the last frame of the neighbour came.
     heard_at: Ticks,
 }
 
@@ -50,13 +50,15 @@ impl Receiver {
     pub fn receive(&mut self, now: Ticks, frame: Frame, dock: &mut impl Arriving) {
         dock.count(Counted::FramesReceived);
         let is_stranger = now.wrapping_sub(self.heard_at) > SILENCE;
-        self.heard_at = now;
         let arrival = dock.endpoint(|endpoint| {
             if is_stranger {
                 endpoint.forget_neighbour();
             }
             endpoint.on_frame(frame)
         });
+        if !matches!(arrival, Arrival::Reflection) {
+            self.heard_at = now;
+        }
         match arrival {
             Arrival::Message { label, to, payload } => {
                 // Acknowledged unless there is no room now: what nobody here wants, no repetition helps.

@@ -104,6 +104,19 @@ fn after_a_silence_a_stranger_speaks() {
 }
 
 #[test]
+fn ones_own_reflections_break_no_silence() {
+    let (mut receiver, mut desk) = here();
+    let (frame, _) = data(&mut Endpoint::new(Dock::Back, 9, 2), &[5]);
+    receiver.receive(0, frame, &mut desk);
+    for now in (0..=SILENCE).step_by(40) {
+        let own = Frame::Datagram { signature: desk.endpoint.sign_datagram(), to: TO, payload: &[7] };
+        receiver.receive(now, own, &mut desk);
+    }
+    receiver.receive(SILENCE + 1, frame, &mut desk);
+    assert_eq!(desk.delivered.len(), 2, "who speaks may be another module");
+}
+
+#[test]
 fn a_datagram_is_delivered_and_not_acknowledged_and_an_ack_wakes_the_sender() {
     let (mut receiver, mut desk) = here();
     let signature = Endpoint::new(Dock::Back, 9, 2).sign_datagram();
