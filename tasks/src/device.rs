@@ -61,7 +61,8 @@ pub trait Bus {
     fn send_again(&mut self, task: &mut Task);
 
     /// Frees the bus, on which a transfer has taken too long: something may hold it, or this side may take it
-    /// for busy when it is not. The transfer has no outcome. Spends a quarter of a millisecond.
+    /// for busy when it is not. The transfer has no outcome, unless it came to its end before that after all.
+    /// Spends a quarter of a millisecond.
     fn free(&mut self, task: &mut Task);
 
     /// The outcome of the transfer that was started last, once.

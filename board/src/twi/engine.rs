@@ -286,9 +286,12 @@ impl Engine {
         }
     }
 
-    /// Forgets what is under way on the bus, which was freed. A packet that came whole stays.
+    /// Forgets what is under way on the bus, which was freed. A packet that came whole stays, and so does the
+    /// outcome of one that ended: else it would cross twice.
     pub fn reset(&mut self) {
-        self.outgoing = Outgoing::Idle;
+        if !matches!(self.outgoing, Outgoing::Ended(_)) {
+            self.outgoing = Outgoing::Idle;
+        }
         self.drop_incoming();
     }
 

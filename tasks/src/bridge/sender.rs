@@ -33,7 +33,8 @@ pub enum Step {
     GaveUp,
     /// The pause is over: send the same packet again.
     SendAgain,
-    /// It takes too long: free the bus, and then poll with a [`Transfer::Fault`].
+    /// It takes too long: free the bus, and then poll with the outcome that it has after all, or a
+    /// [`Transfer::Fault`].
     Free,
 }
 

@@ -158,7 +158,7 @@ fn look_after(
         if step != Step::Free {
             return;
         }
-        outcome = Some(Transfer::Fault);
+        outcome = bus.outcome(task).or(Some(Transfer::Fault));
     }
 }
 

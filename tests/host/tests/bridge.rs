@@ -25,6 +25,8 @@ enum Fate {
     Fault,
     /// It has no end until the bus is freed.
     Hangs,
+    /// It arrives, but has no end before somebody is about to free the bus.
+    Late,
     Spoilt,
 }
 
@@ -33,6 +35,8 @@ struct Wires {
     /// What has come to each MCU and was not taken yet.
     come: [Option<Vec<u8>>; 2],
     outcomes: [Option<Transfer>; 2],
+    /// Whether the transfer of each ends as the bus is to be freed.
+    late: [bool; 2],
     sent: [Vec<u8>; 2],
     mailboxes: [&'static Mailbox; 2],
     /// What becomes of the transfer of this number, of each MCU's own.
@@ -62,6 +66,11 @@ impl End {
         let mut bytes = wires.sent[here].clone();
         wires.outcomes[here] = match fate {
             Fate::Hangs => None,
+            Fate::Late => {
+                wires.come[there] = Some(bytes);
+                wires.late[here] = true;
+                None
+            }
             Fate::Refused => Some(Transfer::Refused),
             Fate::Fault => Some(Transfer::Fault),
             Fate::Arrives | Fate::Spoilt => {
@@ -92,7 +101,12 @@ impl Bus for End {
         self.transfer(task);
     }
 
-    fn free(&mut self, _task: &mut Task) {}
+    fn free(&mut self, _task: &mut Task) {
+        let mut wires = self.wires();
+        if std::mem::take(&mut wires.late[self.1]) {
+            wires.outcomes[self.1] = Some(Transfer::Done);
+        }
+    }
 
     fn outcome(&mut self, _task: &mut Task) -> Option<Transfer> {
         let here = self.1;
@@ -144,6 +158,7 @@ fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outco
     let wires = Arc::new(Mutex::new(Wires {
         come: [None, None],
         outcomes: [None; 2],
+        late: [false; 2],
         sent: Default::default(),
         mailboxes: bridges.map(Bridge::mailbox),
         fates,
@@ -227,6 +242,15 @@ fn messages_cross_both_ways_and_in_order() {
 }
 
 #[test]
+fn a_packet_that_arrives_as_the_bus_is_freed_crosses_once() {
+    let outcome = run(MESSAGES, [|_| Fate::Late, |_| Fate::Arrives], true);
+    assert_eq!(outcome.heard, [all(), all()]);
+    let messages = u16::from(MESSAGES);
+    let counters = outcome.counters[0];
+    assert_eq!((counters.messages_sent, counters.freed, counters.retries), (messages, messages, 0));
+}
+
+#[test]
 fn what_fails_is_sent_again_after_a_pause_and_a_bus_that_hangs_is_freed() {
     let fates = |number| match number % 4 {
         0 => Fate::Refused,
@@ -252,7 +276,7 @@ fn what_fails_is_sent_again_after_a_pause_and_a_bus_that_hangs_is_freed() {
                     let longest = TRANSFER_AT_MOST + PAUSE;
                     assert!((longest..=longest + 1).contains(&pause), "{pause}");
                 }
-                Fate::Arrives | Fate::Spoilt => {}
+                Fate::Arrives | Fate::Late | Fate::Spoilt => {}
             }
         }
     }

@@ -56,6 +56,18 @@ fn a_whole_packet_waits_until_it_is_received() {
 }
 
 #[test]
+fn what_has_ended_keeps_its_outcome_when_the_bus_is_freed_and_nothing_else_does() {
+    for outgoing in all_outgoing() {
+        let mut engine = Engine { outgoing, incoming: Free };
+        engine.reset();
+        let outcome = engine.outcome();
+        assert_eq!(outcome.map(Ended), Some(outgoing).filter(|_| outcome.is_some()));
+        assert_eq!(outcome.is_none(), outgoing == Idle || is_under_way(outgoing));
+        assert!(engine.is_idle());
+    }
+}
+
+#[test]
 fn what_the_task_has_not_asked_for_is_never_sent() {
     exhaust(|_, before, after, answer| {
         if !is_under_way(before.outgoing) {
