@@ -14,7 +14,7 @@ use crate::request::{Report, Request};
 use crate::superbot::LATCH_CURRENT_LIMIT;
 
 /// The joint that turns the docks of an MCU, by its index there.
-const JOINT: usize = 0;
+pub const JOINT: usize = 0;
 
 /// How fast joints turn during a search, in degrees per second.
 const SEARCH_SPEED: u8 = 30;
@@ -45,6 +45,8 @@ struct Search {
 pub struct Docks {
     docks: [Devices; 3],
     search: Option<Search>,
+    /// Whether a search has turned the joint, until that is [taken](Self::take_turned).
+    has_turned: bool,
     allowance: Allowance,
 }
 
@@ -57,12 +59,17 @@ impl Docks {
             switch: Switch::Open,
             client: TaskCode::HORMONE,
         };
-        Docks { docks: docks.map(devices), search: None, allowance: Allowance::ALL }
+        Docks { docks: docks.map(devices), search: None, has_turned: false, allowance: Allowance::ALL }
     }
 
     /// Whether the joint with this index is being turned to find a dock.
     pub fn searches_with(&self, joint: usize) -> bool {
         joint == JOINT && self.search.is_some()
+    }
+
+    /// Whether a search has turned the joint since this was asked last.
+    pub fn take_turned(&mut self) -> bool {
+        core::mem::take(&mut self.has_turned)
     }
 
     fn devices(&mut self, dock: Dock) -> Option<&mut Devices> {
@@ -115,6 +122,7 @@ impl Docks {
         }
         self.end_search(around);
         if let Some(angle) = around.angle(JOINT) {
+            self.has_turned = true;
             turn(angle, around);
         }
     }
@@ -223,6 +231,7 @@ impl Docks {
                 let is_there = around.state(JOINT) != Some(State::Moving);
                 let next = search.guidance.step(angle, reflected.max(0) as u16, is_there);
                 if let Next::Move(line, to) = next {
+                    self.has_turned = true;
                     turn(to, around);
                     if line == Line::Shift {
                         turn_opposite(dock, angle.saturating_sub(to), around);

@@ -27,7 +27,7 @@ use crate::motor::joint::State;
 use crate::motor::joints::Order;
 use crate::power::allowance::Allowance;
 use crate::request::{Report, Request};
-use docks::Docks;
+use docks::{Docks, JOINT};
 use memory::Memory;
 use sensors::Sensors;
 use supply::Supply;
@@ -206,6 +206,7 @@ impl<const N: usize> Devices<N> {
         let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else {
             return around.report(device, client, Report::Refused(device));
         };
+        self.note_search();
         if let Some(joint) = self.joints.get_mut(index) {
             *joint = Client { client, ..Client::of(axis) };
         }
@@ -224,9 +225,19 @@ impl<const N: usize> Devices<N> {
         }
     }
 
+    /// What a search here has turned counts as what one on the other MCU has.
+    fn note_search(&mut self) {
+        if self.docks.take_turned()
+            && let Some(joint) = self.joints.get_mut(JOINT)
+        {
+            joint.is_searching = true;
+        }
+    }
+
     /// Tells of the joints that have changed their state by themselves. One that a search turns is that
     /// search's business.
     fn tell_joints(&mut self, around: &mut impl Surroundings) {
+        self.note_search();
         for (index, joint) in self.joints.iter_mut().enumerate() {
             let Some(state) = around.state(index) else { continue };
             let is_news = state != joint.told && state != State::Moving;

@@ -538,6 +538,24 @@ fn a_joint_that_a_search_has_push_against_the_other_dock_tells_nobody() {
     });
 }
 
+/// Nor does one that a search of this MCU has turned, once the other dock pushes it off in its turn.
+#[test]
+fn a_joint_that_a_search_has_left_somewhere_gives_way_and_tells_nobody() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 14.0, 8.0));
+        client.ask(Request::Approach(Dock::Back));
+        let told: Vec<_> = (0..10).flat_map(|_| client.within(1_000)).map(|(_, told)| told).collect();
+        assert_eq!(told.last(), Some(&Told::Report(Report::Lost(Dock::Back))));
+        client.world().joint.surroundings.load_torque = 12.0;
+        assert_eq!(client.within(3_000), []);
+        assert!((client.world().joint.degrees() - 8.0).abs() > 2.0, "it was pushed off");
+        client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 30 });
+        assert_eq!(client.reports(3_000), [Report::Joint(Axis::Back, State::Stalled)]);
+    });
+}
+
 /// Hooks that hold each other move as one, and docks that have met reflect more than any others.
 #[test]
 fn a_search_ends_once_the_other_dock_has_latched() {
