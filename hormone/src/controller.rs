@@ -257,6 +257,7 @@ impl Controller {
         if self.is_leader() && !has_led {
             // As in `become_type`, and in `topology`.
             self.pacemaker.skip(now);
+            self.pacemaker.forget();
             self.source = None;
         }
         NOTHING

@@ -669,6 +669,38 @@ fn a_leader_whose_token_comes_back_no_more_rests() {
     assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
 }
 
+/// It does not go on with the beats of the leader before it, which it made good until it was elected.
+#[test]
+fn a_leader_who_has_followed_rests_at_once_when_it_stands_down() {
+    let name = GaitName::RollingTrack as u8;
+    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let pace = Pace { name, rhythm: 0, lifetime: NonZeroU16::new(20), ..pace(A) };
+    let _ = leader.received(Front, Hormone::Pace(pace), 100);
+    let mut own = None;
+    for now in 100..4_000 {
+        let sent = leader.timer(now).and_then(|response| response.send);
+        if let Some(Hormone::Token(token)) = sent.map(|outgoing| outgoing.hormone) {
+            own = Some((token, now));
+            break;
+        }
+    }
+    let (token, at) = own.expect("it stands as a candidate");
+    let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..token }), at + 10);
+    assert!(leader.is_leader());
+    let mut has_rested = false;
+    for now in at + 10..60_000 {
+        let response = leader.timer(now);
+        if !leader.is_leader() {
+            has_rested = true;
+            let paces = response.and_then(|response| response.send);
+            assert!(!paces.is_some_and(|sent| matches!(sent.hormone, Hormone::Pace(_))), "at {now}");
+            assert_eq!(leader.status().action, Rest, "at {now}");
+        }
+    }
+    assert!(has_rested);
+}
+
 #[test]
 fn how_to_walk_is_ordered_whatever_number_somebody_steers_by() {
     let steer = What::Steer(Course::Left, NonZeroU8::new(40).unwrap());
