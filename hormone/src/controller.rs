@@ -320,11 +320,10 @@ impl Controller {
 
     /// The whole robot is to walk by this gait.
     fn walk_from_now(&mut self, gait: u8, period: Period, now: u16) -> Response {
-        let standing = self.ledger.standing();
-        if standing.is_given() && (standing.gait, standing.period) == (gait, period) {
-            return NOTHING;
+        match self.ledger.standing().next(gait, period) {
+            Some(standing) => self.walk_by(standing, self.connected, now),
+            None => NOTHING,
         }
-        self.walk_by(standing.next(gait, period), self.connected, now)
     }
 
     /// This order stands from now on, and these neighbours are to know it. A module that walks so already

@@ -47,16 +47,19 @@ impl Standing {
         Standing { number: 0, gait, period: Period::OWN }
     }
 
-    /// The order after this one. To stop counts as several: it is to win over orders that were given at the
-    /// same time elsewhere in the robot.
-    pub fn next(self, gait: u8, period: Period) -> Self {
+    /// The order after this one, or `None` where it was given already and stands. To stop counts as several:
+    /// it is to win over orders that were given at the same time elsewhere in the robot.
+    pub fn next(self, gait: u8, period: Period) -> Option<Self> {
+        if self.is_given() && (self.gait, self.period) == (gait, period) {
+            return None;
+        }
         let step = if gait == STOP { STOPS } else { 1 };
         let count = (self.number.wrapping_add(step) & !GIVEN).max(1);
-        Standing { number: count | GIVEN, gait, period }
+        Some(Standing { number: count | GIVEN, gait, period })
     }
 
     /// Whether it was given since power-up.
-    pub fn is_given(self) -> bool {
+    fn is_given(self) -> bool {
         self.number & GIVEN != 0
     }
 
@@ -76,7 +79,7 @@ impl Standing {
 
     /// Whether a module goes over from the other order to this one. Of two with one number, as they can be
     /// where two robots become one, one has to win: to stop, or else whichever.
-    fn supersedes(self, other: Standing) -> bool {
+    pub fn supersedes(self, other: Standing) -> bool {
         if self.number == other.number {
             return self.number != 0 && self.rank() > other.rank();
         }

@@ -6,8 +6,7 @@ use std::ops::Range;
 
 use hormone::gait::{Gait, GaitName, Once};
 use hormone::period::Period;
-use hormone::standing::{Ledger, STOP, Standing};
-use tasks::dock::{Dock, DockSet};
+use hormone::standing::{STOP, Standing};
 
 use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
@@ -75,13 +74,10 @@ impl Orders {
         (gait, period): (Option<GaitName>, Period),
         now: u64,
     ) -> Vec<usize> {
-        let standing = self.of[module].standing;
         let gait = gait.map_or(STOP, |name| name as u8);
-        if standing.is_given() && (standing.gait, standing.period) == (gait, period) {
-            return Vec::new(); // to modules it is none
-        }
+        let Some(standing) = self.of[module].standing.next(gait, period) else { return Vec::new() };
         self.given += 1;
-        let order = Order { number: self.given, standing: standing.next(gait, period) };
+        let order = Order { number: self.given, standing };
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
         changed.extend((!before.is_like(order)).then_some(module));
@@ -185,9 +181,7 @@ impl Order {
         if other.standing == self.standing {
             return if other.number > self.number { other } else { self };
         }
-        let mut ledger = Ledger::new(STOP);
-        ledger.set(self.standing, DockSet::EMPTY, 0);
-        if ledger.hear(Dock::Front, other.standing, false, 0) { other } else { self }
+        if other.standing.supersedes(self.standing) { other } else { self }
     }
 
     /// Whether both ask for the same.

@@ -502,7 +502,7 @@ fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
     let _ = leg.received(Back, standing(0, GaitName::Centipede), 0);
     let response = leg.received(Up, Hormone::Order(walk(GaitName::FourLegs as u8, 0)), 10);
     assert_eq!(response.action, Some(Rest));
-    let now_stands = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN);
+    let now_stands = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN).unwrap();
     assert_eq!(told(&mut leg, 10), [(now_stands, false, DockSet::of(&[Back]))]);
     assert_eq!(leg.received(Back, cp(B), BEAT).action, None, "whoever walks as before");
     assert_eq!(told(&mut leg, BEAT), [(now_stands, false, DockSet::of(&[Back]))], "is told");
@@ -537,7 +537,7 @@ fn what_was_kept_stands_where_nothing_was_given_since_and_what_is_given_is_to_be
     let _ = head.received(Back, standing(6, GaitName::FourLegs), 10);
     assert_eq!(head.status().gait, GaitName::Caterpillar as u8, "an older one");
     // One that was given since, whatever its number.
-    let given = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN);
+    let given = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN).unwrap();
     let _ = head.received(Back, Hormone::Standing(given, false), 20);
     assert_eq!(head.status().gait, GaitName::FourLegs as u8);
     assert_eq!(head.recall(caterpillar, 30), NOTHING, "it comes late");

@@ -58,8 +58,9 @@ impl Row {
 
     fn order(&mut self, module: usize, gait: u8) {
         let docks = self.docks(module);
-        let next = self.modules[module].standing().next(gait, Period::OWN);
-        self.modules[module].set(next, docks, self.now);
+        if let Some(next) = self.modules[module].standing().next(gait, Period::OWN) {
+            self.modules[module].set(next, docks, self.now);
+        }
     }
 
     fn hear(&mut self, module: usize, dock: Dock, theirs: Standing, knows: bool) {
@@ -180,10 +181,17 @@ fn of_two_orders_one_supersedes_the_other_and_none_itself() {
     assert!(of(0x8001).supersedes(of(0x3FFF)), "what was given is newer than what was recalled");
     let to_stop = Standing { gait: STOP, ..of(0x8001) };
     assert!(to_stop.supersedes(of(0x8001)), "where two are given at once");
-    assert_eq!(
-        [0xFFFF, 0x7FFF, 0, 7].map(|last| of(last).next(4, Period::OWN).number),
-        [0x8001, 0x8001, 0x8001, 0x8008]
-    );
+}
+
+#[test]
+fn an_order_has_the_next_number_unless_it_was_given_already_and_stands() {
+    let of = |number| Standing { number, ..Standing::none(3) };
+    let next = |last, gait| of(last).next(gait, Period::OWN).map(|order| order.number);
+    assert_eq!([0xFFFF, 0x7FFF, 0, 7].map(|last| next(last, 4)), [0x8001, 0x8001, 0x8001, 0x8008].map(Some));
+    assert_eq!((next(0x8001, 3), next(1, 3), next(0, 3)), (None, Some(0x8002), Some(0x8001)));
+    assert_eq!(next(0x8001, STOP), Some(0x8011));
+    let slower = Period::from_byte(80).unwrap();
+    assert_eq!(of(0x8001).next(3, slower).map(|order| order.number), Some(0x8002));
 }
 
 #[test]
@@ -198,6 +206,6 @@ fn a_record_is_an_order_or_nothing() {
             assert!(order.is_none_or(|order| order.to_record() == record));
         }
     }
-    let given = Standing::none(0).next(4, Period::OWN);
+    let given = Standing::none(0).next(4, Period::OWN).unwrap();
     assert_eq!(Standing::from_record(given.to_record()), Some(Standing { number: 1, ..given }));
 }
