@@ -31,7 +31,7 @@ const SILENT: u8 = 3;
 /// How far ahead of its beat a hormone is that comes a beat late.
 const LATE: u8 = NUMBERS - 1;
 
-/// So many beats are made good without a hormone; then the module knows no rhythm any more.
+/// After so many beats without a hormone the module knows no rhythm any more: at the last of them it rests.
 const MOST_MISSED: u8 = 8;
 
 /// The last beat and the next one.
