@@ -4,7 +4,7 @@
 //! registers that a call may change are saved, and the stack is another. A byte in the middle of a frame
 //! needs no kernel. The vectors that come for each byte or edge are therefore Rust functions with the ABI
 //! `avr-interrupt`: the compiler saves the registers that they use, and no more. Where a task is to be woken
-//! they [`raise`] a software interrupt, which posts.
+//! they raise a software interrupt, which posts.
 //!
 //! That interrupt is "Store Program Memory Ready". It lasts as long as it is enabled, since no program here
 //! writes its own flash, and all others come first (ATmega128 datasheet, "Boot Loader Support", SPMCSR). So a
@@ -47,14 +47,14 @@ fn enable(is_on: bool) {
 
 /// Has the software interrupt serve `source`, once. 8 cycles.
 #[inline(always)]
-pub fn raise(masked: &Masked, source: u8) {
+pub(crate) fn raise(masked: &Masked, source: u8) {
     RAISED.set(masked, RAISED.get(masked) | source);
     enable(true);
 }
 
 /// Whether `source` was raised and is not served yet.
 #[inline(always)]
-pub fn waits(masked: &Masked, source: u8) -> bool {
+pub(crate) fn waits(masked: &Masked, source: u8) -> bool {
     RAISED.get(masked) & source != 0
 }
 

@@ -32,23 +32,25 @@ pub trait Line {
 
 /// What the tasks and the interrupts of a line share.
 #[doc(hidden)]
+#[repr(C)] // or the fields would stand in another order
 pub struct Port {
+    /// First: who waits needs its address and the port's, which are the same then.
+    is_sent: Semaphore,
     inbox: Inbox,
     is_readable: Semaphore,
     /// What is posted instead of `is_readable`.
     listener: MaskedCell<Option<&'static Semaphore>>,
     outbox: Guarded<Outbox>,
-    is_sent: Semaphore,
 }
 
 impl Port {
     pub(crate) const fn new() -> Self {
         Port {
+            is_sent: Semaphore::new(0),
             inbox: Inbox::new(),
             is_readable: Semaphore::new(0),
             listener: MaskedCell::new(None),
             outbox: Guarded::new(Outbox::new()),
-            is_sent: Semaphore::new(0),
         }
     }
 
@@ -83,10 +85,10 @@ impl Port {
     }
 }
 
-/// Posted when what this line has [begun](Transmitter::begin) to send is sent.
+/// Whether what a [`Beginner`] has begun to send on this line is sent; it tells so once.
 #[inline(always)]
-pub fn sent<L: Line>() -> &'static Semaphore {
-    &L::port().is_sent
+pub fn has_sent<L: Line>(context: &mut impl Context) -> bool {
+    L::port().is_sent.try_wait(context)
 }
 
 /// The sending half of a line. Of one type for all lines: the tasks that have it are in flash once.
@@ -94,6 +96,10 @@ pub struct Transmitter {
     port: &'static Port,
     begin: fn(&mut Task) -> bool,
 }
+
+/// The sending half of a line for who does not block. A [`Transmitter`] becomes one for good: so none finds
+/// a frame under way that it has not sent, or the signal of one.
+pub struct Beginner(Transmitter);
 
 /// In place of the length of a frame that does not fit its buffer, or has more than 254 bytes.
 const TOO_LONG: u8 = u8::MAX;
@@ -110,16 +116,41 @@ impl Transmitter {
         Transmitter { port: L::port(), begin: L::begin }
     }
 
-    /// Begins to send `bytes`, at least one, for who does not block. Returns whether it has: not where a
-    /// character is just coming in. Then [`sent`] is posted once the last stop bit is on the wire.
+    /// This half for who does not block.
+    pub fn into_beginner(self) -> Beginner {
+        Beginner(self)
+    }
+
+    /// Begins to send `bytes`, at least one. Returns whether it has.
     ///
     /// # Safety
-    /// `bytes` must stay as they are until then, or until another call begins.
+    /// `bytes` must stay as they are until the outbox is empty, or until another call begins.
     #[inline(always)]
-    pub unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
+    unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
         // SAFETY: by the caller's promise the bytes are there until the interrupt has read all of them.
         task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
         (self.begin)(task)
+    }
+}
+
+impl Beginner {
+    /// Begins to send `bytes`, at least one. Returns whether it has: not where a character is just coming in.
+    /// Then [`has_sent`] tells once that the last stop bit is on the wire.
+    ///
+    /// # Safety
+    /// Of all that has begun before, [`has_sent`] must have told. `bytes` must stay as they are until it
+    /// tells of them, too, or until another call begins where this one has not.
+    #[inline(always)]
+    pub unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
+        // SAFETY: that they are sent is told when the interrupt has read all of them, and the caller promises
+        // that nothing else is told of.
+        unsafe { self.0.begin(task, bytes) }
+    }
+
+    /// Whether a byte that comes now may belong to a frame that has begun: see [`Transmit::is_busy`].
+    #[inline(always)]
+    pub fn is_busy(&self, task: &mut Task) -> bool {
+        self.0.is_busy(task)
     }
 }
 
@@ -139,12 +170,18 @@ impl Transmit for Transmitter {
         if bytes.is_empty() {
             return;
         }
-        // SAFETY: the interrupt posts `is_sent` only when it has read all of `bytes`, and this call, which
-        // borrows them, does not return before.
+        // SAFETY: this call, which borrows `bytes`, does not return before the interrupt has taken them all.
         while !unsafe { self.begin(task, bytes) } {
             task.delay(1);
         }
-        self.port.is_sent.wait(task);
+        // The signal tells that the last stop bit is on the wire. That all bytes are taken the outbox tells:
+        // no signal, whoever has posted it, lets go of what the interrupt still reads.
+        loop {
+            self.port.is_sent.wait(task);
+            if task.mask(|masked| self.port.outbox.get(masked).is_empty()) {
+                break;
+            }
+        }
     }
 }
 

@@ -29,6 +29,12 @@ impl Outbox {
         self.end.set(bytes.end);
     }
 
+    /// Whether all are taken.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.next == self.end
+    }
+
     /// Takes the next byte, and whether it is the last.
     #[inline(always)]
     pub fn take(&self) -> Option<(u8, bool)> {

@@ -38,7 +38,13 @@ impl Parts {
     /// These, and `part` if its `signal` is posted, which is taken.
     #[inline(always)] // so that the addresses are known
     pub fn with(self, part: Parts, signal: &Semaphore, context: &mut impl Context) -> Parts {
-        if signal.try_wait(context) { self.and(part) } else { self }
+        self.and_if(part, signal.try_wait(context))
+    }
+
+    /// These, and `part` if that `is_due`.
+    #[inline(always)]
+    pub fn and_if(self, part: Parts, is_due: bool) -> Parts {
+        if is_due { self.and(part) } else { self }
     }
 
     /// These and the others.

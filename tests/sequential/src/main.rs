@@ -24,7 +24,7 @@ use board::Board;
 use board::debug::mark;
 use board::joints::Joints;
 use board::peripherals::{MasterSide, Peripherals};
-use board::serial::{Receiver, sent};
+use board::serial::{Receiver, has_sent};
 use board::sleep::sleep_unless;
 use board::soft_uart::SoftUart;
 use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
@@ -244,9 +244,9 @@ fn posted(context: &mut impl Context) -> Parts {
         .with(Parts::SENDING0, LINK_USART0.mailbox().semaphore(), context)
         .with(Parts::SENDING1, LINK_USART1.mailbox().semaphore(), context)
         .with(Parts::SENDING2, LINK_SOFT_UART.mailbox().semaphore(), context)
-        .with(Parts::SENT0, sent::<Usart0>(), context)
-        .with(Parts::SENT1, sent::<Usart1>(), context)
-        .with(Parts::SENT2, sent::<SoftUart>(), context)
+        .and_if(Parts::SENT0, has_sent::<Usart0>(context))
+        .and_if(Parts::SENT1, has_sent::<Usart1>(context))
+        .and_if(Parts::SENT2, has_sent::<SoftUart>(context))
         .with(Parts::DEVICES, DEVICES.semaphore(), context)
         .with(Parts::NEIGHBOURS, AC_RECEIVE.semaphore(), context)
         .with(Parts::HORMONES, HORMONE.semaphore(), context);

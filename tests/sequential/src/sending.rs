@@ -1,6 +1,6 @@
 //! The sending half of a dock's link, in turns: what [`tasks::link::send`] does as a task.
 
-use board::serial::Transmitter;
+use board::serial::{Beginner, Transmitter};
 use kernel::{Task, Ticks, now};
 use tasks::link::port::{AtPort, Port};
 use tasks::link::send::Wire;
@@ -10,7 +10,7 @@ use tasks::message::Buffered;
 /// A dock's sender, and its line.
 pub struct Sending {
     port: &'static Port,
-    line: Transmitter,
+    line: Beginner,
     sender: Sender<Buffered>,
     wire: Wire,
     phase: Phase,
@@ -31,6 +31,7 @@ enum Phase {
 impl Sending {
     /// The sender of `port` on `line`; see [`tasks::link::send::run`] for `seed`.
     pub fn new(port: &'static Port, line: Transmitter, seed: u16) -> Self {
+        let line = line.into_beginner();
         Sending { port, line, sender: Sender::new(seed), wire: Wire::new(), phase: Phase::Free, at: None }
     }
 
@@ -58,7 +59,6 @@ impl Sending {
 
     /// Chooses the next frame, or when to look again.
     fn choose(&mut self, task: &mut Task) {
-        use tasks::device::Transmit;
         let time = now(task);
         if self.line.is_busy(task) {
             self.at = Some(time.wrapping_add(1));
@@ -72,8 +72,8 @@ impl Sending {
     }
 
     fn begin(&mut self, task: &mut Task) {
-        // SAFETY: the bytes lie in the frame of `main`'s loop, which does not end and moves nothing, and are
-        // left as they are until this phase is over.
+        // SAFETY: the bytes lie in the frame of `main`'s loop, which does not end and moves nothing. They are
+        // left as they are, and nothing else begins, until `has_sent` has told and this phase is over.
         if unsafe { self.line.begin(task, self.wire.bytes()) } {
             self.phase = Phase::Leaving;
             self.at = None;

@@ -37,6 +37,20 @@ fn usarts_carry_frames_and_streams() {
     }
 }
 
+#[test]
+fn a_slice_is_done_with_when_it_is_sent_and_not_when_a_signal_says_so() {
+    let mut mcu = mcu("board_sent");
+    assert_eq!(mcu.run_to_end(300 * MILLISECOND), State::Done);
+    assert_eq!(values(mcu.markers()), [40, 0x80].repeat(3));
+    let sent = mcu.take_sent(0);
+    assert!(sent.iter().all(|character| character.value == 0x55), "sent when it was gone: {sent:02x?}");
+    assert_eq!(sent.len(), 3 * 40);
+    for (marks, sent) in mcu.markers().chunks(2).zip(sent.chunks(40)) {
+        let (begin, end) = (marks[0].cycle, marks[1].cycle);
+        assert!(sent.iter().all(|character| begin <= character.start && character.end <= end));
+    }
+}
+
 /// Both MCUs send 50 packets to the other; from the 25th on they begin at the same tick.
 #[test]
 fn the_bus_carries_packets_both_ways() {

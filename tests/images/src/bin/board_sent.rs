@@ -1,0 +1,60 @@
+//! USART0 sends frames from a slice that is used for something else as soon as [`Transmit::transmit`] is done
+//! with it. Before each frame its semaphore is posted, as if some had left the line already.
+//!
+//! Marks: the length of a frame as it begins; [`DONE`] when `transmit` returns.
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
+
+use core::hint::black_box;
+
+use board::debug::mark;
+use board::serial::Transmitter;
+use board::usart::PORT0;
+use kernel::{Context, Interrupt, Priority, Stack, Task};
+use tasks::device::Transmit;
+use tests_images::{finish, start};
+
+board::interrupts!(Interrupts: Tick, Usart0);
+
+/// How often the semaphore is posted, and how long the frame is then.
+const FRAMES: [(usize, usize); 3] = [(0, 40), (1, 40), (3, 40)];
+
+const BYTE: u8 = 0x55;
+/// What is in the slice afterwards.
+const GONE: u8 = 0xee;
+
+const DONE: u8 = 0x80;
+
+static SENDER: Stack<200> = Stack::new();
+
+fn send(mut line: Transmitter, task: &mut Task) {
+    for (signals, length) in FRAMES {
+        for _ in 0..signals {
+            // SAFETY: interrupts are masked, and no task waits that this could make ready.
+            task.mask(|_| PORT0.finish(&mut unsafe { Interrupt::assume() }));
+        }
+        let mut frame = [BYTE; 40];
+        if let Some(frame) = frame.get_mut(..length) {
+            mark(length as u8);
+            line.transmit(task, frame);
+            mark(DONE);
+            black_box(frame).fill(GONE);
+        }
+        black_box(&frame);
+        task.delay(20);
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|boot| {
+        let Some(board) = board::Board::take(boot) else { return };
+        board.tick.start(Interrupts);
+        let (transmitter, _) = board.usart0.start(Interrupts);
+        start(SENDER.start(boot, Priority::P3, |task| {
+            send(transmitter, task);
+            finish()
+        }));
+    })
+}
