@@ -60,13 +60,16 @@ impl DelayNs for Delay<'_> {
     }
 }
 
-/// Keeps the CPU busy for so many of its cycles, interrupts not counted, and a few for the call.
+/// Keeps the CPU busy for so many of its cycles, down to a whole four of them, interrupts not counted, and a
+/// few for the call.
 #[inline(always)]
 pub fn cycles<const CYCLES: u16>() {
-    spin(CYCLES / 4);
+    if CYCLES >= 4 {
+        spin(CYCLES / 4);
+    }
 }
 
-/// Four clocks `times` over; at least once.
+/// Four clocks `times` over, which is not 0: that would be 65,536 times.
 #[inline(always)]
 fn spin(times: u16) {
     // SAFETY: counts a register pair down.

@@ -178,8 +178,15 @@ fn delays_last_and_outputs_switch() {
     mcu.run_to_marker(6, 4 * MILLISECOND).expect("the outputs are off");
     assert!(!mcu.pin(JOINT_DIRECTION));
     assert_eq!(joint_speed(&mcu), [0x80, 0x11, 1 << 5, 400, 0]);
+    // The CPU kept busy for 0, 3, 4 and 400 cycles, and perhaps for a tick.
+    let mut before = mcu.run_to_marker(7, MILLISECOND).expect("the task goes on").cycle;
+    for (mark, cycles) in [(8, 0..60), (9, 0..60), (10, 4..64), (11, 400..460)] {
+        let now = mcu.run_to_marker(mark, 20 * MILLISECOND).expect("the loop ends").cycle;
+        assert!(cycles.contains(&(now - before)), "mark {mark} after {} cycles", now - before);
+        before = now;
+    }
     assert_eq!(mcu.run_to_end(MILLISECOND), State::Done);
-    assert_eq!(values(mcu.markers()), [1, 2, 3, 4, 5, 6]);
+    assert_eq!(values(mcu.markers()), (1..=11).collect::<Vec<_>>());
 }
 
 #[test]

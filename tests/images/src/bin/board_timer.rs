@@ -1,14 +1,14 @@
 //! The tick, delays, PWM and pins.
 //!
 //! Marks: 1 to 4 around delays of 5 ms, 300 us and 2 us; 5 when the duty is a quarter and the pin is high; 6
-//! when both are off, at least 1.2 ms later; 0x7f for anything wrong.
+//! when both are off, at least 1.2 ms later; 7 to 11 around 0, 3, 4 and 400 cycles; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
 
 use board::Board;
 use board::debug::mark;
-use board::delay::Delay;
+use board::delay::{Delay, cycles};
 use board::superbot::{JointDirection, JointPwm};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{OutputPin, StatefulOutputPin};
@@ -41,6 +41,15 @@ fn exercise(task: &mut Task, pwm: JointPwm, direction: JointDirection) -> Option
     pwm.set_duty_cycle_fully_off().ok()?;
     direction.toggle().ok()?;
     mark(if direction.is_set_low().ok()? { 6 } else { WRONG });
+    mark(7);
+    cycles::<0>();
+    mark(8);
+    cycles::<3>();
+    mark(9);
+    cycles::<4>();
+    mark(10);
+    cycles::<400>();
+    mark(11);
     Some(())
 }
 
