@@ -81,10 +81,11 @@ pub unsafe fn after_sleep<T: TickTimer>() {
     if passed != ahead - 1 {
         T::set_compare(last.wrapping_add(T::COUNTS));
         if T::counter().wrapping_sub(last) >= T::COUNTS {
-            // The next tick came just now: with an interrupt, or too early for one.
+            // The next tick came just now: with an interrupt, or too early for one. The match shows only as
+            // the counter goes on from there, so it is forgotten once the compare is moved.
+            T::set_compare(last.wrapping_add(2 * T::COUNTS));
             T::forget_match();
             passed += 1;
-            T::set_compare(last.wrapping_add(2 * T::COUNTS));
         }
     }
     count::<T>(masked, passed);
@@ -97,12 +98,12 @@ pub unsafe fn after_sleep<T: TickTimer>() {
 #[doc(hidden)]
 pub unsafe fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
     const { assert!(2 <= T::COUNTS && T::COUNTS <= 250, "a tick has 2 to 250 counts") };
-    interrupt.mask(|masked| count::<T>(masked, AHEAD.get(masked)));
+    interrupt.mask(|masked| {
+        count::<T>(masked, AHEAD.get(masked));
+        T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
+    });
     loop {
-        let is_due = interrupt.mask(|masked| {
-            T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
-            TICKS.get(masked) == NEXT_DEADLINE.get(masked)
-        });
+        let is_due = interrupt.mask(|masked| TICKS.get(masked) == NEXT_DEADLINE.get(masked));
         if is_due {
             // SAFETY: this is the tick's interrupt.
             unsafe { timer::expire() };
@@ -111,8 +112,9 @@ pub unsafe fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
             // The next tick has come meanwhile: with an interrupt, or before the compare was set to it.
             let is_late = T::counter().wrapping_sub(COUNTED.get(masked)) >= T::COUNTS;
             if is_late {
-                T::forget_match();
                 count::<T>(masked, 1);
+                T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
+                T::forget_match(); // not before: see `after_sleep`
             }
             is_late
         });
@@ -296,6 +298,77 @@ mod tests {
                     let passed = SLOW_COUNTER.load(Relaxed) / SlowCpu::COUNTS;
                     let pending = u16::from(SLOW_HAS_MATCHED.load(Relaxed));
                     assert_eq!(counted + pending, passed, "it slept at count {at}");
+                    true
+                },
+            );
+        }
+    }
+
+    static LATE_COUNTER: AtomicU16 = AtomicU16::new(0);
+    static LATE_COMPARE: AtomicU16 = AtomicU16::new(0);
+    static LATE_HAS_MATCHED: AtomicBool = AtomicBool::new(false);
+
+    /// The match shows as the counter goes on from there, as in hardware.
+    fn count_late() {
+        if LATE_COUNTER.load(Relaxed) == LATE_COMPARE.load(Relaxed) {
+            LATE_HAS_MATCHED.store(true, Relaxed);
+        }
+        LATE_COUNTER.fetch_add(1, Relaxed);
+    }
+
+    /// A CPU that takes a count for each access to the timer.
+    struct LateMatch;
+
+    impl TickTimer for LateMatch {
+        const COUNTS: u16 = 125;
+
+        fn counter() -> u16 {
+            count_late();
+            LATE_COUNTER.load(Relaxed)
+        }
+
+        fn set_compare(at: u16) {
+            LATE_COMPARE.store(at, Relaxed);
+            count_late();
+        }
+
+        fn forget_match() {
+            LATE_HAS_MATCHED.store(false, Relaxed);
+            count_late();
+        }
+    }
+
+    #[test]
+    fn a_tick_that_comes_as_the_cpu_wakes_is_counted_once() {
+        for woken_at in 100..400 {
+            let mut has_slept = false;
+            host::run(
+                |_| {},
+                |interrupt| {
+                    if core::mem::replace(&mut has_slept, true) {
+                        return false;
+                    }
+                    interrupt.mask(begin);
+                    LATE_COUNTER.store(0, Relaxed);
+                    LATE_COMPARE.store(LateMatch::COUNTS, Relaxed);
+                    LATE_HAS_MATCHED.store(false, Relaxed);
+                    // SAFETY: the host is idle.
+                    unsafe { crate::tickless::before_sleep::<LateMatch>() };
+                    while LATE_COUNTER.load(Relaxed) < woken_at {
+                        count_late();
+                    }
+                    // SAFETY: an interrupt is entered.
+                    unsafe { crate::tickless::after_sleep::<LateMatch>() };
+                    for _ in 0..200 {
+                        if LATE_HAS_MATCHED.swap(false, Relaxed) {
+                            // SAFETY: this stands for the timer's interrupt.
+                            unsafe { tick::<LateMatch>(interrupt) };
+                        }
+                        let counted = interrupt.mask(|masked| TICKS.get(masked));
+                        let passed = (LATE_COUNTER.load(Relaxed) - 1) / LateMatch::COUNTS;
+                        assert_eq!(counted, passed, "it was woken at count {woken_at}");
+                        count_late();
+                    }
                     true
                 },
             );
