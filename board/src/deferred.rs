@@ -80,7 +80,7 @@ pub fn next(interrupt: &mut Interrupt) -> u8 {
 /// [`soft_uart`](crate::soft_uart).
 ///
 /// It must call no function that is not inlined: then the compiler would save all registers that a call may
-/// change.
+/// change. Where idle is tickless, one that stores the time does, and takes 500 cycles where it ends a sleep.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! fast_interrupt {

@@ -1,5 +1,8 @@
 //! The kernel's tick, from Timer0.
 
+#[cfg(feature = "atmega128")]
+use kernel::{Masked, TICKS, Ticks};
+
 use crate::description::{CLOCK_HZ, TICK_HZ};
 use crate::interrupts::Serves;
 use crate::mcu;
@@ -14,6 +17,13 @@ const TOP: u8 = {
     assert!(top <= 255, "the tick does not fit 8 bits");
     top as u8
 };
+
+/// The present tick, for a vector that enters no kernel.
+#[cfg(feature = "atmega128")]
+#[inline(always)]
+pub(crate) fn present(masked: &Masked) -> Ticks {
+    TICKS.get(masked)
+}
 
 /// The timer behind the kernel's tick: Timer0.
 pub struct Tick(());

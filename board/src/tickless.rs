@@ -1,7 +1,8 @@
 //! The kernel's tick where idle is tickless: Timer1, which has 16 bits.
 
 use avr_device::atmega128a::TC1;
-use kernel::tickless::TickTimer;
+use kernel::tickless::{self, TickTimer};
+use kernel::{Masked, TICKS, Ticks};
 
 use crate::description::{CLOCK_HZ, TICK_HZ};
 use crate::interrupts::Serves;
@@ -46,6 +47,16 @@ impl TickTimer for Timer1 {
         // SAFETY: ones clear flags.
         timer().tifr().write(|w| unsafe { w.bits(MATCH_A) });
     }
+}
+
+/// The present tick, for a vector that enters no kernel: it may be what has ended a sleep, and nothing has
+/// counted the ticks of that yet. By a call, for which such a vector saves more registers, as what it needs
+/// would stand in each of them.
+#[inline(never)]
+pub(crate) fn present(masked: &Masked) -> Ticks {
+    // SAFETY: interrupts are masked, and this is the timer behind the tick.
+    unsafe { tickless::after_sleep::<Timer1>() };
+    TICKS.get(masked)
 }
 
 /// The timer behind the kernel's tick.

@@ -62,10 +62,11 @@ pub unsafe fn before_sleep<T: TickTimer>() {
 }
 
 /// Counts the ticks that have passed in the sleep, but for the one that interrupts: before the handler of any
-/// interrupt.
+/// interrupt. Where they are counted already it does nothing; so an interrupt that enters no kernel may call
+/// it before it reads the ticks.
 ///
 /// # Safety
-/// Only for the entry of interrupts, with these masked.
+/// Only with interrupts masked, and for the timer behind the tick.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn after_sleep<T: TickTimer>() {
@@ -135,17 +136,18 @@ fn count<T: TickTimer>(masked: &Masked, ticks: Ticks) {
 /// How many whole ticks lie in so many counts; `most` at most, which is below 256. The AVR has no division.
 #[inline(always)]
 fn whole_ticks<T: TickTimer>(mut counts: u16, most: Ticks) -> Ticks {
-    let mut ticks = 0;
-    let mut bit: Ticks = 128;
-    while bit != 0 {
-        let length = bit.wrapping_mul(T::COUNTS);
-        if ticks + bit <= most && counts >= length {
+    let mut ticks: u8 = 0;
+    // That of the bit which is looked at.
+    let mut length = T::COUNTS << 7;
+    while length >= T::COUNTS {
+        ticks <<= 1;
+        if counts >= length {
             counts -= length;
-            ticks += bit;
+            ticks |= 1;
         }
-        bit >>= 1;
+        length >>= 1;
     }
-    ticks
+    Ticks::from(ticks).min(most)
 }
 
 #[cfg(test)]

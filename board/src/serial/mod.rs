@@ -11,10 +11,11 @@ mod inbox;
 mod io;
 mod outbox;
 
-use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, TICKS, Task, now};
+use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task, now};
 use tasks::device::{Receive, Transmit};
 
 use crate::guarded::Guarded;
+use crate::tick;
 use inbox::{Content, Inbox};
 use outbox::Outbox;
 
@@ -57,7 +58,7 @@ impl Port {
     /// A byte has come. Returns whether the task is to be [woken](Self::wake).
     #[inline(always)]
     pub(crate) fn put(&self, masked: &Masked, byte: u8) -> bool {
-        self.inbox.store(masked, TICKS.get(masked), byte)
+        self.inbox.store(masked, tick::present(masked), byte)
     }
 
     /// The inbox has something for the task.

@@ -1,7 +1,8 @@
 //! Tickless idle: the same times with fewer interrupts.
 
-use simavr_harness::{Mcu, Pin, State};
+use simavr_harness::{Character, Mcu, Pin, SerialPins, State};
 use superbot_tests_simavr::marks::values;
+use superbot_tests_simavr::soft_uart::{FRAME, LINE};
 use superbot_tests_simavr::{MILLISECOND, mcu};
 
 /// The most cycles that a mark may come later or earlier than a tick each time would have it: a twentieth of
@@ -65,6 +66,33 @@ fn whoever_ends_a_sleep_finds_the_time_as_it_is() {
             let due = mcu.run_to_marker(0x7f, 4 * MILLISECOND).expect("the end of the delay").cycle;
             let behind = (due - begun) % MILLISECOND;
             assert!(!(APART..MILLISECOND - APART).contains(&behind), "{name}: {behind} cycles behind a tick");
+        }
+    }
+}
+
+/// The vector that stores a byte enters no kernel, but it stores the time as well.
+#[test]
+fn frames_that_come_to_a_cpu_that_sleeps_stay_whole() {
+    for name in ["board_frames", "tickless/board_frames"] {
+        let mut mcu = mcu(name);
+        mcu.add_serial_pins(SerialPins {
+            receive: Pin { port: 'E', bit: 7 },
+            transmit: Pin { port: 'E', bit: 5 },
+        });
+        for pause in 1..=40 {
+            for (line, base) in [(0, 0), (LINE, 0x80)] {
+                // At other places in a tick each time, and after longer and longer sleeps.
+                mcu.run_until(mcu.cycle() + pause * (7 * MILLISECOND + 1009));
+                mcu.take_markers();
+                let begun = mcu.cycle();
+                for number in 0..20 {
+                    let start = begun + number * FRAME;
+                    let value = if number < 19 { 0x55 ^ number as u8 } else { 0 };
+                    mcu.receive(line, Character { value, start, end: start + FRAME });
+                }
+                mcu.run_until(begun + 24 * FRAME);
+                assert_eq!(values(mcu.markers()), [base | 20], "{name}, line {line}, pause {pause}");
+            }
         }
     }
 }
