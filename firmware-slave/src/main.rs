@@ -77,7 +77,7 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<174> = Stack::new();
-    pub static DEVICES: Stack<313> = Stack::new();
+    pub static DEVICES: Stack<314> = Stack::new();
     pub static BRIDGE: Stack<156> = Stack::new();
     pub static CONSOLE: Stack<624> = Stack::new();
     pub static INSPECTOR: Stack<82> = Stack::new();
