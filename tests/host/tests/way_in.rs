@@ -92,8 +92,26 @@ fn a_number_of_inputs_and_a_package_have_to_be_such() {
         assert!(text.starts_with(&format!("x: {} needs", arguments[0])) && text.contains(needs), "{text}");
     };
     says(&["fuzz", "many"], "a number of inputs");
+    says(&["fuzz", "1000", "more"], "a number of inputs");
     says(&["mutants"], "kernel|tasks");
     says(&["mutants", "board"], "kernel|tasks");
+}
+
+/// `-n` of avrdude forbids to write: fuses must not be written for all that.
+#[test]
+fn to_flash_takes_an_mcu_a_port_a_programmer_and_nothing_else() {
+    for arguments in [
+        &["flash"][..],
+        &["flash", "master"],
+        &["flash", "both", "/dev/null"],
+        &["flash", "slave", "/dev/null", ""],
+        &["flash", "master", "/dev/null", "usbasp", "-n"],
+    ] {
+        let needs = "x: flash needs: master|slave PORT [PROGRAMMER], and nothing else\n";
+        assert_eq!(said(x(X, arguments)), (Some(1), needs.to_owned()));
+    }
+    let (_, text) = said(x(X, &["flash", "master", "/dev/null", "usbasp"]));
+    assert!(text.contains("no-such-program"), "it goes on with the set-up: {text}");
 }
 
 #[test]
