@@ -160,7 +160,7 @@ mod tests {
     use super::{AHEAD, COUNTED, TickTimer, tick};
     use crate::critical::Masked;
     use crate::timer::TICKS;
-    use crate::{Context, Priority, Semaphore, Stack, host};
+    use crate::{Context, Interrupt, Priority, Semaphore, Stack, host};
 
     /// As after a reset.
     fn begin(masked: &Masked) {
@@ -270,39 +270,46 @@ mod tests {
         }
     }
 
+    /// Runs a kernel whose first idle time is `check`, and which ends then.
+    fn idle_once(check: impl Fn(&mut Interrupt)) {
+        let mut has_slept = false;
+        host::run(
+            |_| {},
+            |interrupt| {
+                if core::mem::replace(&mut has_slept, true) {
+                    return false;
+                }
+                interrupt.mask(begin);
+                check(interrupt);
+                true
+            },
+        );
+    }
+
     #[test]
     fn a_tick_that_comes_as_the_cpu_goes_to_sleep_is_counted_once() {
         for at in 100..125 {
-            let mut has_slept = false;
-            host::run(
-                |_| {},
-                |interrupt| {
-                    if core::mem::replace(&mut has_slept, true) {
-                        return false;
-                    }
-                    interrupt.mask(begin);
-                    SLOW_COUNTER.store(at, Relaxed);
-                    SLOW_COMPARE.store(SlowCpu::COUNTS, Relaxed);
-                    SLOW_HAS_MATCHED.store(false, Relaxed);
-                    // SAFETY: the host is idle.
-                    unsafe { crate::tickless::before_sleep::<SlowCpu>() };
-                    // It sleeps until the match, or another interrupt.
-                    for _ in 0..10 {
-                        count_slowly(u16::from(!SLOW_HAS_MATCHED.load(Relaxed)));
-                    }
-                    // SAFETY: an interrupt is entered.
-                    unsafe { crate::tickless::after_sleep::<SlowCpu>() };
-                    if SLOW_HAS_MATCHED.swap(false, Relaxed) {
-                        // SAFETY: this stands for the timer's interrupt.
-                        unsafe { tick::<SlowCpu>(interrupt) };
-                    }
-                    let counted = interrupt.mask(|masked| TICKS.get(masked));
-                    let passed = SLOW_COUNTER.load(Relaxed) / SlowCpu::COUNTS;
-                    let pending = u16::from(SLOW_HAS_MATCHED.load(Relaxed));
-                    assert_eq!(counted + pending, passed, "it slept at count {at}");
-                    true
-                },
-            );
+            idle_once(|interrupt| {
+                SLOW_COUNTER.store(at, Relaxed);
+                SLOW_COMPARE.store(SlowCpu::COUNTS, Relaxed);
+                SLOW_HAS_MATCHED.store(false, Relaxed);
+                // SAFETY: the host is idle.
+                unsafe { crate::tickless::before_sleep::<SlowCpu>() };
+                // It sleeps until the match, or another interrupt.
+                for _ in 0..10 {
+                    count_slowly(u16::from(!SLOW_HAS_MATCHED.load(Relaxed)));
+                }
+                // SAFETY: an interrupt is entered.
+                unsafe { crate::tickless::after_sleep::<SlowCpu>() };
+                if SLOW_HAS_MATCHED.swap(false, Relaxed) {
+                    // SAFETY: this stands for the timer's interrupt.
+                    unsafe { tick::<SlowCpu>(interrupt) };
+                }
+                let counted = interrupt.mask(|masked| TICKS.get(masked));
+                let passed = SLOW_COUNTER.load(Relaxed) / SlowCpu::COUNTS;
+                let pending = u16::from(SLOW_HAS_MATCHED.load(Relaxed));
+                assert_eq!(counted + pending, passed, "it slept at count {at}");
+            });
         }
     }
 
@@ -343,37 +350,28 @@ mod tests {
     #[test]
     fn a_tick_that_comes_as_the_cpu_wakes_is_counted_once() {
         for woken_at in 100..400 {
-            let mut has_slept = false;
-            host::run(
-                |_| {},
-                |interrupt| {
-                    if core::mem::replace(&mut has_slept, true) {
-                        return false;
+            idle_once(|interrupt| {
+                LATE_COUNTER.store(0, Relaxed);
+                LATE_COMPARE.store(LateMatch::COUNTS, Relaxed);
+                LATE_HAS_MATCHED.store(false, Relaxed);
+                // SAFETY: the host is idle.
+                unsafe { crate::tickless::before_sleep::<LateMatch>() };
+                while LATE_COUNTER.load(Relaxed) < woken_at {
+                    count_late();
+                }
+                // SAFETY: an interrupt is entered.
+                unsafe { crate::tickless::after_sleep::<LateMatch>() };
+                for _ in 0..200 {
+                    if LATE_HAS_MATCHED.swap(false, Relaxed) {
+                        // SAFETY: this stands for the timer's interrupt.
+                        unsafe { tick::<LateMatch>(interrupt) };
                     }
-                    interrupt.mask(begin);
-                    LATE_COUNTER.store(0, Relaxed);
-                    LATE_COMPARE.store(LateMatch::COUNTS, Relaxed);
-                    LATE_HAS_MATCHED.store(false, Relaxed);
-                    // SAFETY: the host is idle.
-                    unsafe { crate::tickless::before_sleep::<LateMatch>() };
-                    while LATE_COUNTER.load(Relaxed) < woken_at {
-                        count_late();
-                    }
-                    // SAFETY: an interrupt is entered.
-                    unsafe { crate::tickless::after_sleep::<LateMatch>() };
-                    for _ in 0..200 {
-                        if LATE_HAS_MATCHED.swap(false, Relaxed) {
-                            // SAFETY: this stands for the timer's interrupt.
-                            unsafe { tick::<LateMatch>(interrupt) };
-                        }
-                        let counted = interrupt.mask(|masked| TICKS.get(masked));
-                        let passed = (LATE_COUNTER.load(Relaxed) - 1) / LateMatch::COUNTS;
-                        assert_eq!(counted, passed, "it was woken at count {woken_at}");
-                        count_late();
-                    }
-                    true
-                },
-            );
+                    let counted = interrupt.mask(|masked| TICKS.get(masked));
+                    let passed = (LATE_COUNTER.load(Relaxed) - 1) / LateMatch::COUNTS;
+                    assert_eq!(counted, passed, "it was woken at count {woken_at}");
+                    count_late();
+                }
+            });
         }
     }
 }

@@ -274,6 +274,17 @@ impl Client<'_> {
         self.within(1_400)
     }
 
+    /// A search for a dock that is too far away. Returns what is told of it.
+    fn loses_a_dock(&mut self) -> Vec<Told> {
+        self.within(10);
+        self.turn(0);
+        self.world().before = Some((Dock::Back, 14.0, 8.0));
+        self.ask(Request::Approach(Dock::Back));
+        let told: Vec<_> = (0..10).flat_map(|_| self.within(1_000)).map(|(_, told)| told).collect();
+        assert_eq!(told.last(), Some(&Told::Report(Report::Lost(Dock::Back))));
+        told
+    }
+
     /// Turns the joint, so that it is known where it is.
     fn turn(&mut self, angle: i16) {
         self.ask(Request::Turn { axis: Axis::Back, angle, speed: 90 });
@@ -488,12 +499,7 @@ fn a_dock_is_found_with_the_joint_and_latched() {
 #[test]
 fn a_dock_too_far_away_is_come_near_to_with_both_joints_and_lost() {
     run::<true>(|client| {
-        client.within(10);
-        client.turn(0);
-        client.world().before = Some((Dock::Back, 14.0, 8.0));
-        client.ask(Request::Approach(Dock::Back));
-        let told: Vec<_> = (0..10).flat_map(|_| client.within(1_000)).map(|(_, told)| told).collect();
-        assert_eq!(told.last(), Some(&Told::Report(Report::Lost(Dock::Back))));
+        let told = client.loses_a_dock();
         let opposite = told.iter().map(|told| match told {
             Told::Request(Request::TurnBy { axis: Axis::Front, by, .. }) => *by,
             Told::Report(Report::Lost(Dock::Back)) => 0,
@@ -542,12 +548,7 @@ fn a_joint_that_a_search_has_push_against_the_other_dock_tells_nobody() {
 #[test]
 fn a_joint_that_a_search_has_left_somewhere_gives_way_and_tells_nobody() {
     run::<true>(|client| {
-        client.within(10);
-        client.turn(0);
-        client.world().before = Some((Dock::Back, 14.0, 8.0));
-        client.ask(Request::Approach(Dock::Back));
-        let told: Vec<_> = (0..10).flat_map(|_| client.within(1_000)).map(|(_, told)| told).collect();
-        assert_eq!(told.last(), Some(&Told::Report(Report::Lost(Dock::Back))));
+        client.loses_a_dock();
         client.world().joint.surroundings.load_torque = 12.0;
         assert_eq!(client.within(3_000), []);
         assert!((client.world().joint.degrees() - 8.0).abs() > 2.0, "it was pushed off");
