@@ -17,9 +17,10 @@ use tests_images::{finish, start};
 
 board::interrupts!(Interrupts: Tick, Usart0);
 
-/// How often the semaphore is posted, and how long the frame is then.
-const FRAMES: [(usize, usize); 3] = [(0, 40), (1, 40), (3, 40)];
+/// How often the semaphore is posted before each frame.
+const SIGNALS: [usize; 3] = [0, 1, 3];
 
+const LENGTH: usize = 40;
 const BYTE: u8 = 0x55;
 /// What is in the slice afterwards.
 const GONE: u8 = 0xee;
@@ -29,19 +30,16 @@ const DONE: u8 = 0x80;
 static SENDER: Stack<200> = Stack::new();
 
 fn send(mut line: Transmitter, task: &mut Task) {
-    for (signals, length) in FRAMES {
+    for signals in SIGNALS {
         for _ in 0..signals {
             // SAFETY: interrupts are masked, and no task waits that this could make ready.
             task.mask(|_| PORT0.finish(&mut unsafe { Interrupt::assume() }));
         }
-        let mut frame = [BYTE; 40];
-        if let Some(frame) = frame.get_mut(..length) {
-            mark(length as u8);
-            line.transmit(task, frame);
-            mark(DONE);
-            black_box(frame).fill(GONE);
-        }
-        black_box(&frame);
+        let mut frame = [BYTE; LENGTH];
+        mark(LENGTH as u8);
+        line.transmit(task, &frame);
+        mark(DONE);
+        black_box(&mut frame).fill(GONE);
         task.delay(20);
     }
 }
