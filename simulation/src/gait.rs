@@ -212,10 +212,9 @@ impl Gait {
         self.turned_at = now;
     }
 
-    /// From `now` on frames are lost with this probability, each way. Who walks has to walk on.
-    pub fn loses(&mut self, probability: f64, now: u64) {
-        let arrives = (1.0 - probability).max(0.1);
-        self.tries = 1.0 / (arrives * arrives);
+    /// From `now` on a frame is sent so often until it and its ACK have arrived. Who walks has to walk on.
+    pub fn loses(&mut self, tries: f64, now: u64) {
+        self.tries = tries;
         for walker in &mut self.walkers {
             walker.loses(now, self.tries);
         }

@@ -20,6 +20,13 @@ const CHARACTER_BITS: u64 = 10;
 /// Cycles of a character on the wire. The USARTs divide the clock by a multiple of 16.
 pub const CHARACTER: u64 = CHARACTER_BITS * 16 * ((CLOCK_HZ + 8 * BAUD) / (16 * BAUD)) as u64;
 
+/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
+/// one that is not the CRC's. One frame in 40 takes one byte more.
+pub(crate) const FRAME: u64 = 5;
+
+/// The chance below which an arrival counts as none that modules could wait for.
+const HARDLY_ANY: f64 = 0.1;
+
 /// Cycles of a bit on the two-wire bus inside a module.
 pub(crate) const I2C_BIT: u64 = (CLOCK_HZ / I2C_HZ) as u64;
 
@@ -43,13 +50,24 @@ pub fn lateness(one: Dock, other: Dock) -> u64 {
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that
 /// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
-    let pace = Pace { name: 1, data: Data::A, is_made_good: false, number: 0, rhythm: 0, lifetime: None };
-    let payload = Hormone::Pace(pace).to_payload().as_slice().len() as u64;
-    // Control, epoch and CRC-16 beside the payload; of COBS the delimiter.
-    let frame = (payload + 5) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);
+    let payload = payload();
+    let frame = (payload + FRAME) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);
     // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and
     // STOP.
     let transfer = (2 + 9 * (payload + 5)) * I2C_BIT;
     let transfers = [from, to].into_iter().filter(|dock| is_on_slave(*dock)).count();
     frame + transfers as u64 * transfer
+}
+
+/// How often a hormone's frame is sent, on the mean, until it and its ACK have arrived, where lines lose frames
+/// and change bytes with these chances.
+pub(crate) fn tries(loss: f64, noise: f64) -> f64 {
+    let arrives = |bytes: u64| ((1.0 - loss) * (1.0 - noise).powi(bytes as i32)).max(HARDLY_ANY);
+    1.0 / (arrives(payload() + FRAME) * arrives(FRAME))
+}
+
+/// Bytes of a beat's hormone.
+fn payload() -> u64 {
+    let pace = Pace { name: 1, data: Data::A, is_made_good: false, number: 0, rhythm: 0, lifetime: None };
+    Hormone::Pace(pace).to_payload().as_slice().len() as u64
 }

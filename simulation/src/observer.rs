@@ -6,7 +6,7 @@ use crate::course::Course;
 use crate::deed::Deed;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
-use crate::hardware::{START_UP, is_on_slave};
+use crate::hardware::{START_UP, is_on_slave, tries};
 use crate::hops::Hops;
 use crate::recording::Recorder;
 use crate::robot::Robot;
@@ -129,7 +129,7 @@ impl Observer {
             self.unheard.push(event.clone());
             return;
         }
-        self.course.take(&event.change);
+        self.course.take(event);
         if let Some((module, gait, period)) = order {
             let concerned = self.gait.ordered(module, gait, period, event.at);
             self.hops.disturbed(&concerned, event.at);
@@ -153,9 +153,6 @@ impl Observer {
             recorder.changed(event, &self.wiring);
         }
         self.gait.pass(at);
-        if let Change::Loss { links: Links::All, probability } = *change {
-            self.gait.loses(probability, at);
-        }
         if let Change::Roll(_) = change {
             self.gait.turned(at);
         }
@@ -163,6 +160,7 @@ impl Observer {
             self.mute(&disturbance);
             self.disturbances.retain(|before| !disturbance.replaces(before));
             self.disturbances.extend((disturbance.probability > 0.0).then_some(disturbance));
+            self.gait.loses(tries(self.everywhere(false), self.everywhere(true)), at);
             let are_noisy = !self.disturbances.is_empty();
             self.gait.disturb_lines(are_noisy);
             self.hops.disturb_lines(are_noisy, at);
@@ -189,6 +187,12 @@ impl Observer {
                 self.discovery.restarted(module, at);
             }
         }
+    }
+
+    /// The chance that all links lose a frame, or that noise changes a byte on them.
+    fn everywhere(&self, is_noise: bool) -> f64 {
+        let is_meant = |it: &&Disturbance| it.is_noise == is_noise && it.links == Links::All;
+        self.disturbances.iter().find(is_meant).map_or(0.0, |disturbance| disturbance.probability)
     }
 
     fn mute(&mut self, &Disturbance { is_noise, links, probability }: &Disturbance) {

@@ -18,7 +18,7 @@ const HALF_ITS_LENGTH: f64 = 20.0;
 /// The time in which its modules learn their types, and legs roll upright, in s.
 const RISES: f64 = 3.0;
 
-/// A robot that has run for less is not asked how far it has come, in s.
+/// A robot that was told to walk for less than this is not asked how far it has come, in s.
 const JUDGED_AFTER: f64 = 8.0;
 
 /// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked
@@ -71,14 +71,16 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
             seconds(until)
         ));
     }
-    let ran = seconds(robot.now());
-    let Course { is_ordered, is_undisturbed } = observer.course;
+    let Course { ordered_at, is_undisturbed } = observer.course;
+    // Legs walk from power-up on, whatever is ordered.
+    let told_at = if observer.gait.has_pairs_of_legs() { Some(0) } else { ordered_at };
     if let Some(motion) = robot.motion()
         && is_level
         && is_undisturbed
-        && (observer.gait.has_pairs_of_legs() || is_ordered)
-        && ran >= JUDGED_AFTER
-        && let least = WALKS.min(motion.length / 2.0 / HALF_ITS_LENGTH) * (ran - RISES)
+        && let Some(told_at) = told_at
+        && let walked = seconds(robot.now() - told_at)
+        && walked >= JUDGED_AFTER
+        && let least = WALKS.min(motion.length / 2.0 / HALF_ITS_LENGTH) * (walked - RISES)
         && motion.distance < least
     {
         faults.push(format!(

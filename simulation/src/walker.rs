@@ -119,6 +119,8 @@ pub struct Walker {
     unsettled: Option<(u64, u64)>,
     /// From when on nothing may be wrong with it.
     pub settled_at: u64,
+    /// Before its last change it had had all the time that it has from power-up.
+    has_settled: bool,
     pub step: Option<Step>,
     last_action: Option<Action>,
     /// When a letter is next found missing.
@@ -148,6 +150,7 @@ impl Walker {
             disturbed_at: 0,
             unsettled: None,
             settled_at: 0,
+            has_settled: false,
             step: None,
             last_action: None,
             overdue_at: 0,
@@ -190,6 +193,7 @@ impl Walker {
 
     /// A change that concerns it has happened.
     pub fn disturbed(&mut self, now: u64, tries: f64) {
+        self.has_settled |= 0 < now && self.settled_at <= now;
         let patience = self.patience(tries);
         let (since, longest) = self.unsettled.unwrap_or((now, 0));
         let longest = longest.max(patience);
@@ -202,7 +206,9 @@ impl Walker {
     /// From `now` on frames take so many tries. Who walks has to walk on.
     pub fn loses(&mut self, now: u64, tries: f64) {
         if self.settled_at > now {
-            self.settled_at = self.disturbed_at + self.patience(tries);
+            let patience = self.patience(tries);
+            // What was right by the tries of before is not wrong after the fact.
+            self.settled_at = self.settled_at.min(now + patience).max(self.disturbed_at + patience);
             if self.step.is_none() {
                 self.overdue_at = self.settled_at;
             }
@@ -211,7 +217,7 @@ impl Walker {
 
     /// Since power-up it has had no time yet to be right.
     pub fn is_unjudged(&self, now: u64) -> bool {
-        self.disturbed_at == 0 && self.settled_at > now
+        !self.has_settled && self.settled_at > now
     }
 
     /// The module takes up a letter, by way of a dock or from its timer.

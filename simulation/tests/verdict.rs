@@ -303,6 +303,26 @@ fn a_robot_that_is_too_long_for_the_run_is_not_passed() {
     assert_eq!(verdict("shape = \"centipede\"\nmodules = 1000", 5), [""; 0]);
 }
 
+/// An order, or a module that comes back, does not stand for the time that all have from power-up.
+#[test]
+fn what_happens_early_does_not_pass_a_robot_that_is_too_long_for_the_run() {
+    for event in ["command = [0xd2, 1, 255]\nto = \"0.Front\"", "reset = 0"] {
+        let file = format!("shape = \"chain\"\nmodules = 1000\n[[event]]\nat = 0.5\n{event}");
+        assert_found(&verdict(&file, 2), "were not judged");
+    }
+}
+
+/// Modules still have the time that the loss gave them, as far as it reaches into what came then.
+#[test]
+fn a_loss_that_gets_less_makes_nobody_late_after_the_fact() {
+    for kind in ["loss = 0.85", "noise = 0.15"] {
+        let (name, _) = kind.split_once(' ').expect("a name comes first");
+        let events = format!("[[event]]\nat = 0\n{kind}\n[[event]]\nat = 1.6\n{name} = 0");
+        let file = format!("shape = \"centipede\"\nmodules = 100\n{events}");
+        assert_eq!(verdict(&file, 12), [""; 0], "{kind}");
+    }
+}
+
 fn gait_of(rules: [Rule; RULES]) -> Gait {
     // SAFETY: not on the AVR.
     let rules: &'static Flash<[Rule]> = Box::leak(Box::new(unsafe { Flash::new(rules) }));

@@ -467,7 +467,7 @@ fn a_robot_that_was_told_to_walk_and_does_not_ends_with_status_1() {
     // A centipede without legs.
     let text = "modules = 2\nshape = 'chain'\n[[event]]\nat = 1\ncommand = [0xd1, 1, 255]\nto = '0.Front'\n";
     std::fs::write(&file, text).unwrap();
-    let output = run(&["sim", file.to_str().unwrap(), "--seconds", "8", "--json", "-"]);
+    let output = run(&["sim", file.to_str().unwrap(), "--seconds", "9", "--json", "-"]);
     std::fs::remove_file(&file).unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
@@ -478,6 +478,20 @@ fn a_robot_that_was_told_to_walk_and_does_not_ends_with_status_1() {
     assert!(report["distance_m"].as_f64().is_some_and(|distance| distance.abs() < 0.001), "{report:#}");
     assert!(report["sideways_percent"].is_null() && report["slip_percent"].is_null(), "{report:#}");
     assert!(report["metres_per_charge"].is_null(), "{report:#}");
+}
+
+#[test]
+fn a_robot_that_was_told_late_to_walk_has_to_come_as_far_as_since_then() {
+    let file = std::env::temp_dir().join(format!("superbot-late-{}.toml", std::process::id()));
+    let text = "modules = 5\nshape = 'chain'\n[[event]]\nat = 12\ncommand = [0xd2, 1, 255]\nto = '0.Front'\n";
+    std::fs::write(&file, text).unwrap();
+    for seconds in ["14", "21"] {
+        let native = ["--engine", "host", "--world", "ground", "--seconds", seconds];
+        let output = run(&[&["sim", file.to_str().unwrap()], &native[..]].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{seconds}: {message}");
+    }
+    std::fs::remove_file(&file).unwrap();
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use hormone::time::until;
 use tasks::docking::latch::PERIOD_MS;
 
-use crate::hardware::{CHARACTER, I2C_BIT, MILLISECOND};
+use crate::hardware::{CHARACTER, FRAME, I2C_BIT, MILLISECOND};
 
 /// A millisecond of a module's clock: the kernel's tick.
 pub const TICK: u64 = MILLISECOND;
@@ -33,21 +33,17 @@ impl Clock {
     }
 }
 
-/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
-/// one that is not the CRC's. One frame in 40 takes one byte more.
-const OVERHEAD: u64 = 5;
-
 /// What a module does reaches no other one sooner: that hears it at the end of a frame's first character.
 pub const LOOKAHEAD: u64 = SEND + CHARACTER;
 
 /// A frame with so many bytes of payload.
 pub fn frame(payload: usize) -> u64 {
-    (OVERHEAD + payload as u64) * CHARACTER
+    (FRAME + payload as u64) * CHARACTER
 }
 
 /// An ACK.
 pub const fn ack() -> u64 {
-    OVERHEAD * CHARACTER
+    FRAME * CHARACTER
 }
 
 /// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8
