@@ -82,8 +82,9 @@ export class Browser {
         return this.ask("/execute/sync", { script, args });
     }
 
+    /** What a script returns once that is true. In half a minute a machine that tests simavr, too, gets there. */
     async until(script, ...args) {
-        for (let tries = 0; tries < 200; tries++) {
+        for (let tries = 0; tries < 600; tries++) {
             const value = await this.run(script, ...args);
             if (value) return value;
             await new Promise((resolve) => setTimeout(resolve, 50));
