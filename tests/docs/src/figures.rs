@@ -1,0 +1,72 @@
+//! Figures in lines of text.
+
+/// A figure that stands in a page, though what had printed it prints another one.
+pub struct Stale {
+    /// From 1.
+    pub line: usize,
+    pub figure: String,
+    pub text: String,
+}
+
+/// What is followed by a time of this machine, or by its memory.
+const OF_THE_MACHINE: [&str; 3] = [" simulated in ", "each module takes ", " of CPU time a second, and "];
+
+/// Figures with fewer digits stand for too much else.
+const TELLING: usize = 3;
+
+/// What of a line is the same in every run, on whatever machine.
+pub fn steady(line: &str) -> String {
+    OF_THE_MACHINE.iter().fold(line.to_string(), |line, before| match line.split_once(before) {
+        Some((head, tail)) => {
+            let rest = tail.trim_start_matches(|it: char| it.is_ascii_digit() || it == '.');
+            format!("{head}{before}{rest}")
+        }
+        None => line,
+    })
+}
+
+/// The figures of a line that have so many digits that they are seldom there by chance, without the commas
+/// between thousands.
+pub fn figures(line: &str) -> Vec<String> {
+    let is_part = |it: char| it.is_ascii_alphanumeric() || matches!(it, '.' | ',' | '_');
+    let words = line.split(|it| !is_part(it)).map(|word| word.trim_matches(['.', ',']).replace(',', ""));
+    let is_figure = |word: &String| {
+        let digits = word.chars().filter(char::is_ascii_digit).count();
+        digits >= TELLING && word.chars().all(|it| it.is_ascii_digit() || it == '.')
+    };
+    words.filter(is_figure).collect()
+}
+
+/// The figures of old lines that are in no new one.
+pub fn gone(changed: &[(String, String)]) -> Vec<String> {
+    let new: Vec<String> = changed.iter().flat_map(|(_, new)| figures(new)).collect();
+    let mut gone: Vec<String> = changed.iter().flat_map(|(old, _)| figures(old)).collect();
+    gone.retain(|figure| !new.contains(figure));
+    gone
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_found_whatever_stands_around_them() {
+        let line = "It takes 44,904 cycles, 2.81 ms (12.5 %), by `0x1234` and r24: 1.900. USART0 has 42.";
+        assert_eq!(figures(line), ["44904", "2.81", "12.5", "1.900"]);
+    }
+
+    #[test]
+    fn figures_that_only_moved_are_not_gone() {
+        let pair = |old: &str, new: &str| (old.to_string(), new.to_string());
+        assert_eq!(gone(&[pair("a 1234", "a 1235"), pair("b 1235", "b 1236")]), ["1234"]);
+    }
+
+    #[test]
+    fn times_of_the_machine_are_told_from_other_figures() {
+        let progress = "  20.00 of 20.00 s simulated in 44.6 s, 3861 hormones delivered";
+        assert_eq!(steady(progress), "  20.00 of 20.00 s simulated in  s, 3861 hormones delivered");
+        let cost = "simulator  each module takes 44.5 ms of CPU time a second, and 568 KB of memory";
+        assert_eq!(steady(cost), "simulator  each module takes  ms of CPU time a second, and  KB of memory");
+        assert_eq!(steady("hop        2974 us mean"), "hop        2974 us mean");
+    }
+}
