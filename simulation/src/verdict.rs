@@ -65,7 +65,10 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
             seconds(at)
         ));
     }
-    if let Some((unjudged, until)) = observer.gait.unjudged(robot.now()) {
+    // A world that has broken is to be mended first: that run comes no further.
+    if robot.trouble().is_none()
+        && let Some((unjudged, until)) = observer.gait.unjudged(robot.now())
+    {
         faults.push(format!(
             "{unjudged} modules lie so far from who leads that they were not judged: run for more than {:.1} s",
             seconds(until)

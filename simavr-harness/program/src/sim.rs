@@ -230,7 +230,8 @@ fn run_robot(
     tell(destination, &report)?;
     recorded.transpose()?;
     traced.transpose()?;
-    if let to_come @ 1.. = run.events_to_come().len() {
+    // A run that the world has ended comes to no end that events could lie after.
+    if let (None, to_come @ 1..) = (run.robot.trouble(), run.events_to_come().len()) {
         say(format_args!(
             "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"
         ));

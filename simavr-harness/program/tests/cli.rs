@@ -210,6 +210,19 @@ fn an_order_before_the_power_comes_is_heard_by_nobody_in_either_engine() {
 }
 
 #[test]
+fn where_the_world_broke_nothing_is_said_of_a_longer_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("robot.toml");
+    std::fs::write(&file, command::BREAKS_THE_WORLD.to_owned() + "[[event]]\nat = 2\nreset = 0\n").unwrap();
+    let robot = ["sim", file.to_str().unwrap(), "--engine", "host", "--world", "ground"];
+    let output = run(&[&robot[..], &["--seconds", "3"]].concat());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("the world broke after 0.9"), "{message}");
+    assert!(!message.contains("did not happen") && !message.contains("run for more"), "{message}");
+}
+
+#[test]
 fn a_run_ends_at_the_time_that_it_was_asked_for() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("robot.toml");
