@@ -144,6 +144,25 @@ fn before_power_up_there_is_nothing_and_what_gdb_has_written_stays() {
 }
 
 #[test]
+fn a_program_that_crashes_and_a_world_that_breaks_are_told_of_once() {
+    let expect_once = |output: &Output, what: &str| {
+        let error = text(&output.stderr);
+        assert_eq!(error.matches(what).count(), 1, "{error}");
+        let end = error.find("the run is over").expect("it ends");
+        assert!(error.find(what).is_some_and(|told| told < end), "{error}");
+    };
+    // Flash is erased there.
+    let crashed = debug(&["0.slave", "--at=0.2"], &["set var $PC2 = 0x1ff00", "continue"]);
+    expect_once(&crashed, "superbot-sim: module 0: the Slave MCU crashed: ");
+
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("robot.toml");
+    std::fs::write(&file, command::BREAKS_THE_WORLD).unwrap();
+    let robot = ["gdb", "0.master", file.to_str().unwrap(), "--", "-nx", "-batch", "-ex", "continue"];
+    expect_once(&run(&robot), "superbot-sim: the world broke after 0.9");
+}
+
+#[test]
 fn what_can_not_be_debugged_is_refused() {
     let refused = |arguments: &[&str], why: &str| {
         let output = run(&[&["gdb"], arguments, &["chain", "--modules", "2", "--world", "none"]].concat());

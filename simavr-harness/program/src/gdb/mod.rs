@@ -23,7 +23,7 @@ use std::thread;
 use std::time::Duration;
 
 use simavr_harness::{Controller, Engine, Image, Mcu, Robot};
-use simulation::{CLOCK_HZ, Run, Scenario};
+use simulation::{CLOCK_HZ, Robot as _, Run, Scenario};
 use tempfile::NamedTempFile;
 
 use super::arguments::{EngineName, Gdb, Sim};
@@ -125,8 +125,10 @@ fn work(mut robot: Robot, scenario: Scenario, options: &Gdb, server: Line) -> ! 
     mcu.set_debugger(Box::new(worker.clone()));
     let mut run = sim::begin(Engine::new(robot, 1), scenario.timeline, &options.sim);
     let end = sim::cycles(options.sim.seconds);
+    let mut told = Vec::new();
     loop {
         let step = run.step(end);
+        tell_of_what_broke(&run.robot, &mut told);
         let Ok(mcu) = find(run.robot.robot_mut(), name) else { process::leave() };
         match step {
             Ok(true) => worker.with(|worker| worker.ask(mcu)),
@@ -146,6 +148,16 @@ impl Drop for EndIfPanicking {
     fn drop(&mut self) {
         let _ = self.0.shutdown(Shutdown::Both);
     }
+}
+
+/// Says which programs have crashed and how the world broke, as far as it was not `told` before.
+fn tell_of_what_broke(engine: &Engine, told: &mut Vec<String>) {
+    let mut broken = engine.crashes();
+    broken.extend(engine.trouble().map(ToString::to_string));
+    for what in broken.iter().filter(|what| !told.contains(what)) {
+        say(format_args!("superbot-sim: {what}\n"));
+    }
+    *told = broken;
 }
 
 fn end_of(run: &Run<Engine>) -> String {
