@@ -101,11 +101,19 @@ fn many(value: Value) -> Vec<Value> {
 
 fn text(value: &Value) -> Result<String, String> {
     match value {
-        Value::String(text) => Ok(text.clone()),
+        Value::String(text) => no_option(text),
         Value::Integer(number) => Ok(number.to_string()),
         Value::Float(number) => Ok(number.to_string()),
         _ => Err(format!("{value} is neither a number nor a text")),
     }
+}
+
+/// A text that the simulator does not take for one of its options.
+fn no_option(text: &str) -> Result<String, String> {
+    if text.starts_with('-') {
+        return Err(format!("{text} would be an option: give a value, which does not begin with -"));
+    }
+    Ok(text.into())
 }
 
 fn option(name: &str, value: &Value) -> Result<Line, String> {
@@ -113,17 +121,17 @@ fn option(name: &str, value: &Value) -> Result<Line, String> {
 }
 
 fn robots(value: Value, directory: &Path) -> Result<Vec<Line>, String> {
-    if !value.is_table() {
-        let robot = text(&value)?;
-        if !robot.ends_with(".toml") {
-            return Ok(vec![vec![robot]]);
-        }
-        let path = directory.join(&robot);
+    if let Some(file) = value.as_str().filter(|robot| robot.ends_with(".toml")) {
+        let path = directory.join(file);
         let path = path.canonicalize().map_err(|error| format!("can't read {}: {error}", path.display()))?;
         return Ok(vec![vec![path.to_str().ok_or("its path is no text")?.into()]]);
     }
+    if !value.is_table() {
+        return Ok(vec![vec![text(&value)?]]);
+    }
     let Sized { shape, modules } =
         value.try_into().map_err(|_| "write { shape = \"chain\", modules = [5, 10] }".to_owned())?;
+    let shape = no_option(&shape)?;
     let sized = |modules| Ok([vec![shape.clone()], option("modules", &modules)?].concat());
     many(modules).into_iter().map(sized).collect()
 }
@@ -195,6 +203,12 @@ mod tests {
             ("seed = { from = 1, to = 100000 }\nloss = [0, 1]", "more than 100000 runs"),
             ("robot = { shape = 'chain' }", "write { shape"),
             ("robot = 'nowhere.toml'", "can't read ./nowhere.toml"),
+            ("robot = '--view.toml'", "can't read ./--view.toml"),
+            ("robot = ['chain', '--view']", "`robot`: --view would be an option"),
+            ("robot = { shape = '-h', modules = 5 }", "`robot`: -h would be an option"),
+            ("robot = { shape = 'chain', modules = '--view' }", "`robot`: --view would be an option"),
+            ("engine = '--view'", "`engine`: --view would be an option"),
+            ("vary = [['mass=20%', '--view']]", "`vary`: --view would be an option"),
         ] {
             let error = lines(text, Path::new(".")).unwrap_err();
             assert!(error.contains(advice), "{text}: {error}");

@@ -239,7 +239,6 @@ mod tests {
             ("seed = -1", "--seed"),
             ("engine = 'qemu'", "possible values: simavr, host"),
             ("robot = 'square'", "give one of centipede, chain, ring"),
-            ("robot = '--json'", "--json"),
             ("robot = ''", "give one of centipede, chain, ring"),
             (
                 "engine = 'host'\nworld = ['none', 'ground']\nrobot = { shape = 'chain', modules = 1001 }",
