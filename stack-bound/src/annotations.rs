@@ -8,14 +8,15 @@ use thiserror::Error;
 use crate::Image;
 
 /// A text file of notes, one a line; a line that begins with `#` is a comment. Functions are named as this
-/// tool names them.
+/// tool names them; a `*` stands for [the rest of a name](Image::function).
 ///
 /// ```text
 /// <hormone::task::Here as hormone::module::Module>::trace => board::debug::mark
 /// factorial = 40
 /// ```
 /// The first says where an indirect call leads; a caller with several has a line for each. The second says
-/// that a function uses at most so many bytes, with all that it calls: nobody checks that.
+/// that a function uses at most so many bytes, with all that it calls: nobody checks that. A function has one
+/// such line.
 #[derive(Default)]
 pub struct Annotations {
     /// By the caller's name, where its indirect calls lead.
@@ -33,13 +34,16 @@ pub enum AnnotationError {
     Malformed { line: usize },
     #[error("line {line}: the image has no function {name}: take the line out, or correct the name")]
     NoFunction { line: usize, name: String },
+    #[error("line {line}: the bytes of {name} are noted already: take one of the lines out")]
+    Twice { line: usize, name: String },
 }
 
 impl Annotations {
     /// Reads notes about an image.
     ///
     /// # Errors
-    /// The file cannot be read, a line is no note, or names a function that the image does not have.
+    /// The file cannot be read, a line is no note, or names a function that the image does not have, or whose
+    /// bytes are noted already.
     pub fn load(path: impl AsRef<Path>, image: &Image) -> Result<Self, AnnotationError> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path)
@@ -50,7 +54,7 @@ impl Annotations {
     /// Reads notes that are in memory.
     ///
     /// # Errors
-    /// A line is no note, or names a function that the image does not have.
+    /// A line is no note, or names a function that the image does not have, or whose bytes are noted already.
     pub fn parse(text: &str, image: &Image) -> Result<Self, AnnotationError> {
         let mut annotations = Annotations::default();
         for (line, text) in (1..).zip(text.lines()) {
@@ -65,11 +69,14 @@ impl Annotations {
                 continue;
             }
             if let Some((caller, callee)) = note.split_once("=>") {
-                function(caller)?;
-                annotations.calls.entry(caller.trim().to_owned()).or_default().insert(function(callee)?);
+                // The name by which calls are found: of a function with several it has to be this one.
+                let caller = image.name(function(caller)?).to_owned();
+                annotations.calls.entry(caller).or_default().insert(function(callee)?);
             } else if let Some((name, bytes)) = note.rsplit_once('=') {
                 let bytes = bytes.trim().parse().map_err(|_| AnnotationError::Malformed { line })?;
-                annotations.bytes.insert(function(name)?, bytes);
+                if annotations.bytes.insert(function(name)?, bytes).is_some() {
+                    return Err(AnnotationError::Twice { line, name: name.trim().to_owned() });
+                }
             } else {
                 return Err(AnnotationError::Malformed { line });
             }

@@ -137,6 +137,7 @@ fn an_indirect_call_is_named_until_it_is_noted() {
     assert_eq!(steps(&both[0]), steps(&fill[0]), "the deeper one counts");
     assert_eq!(steps(&fill[0])[2..], [("dispatch", 2), ("fill", 42)], "Y and 40 bytes");
     assert_eq!(bounds(&image, "dispatch => skip")[0].needs(), fill[0].needs() - 42);
+    assert_eq!(steps(&bounds(&image, "dis* => fil*")[0]), steps(&fill[0]));
 }
 
 #[test]
@@ -175,4 +176,9 @@ fn notes_that_do_not_fit_are_refused() {
     assert!(
         matches!(refused("discard => fill"), AnnotationError::NoFunction { line: 1, name } if name == "discard")
     );
+    for (notes, name) in [("* => fill", "*"), ("fill == 40", "fill ="), ("fill = 4 = 40", "fill = 4")] {
+        assert!(matches!(refused(notes), AnnotationError::NoFunction { line: 1, name: it } if it == name));
+    }
+    let twice = refused("fill = 40\nfil* = 41").to_string();
+    assert_eq!(twice, "line 2: the bytes of fil* are noted already: take one of the lines out");
 }
