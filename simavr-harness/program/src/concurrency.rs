@@ -11,7 +11,8 @@ use super::{arguments, concurrency_plot};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
-    let svg = options.svg.as_ref().map(|path| Destination::file(path, None, "--svg")).transpose()?;
+    let svg = options.svg.as_deref();
+    let svg = svg.map(|path| Destination::besides(destination.as_ref(), path, None, "--svg")).transpose()?;
     let figures = concurrency::measure(&options.images, options.seconds)?;
     if let Some(svg) = svg {
         svg.write_text(&concurrency_plot::plot(&figures)?)?;

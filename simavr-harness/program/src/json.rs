@@ -48,6 +48,23 @@ impl Destination {
         })
     }
 
+    /// Likewise, and it is not where the `report` goes, which `--json` names.
+    ///
+    /// # Errors
+    /// It can't be written to, or is.
+    pub fn besides(
+        report: Option<&Self>,
+        path: &Path,
+        robot: Option<&Path>,
+        option: &str,
+    ) -> Result<Self, Box<dyn Error>> {
+        let destination = Self::file(path, robot, option)?;
+        if report.is_some_and(|report| report.is(&destination)) {
+            return Err(format!("{} is for --json already: give {option} another", path.display()).into());
+        }
+        Ok(destination)
+    }
+
     /// Whether both are one file, which the one written last would overwrite.
     pub fn is(&self, other: &Self) -> bool {
         let path = |destination: &Self| match destination {

@@ -50,7 +50,8 @@ struct Table {
 
 pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.centipede.json.as_deref(), None)?;
-    let svg = options.svg.as_deref().map(|path| Destination::file(path, None, "--svg")).transpose()?;
+    let svg = options.svg.as_deref();
+    let svg = svg.map(|path| Destination::besides(destination.as_ref(), path, None, "--svg")).transpose()?;
     let images = load_images(&options.centipede.images, CoreName::Decoded)?;
     let mut rows = Vec::new();
     for period_ms in PERIODS {

@@ -43,10 +43,7 @@ impl Record {
         }
         let modules = scenario.wiring.modules();
         expect_small(modules, options.seconds, "--record")?;
-        let destination = Destination::file(path, robot_file, "--record")?;
-        if report.is_some_and(|report| report.is(&destination)) {
-            return Err(format!("{} is for --json already: give --record another", path.display()).into());
-        }
+        let destination = Destination::besides(report, path, robot_file, "--record")?;
         Ok(Some(Record { destination, subject: subject(options, scenario) }))
     }
 

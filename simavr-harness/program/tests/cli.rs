@@ -469,6 +469,18 @@ fn what_tasks_and_one_loop_are_not_measured_on_is_told() {
 }
 
 #[test]
+fn a_plot_does_not_go_where_the_report_goes() {
+    let directory = tempfile::tempdir().unwrap();
+    let [one, other] =
+        ["figures", "./figures"].map(|name| directory.path().join(name).to_str().unwrap().to_owned());
+    for command in [&["period"][..], &["bench", "concurrency"]] {
+        let files = ["--images", "no/such/folder", "--json", &one, "--svg", &other];
+        assert_refused(&run(&[command, &files].concat()), "is for --json already: give --svg another");
+    }
+    assert!(std::fs::read_dir(&directory).unwrap().next().is_none());
+}
+
+#[test]
 fn images_that_are_not_there_can_be_built() {
     assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
     assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");
