@@ -13,6 +13,9 @@ use super::campaign::{Campaign, CampaignReport};
 use super::plot::Plot;
 use super::trace::McuName;
 
+/// The most threads that a robot runs on.
+const MOST_THREADS: usize = 256;
+
 /// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
 /// with.
 #[derive(Parser)]
@@ -90,7 +93,7 @@ pub struct Sim {
     pub seed: u64,
 
     /// Threads to run on. They do not change what happens. As many as the machine has cores, unless given.
-    #[arg(long, default_value_t = cores(), value_parser = threads, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 
     /// Print one JSON object in place of the summary, to a file or to the standard output (-).
@@ -165,7 +168,7 @@ pub struct Centipede {
     pub seed: u64,
 
     /// As for sim.
-    #[arg(long, default_value_t = cores(), value_parser = threads)]
+    #[arg(long, default_value_t = usual_threads(), value_parser = threads)]
     pub threads: usize,
 
     /// Print one JSON object in place of the table, to a file or to the standard output (-).
@@ -286,6 +289,11 @@ pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
+/// On how many threads a robot runs unless somebody says so.
+pub fn usual_threads() -> usize {
+    cores().min(MOST_THREADS)
+}
+
 fn modules(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(modules @ 1..=1_000_000) => Ok(modules),
@@ -293,10 +301,10 @@ fn modules(text: &str) -> Result<usize, String> {
     }
 }
 
-fn threads(text: &str) -> Result<usize, String> {
+pub fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(threads @ 1..=256) => Ok(threads),
-        _ => Err("give a number of threads from 1 to 256".into()),
+        Ok(threads @ 1..=MOST_THREADS) => Ok(threads),
+        _ => Err(format!("give a number of threads from 1 to {MOST_THREADS}")),
     }
 }
 

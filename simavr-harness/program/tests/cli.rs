@@ -335,6 +335,10 @@ fn what_can_not_be_run_is_refused_with_advice() {
     ] {
         assert_refused(&run(&arguments), advice);
     }
+    for threads in ["0", "-1", "257"] {
+        let arguments = ["plot", "hops", "no/such/folder/plot.svg", "--threads", threads];
+        assert_refused(&run(&arguments), "give a number of threads from 1 to 256");
+    }
     assert_refused(&run(&["sim", "six-legs", "--modules", "10"]), "at least 11 modules");
     for table in ["terrain", "period"] {
         assert_refused(&run(&[table, "--modules", "1002"]), "simavr runs up to 1000 modules");

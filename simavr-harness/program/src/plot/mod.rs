@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::arguments::cores;
+use super::arguments::{threads, usual_threads};
 use super::json::Destination;
 
 #[derive(Args)]
@@ -24,7 +24,7 @@ pub struct Plot {
     svg: PathBuf,
 
     /// Threads to run on. They do not change what comes of it.
-    #[arg(long, default_value_t = cores())]
+    #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
     threads: usize,
 
     /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
