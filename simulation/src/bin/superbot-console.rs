@@ -1,6 +1,7 @@
 //! The program behind `./x console`: a [`Terminal`] at a serial port with an infrared transceiver, held
 //! before a dock that has no neighbour. Prints what the module tells.
 
+use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::process::{Command, ExitCode};
@@ -24,14 +25,13 @@ const LOOK: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(5);
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let (port, topic) = match arguments[..] {
-        [port] if !port.starts_with('-') => (port, Some(Topic::All)),
-        [port, topic] => (port, topic_named(topic)),
-        _ => ("", None),
+    let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
+    let asked = match &arguments[..] {
+        [port] if !port.as_encoded_bytes().starts_with(b"-") => Some((port, Topic::All)),
+        [port, topic] => topic.to_str().and_then(topic_named).map(|topic| (port, topic)),
+        _ => None,
     };
-    let Some(topic) = topic else {
+    let Some((port, topic)) = asked else {
         eprintln!("{USAGE}");
         return ExitCode::from(2);
     };
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
             }
         },
         Err(error) => {
-            eprintln!("superbot-console: {port}: {error}");
+            eprintln!("superbot-console: {}: {error}", port.display());
             ExitCode::FAILURE
         }
     }
@@ -61,21 +61,11 @@ fn topic_named(name: &str) -> Option<Topic> {
 }
 
 /// The port, set to what the docks speak: 8 bits, no parity, one stop bit, and nothing done to the bytes.
-fn open(port: &str) -> io::Result<File> {
+fn open(port: &OsStr) -> io::Result<File> {
     let file = OpenOptions::new().read(true).write(true).open(port)?;
     let mut stty = Command::new("stty");
-    stty.args([
-        "-F",
-        port,
-        &BAUD.to_string(),
-        "raw",
-        "-echo",
-        "cs8",
-        "-cstopb",
-        "-parenb",
-        "-crtscts",
-        "clocal",
-    ]);
+    stty.arg("-F").arg(port).arg(BAUD.to_string());
+    stty.args(["raw", "-echo", "cs8", "-cstopb", "-parenb", "-crtscts", "clocal"]);
     let output = stty.output()?;
     if output.status.success() {
         Ok(file)
@@ -204,7 +194,7 @@ mod tests {
 
     #[test]
     fn what_is_no_serial_port_is_refused() {
-        assert!(open("/dev/null").unwrap_err().to_string().contains("no serial port"));
-        assert!(open("/there/is/none").is_err());
+        assert!(open("/dev/null".as_ref()).unwrap_err().to_string().contains("no serial port"));
+        assert!(open("/there/is/none".as_ref()).is_err());
     }
 }

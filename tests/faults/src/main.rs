@@ -24,7 +24,9 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const LIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/faults.toml");
 
 fn main() -> ExitCode {
-    let names: Vec<_> = std::env::args().skip(1).collect();
+    // A name that is not UTF-8 becomes one that no fault has.
+    let names = std::env::args_os().skip(1).map(|name| name.to_string_lossy().into_owned());
+    let names: Vec<_> = names.collect();
     match run(&names) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,

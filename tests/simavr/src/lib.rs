@@ -24,6 +24,11 @@ use simavr_harness::{Image, Images, Mcu, Part};
 /// One simulated millisecond, in cycles.
 pub const MILLISECOND: u64 = simavr_harness::CLOCK_HZ as u64 / 1000;
 
+/// The arguments of this program. One that is not UTF-8 becomes what names nothing.
+pub fn arguments() -> impl Iterator<Item = String> {
+    std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned())
+}
+
 /// The test image of this name, as `./x test` lays it down.
 ///
 /// # Panics

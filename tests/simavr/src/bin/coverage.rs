@@ -5,10 +5,11 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use superbot_tests_simavr::arguments;
 use superbot_tests_simavr::coverage::{List, functions};
 
 fn main() -> ExitCode {
-    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let arguments: Vec<_> = arguments().collect();
     let accepts = match &arguments[..] {
         [] => false,
         [argument] if argument == "--accept" => true,

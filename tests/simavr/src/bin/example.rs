@@ -2,11 +2,11 @@
 
 use std::process::ExitCode;
 
-use superbot_tests_simavr::examples;
+use superbot_tests_simavr::{arguments, examples};
 
 fn main() -> ExitCode {
     let names = examples::names();
-    match std::env::args().nth(1) {
+    match arguments().next() {
         None => println!("{}", names.join("\n")),
         Some(name) if names.contains(&name) => print!("{}", examples::run(&name)),
         Some(name) => {

@@ -5,12 +5,13 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
+use superbot_tests_simavr::arguments;
 use superbot_tests_simavr::model::{Campaign, Subject};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
     let (mut targets, mut numbers) = (Vec::new(), Vec::new());
-    for argument in std::env::args().skip(1) {
+    for argument in arguments() {
         if let Some(target) = Target::named(&argument) {
             targets.push(target);
         } else if let (Ok(number), ..2) = (argument.parse(), numbers.len()) {

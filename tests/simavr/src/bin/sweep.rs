@@ -4,13 +4,14 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
+use superbot_tests_simavr::arguments;
 use superbot_tests_simavr::sweep::{Extent, Findings, PROGRAMS, sweep_all};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
     let (mut extent, mut target) = (Extent::Whole, ATMEGA128);
     let mut programs = Vec::new();
-    for argument in std::env::args().skip(1) {
+    for argument in arguments() {
         if argument == "--quick" {
             extent = Extent::Sample(7);
         } else if let Some(named) = Target::named(&argument) {
