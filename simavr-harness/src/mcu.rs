@@ -6,7 +6,7 @@ use simulation::{CLOCK_HZ, Random, fnv_1a};
 use thiserror::Error;
 
 use crate::character::Character;
-use crate::cpu::{Core, Cpu, Reset};
+use crate::cpu::{Core, CoreState, Cpu, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution::{self, Watchers};
 use crate::image::{Image, Place};
@@ -258,11 +258,24 @@ impl Mcu {
     /// Writes a byte of SRAM or a register, without the side effects of a write by the program.
     /// Addresses beyond the data space are ignored.
     pub fn write(&mut self, address: u16, value: u8) {
+        if address == SREG {
+            self.set_status(value);
+        }
         self.cpu.with_data_mut(|data| {
             if let Some(byte) = data.get_mut(usize::from(address)) {
                 *byte = value;
             }
         });
+    }
+
+    /// Sets SREG of the core, which has its bits apart. Where that enables interrupts, one that waits is
+    /// accepted behind the next instruction, as on the chip.
+    fn set_status(&mut self, status: u8) {
+        let were_enabled = self.interrupts_enabled();
+        self.cpu.set_core_state(CoreState { status, ..self.cpu.core_state() });
+        if self.interrupts_enabled() && !were_enabled {
+            self.cpu.enable_interrupts();
+        }
     }
 
     /// The bytes of a variable of the program.

@@ -144,6 +144,31 @@ fn before_power_up_there_is_nothing_and_what_gdb_has_written_stays() {
 }
 
 #[test]
+fn registers_are_written_by_their_addresses_too() {
+    let lines = [
+        "set language c",
+        "set var *(unsigned char *) 0x800011 = 42",
+        "set var *(unsigned char *) 0x80005d = 64",
+        "set var *(unsigned char *) 0x80005f = 129",
+        "printf \"by name %d %d %d\\n\", $r17, (int) $SP & 255, $SREG",
+        // gdb writes all of them where one changes.
+        "set var $r18 = 7",
+        // The jump to where the program begins.
+        "stepi",
+        "x/1ub 0x800011",
+        "x/1ub 0x800012",
+        "x/1ub 0x80005d",
+        "x/1ub 0x80005f",
+    ];
+    let output = debug(&["0.master"], &lines);
+    let (told, error) = (text(&output.stdout), text(&output.stderr));
+    let values = ["by name 42 64 129", "0x800011:\t42", "0x800012:\t7", "0x80005d:\t64", "0x80005f:\t129"];
+    for value in values {
+        assert!(told.lines().any(|line| line == value), "no {value:?} in\n{told}\n{error}");
+    }
+}
+
+#[test]
 fn a_program_that_crashes_and_a_world_that_breaks_are_told_of_once() {
     let expect_once = |output: &Output, what: &str| {
         let error = text(&output.stderr);

@@ -45,7 +45,7 @@ impl Mcu {
         self.write(SREG - 1, high);
         self.write(SREG, *status);
         let state = self.cpu.core_state();
-        self.cpu.set_core_state(CoreState { pc: *pc, status: *status, ..state });
+        self.cpu.set_core_state(CoreState { pc: *pc, ..state });
     }
 
     /// The addresses in the data space that the instruction it comes to will read; without those of general

@@ -114,6 +114,11 @@ pub struct Task {
     pub registers: Registers,
 }
 
+/// Where the core's registers are in the data space.
+const GENERAL: Range<usize> = 0..32;
+const STACK_POINTER: usize = 0x5d;
+const STATUS: usize = 0x5f;
+
 impl Picture {
     /// What an MCU is like now; `tasks` are its program's.
     pub fn of(mcu: &Mcu, tasks: Option<&mut Tasks>) -> Self {
@@ -126,6 +131,31 @@ impl Picture {
             registers,
         });
         Self { cycle: mcu.cycle(), registers: mcu.registers(), data: mcu.data(), tasks: tasks.collect() }
+    }
+
+    /// The MCU's registers become these.
+    pub fn set_registers(&mut self, registers: &Registers) {
+        let Registers { general, stack_pointer, status, .. } = registers;
+        self.data[GENERAL].copy_from_slice(general);
+        self.data[STACK_POINTER..STATUS].copy_from_slice(&stack_pointer.to_le_bytes());
+        self.data[STATUS] = *status;
+        self.registers = registers.clone();
+        if let Some(task) = self.tasks.iter_mut().find(|task| task.is_running) {
+            task.registers = registers.clone();
+        }
+    }
+
+    /// Bytes are written to the data space from `address` on, where registers lie, too. `None`, and nothing
+    /// is written, where these go beyond its end.
+    pub fn write(&mut self, address: usize, bytes: &[u8]) -> Option<()> {
+        self.data.get_mut(address..address + bytes.len())?.copy_from_slice(bytes);
+        let mut registers = self.registers.clone();
+        registers.general.copy_from_slice(&self.data[GENERAL]);
+        registers.stack_pointer =
+            u16::from_le_bytes([STACK_POINTER, STACK_POINTER + 1].map(|at| self.data[at]));
+        registers.status = self.data[STATUS];
+        self.set_registers(&registers);
+        Some(())
     }
 }
 

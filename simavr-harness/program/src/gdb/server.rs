@@ -27,7 +27,7 @@ use gdbstub::target::ext::breakpoints::{
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd, MonitorCmdOps};
 use gdbstub::target::ext::thread_extra_info::{ThreadExtraInfo, ThreadExtraInfoOps};
 use gdbstub::target::{Target, TargetError, TargetResult};
-use simavr_harness::{Image, Registers};
+use simavr_harness::Image;
 use simulation::CLOCK_HZ;
 
 use super::avr::{Avr, Core, DATA};
@@ -214,14 +214,7 @@ impl MultiThreadBase for Stopped {
             return Err(TargetError::NonFatal);
         }
         self.worker.send(&Order::SetRegisters(registers.clone()))?;
-        let Registers { general, stack_pointer, status, .. } = registers;
-        self.picture.data[..32].copy_from_slice(general);
-        self.picture.data[0x5d..0x5f].copy_from_slice(&stack_pointer.to_le_bytes());
-        self.picture.data[0x5f] = *status;
-        self.picture.registers = registers.clone();
-        if let Some(task) = self.picture.tasks.iter_mut().find(|task| task.is_running) {
-            task.registers = registers.clone();
-        }
+        self.picture.set_registers(registers);
         Ok(())
     }
 
@@ -237,8 +230,7 @@ impl MultiThreadBase for Stopped {
 
     fn write_addrs(&mut self, start: u32, data: &[u8], _: Tid) -> TargetResult<(), Self> {
         let address = self.data_address(start).ok_or(TargetError::NonFatal)?;
-        let to = self.picture.data.get_mut(address..address + data.len()).ok_or(TargetError::NonFatal)?;
-        to.copy_from_slice(data);
+        self.picture.write(address, data).ok_or(TargetError::NonFatal)?;
         self.worker.send(&Order::Write { address: address as u16, bytes: data.to_vec() })?;
         Ok(())
     }
