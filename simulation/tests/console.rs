@@ -1,5 +1,7 @@
 //! The program `superbot-console`, as `./x console` runs it.
 
+#![cfg(unix)]
+
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt;
 use std::process::{Command, Output};

@@ -1,5 +1,7 @@
 //! What the program is asked for.
 
+#![cfg(unix)]
+
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt;
 use std::process::Command;
