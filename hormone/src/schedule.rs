@@ -3,7 +3,8 @@
 //! The six docks take turns, [`STAGGER`] apart, so that their probes do not compete for the CPU and the
 //! bridge. A dock can be [hurried](Schedule::hurry): its probe goes out at once, beside its turn. That
 //! is how two modules find each other in little more than one period instead of three. Docks with a lossy
-//! link are [probed quickly](Schedule::set_quick), beside their turns too.
+//! link are [probed quickly](Schedule::set_quick), beside their turns too; and [urgently](Schedule::urge) once a neighbour
+//! misses them.
 //!
 //! A line that carries a probe has a hormone wait, or be drowned. So docks by which a beat comes and goes
 //! are not probed [around it](Schedule::expect).
@@ -23,6 +24,13 @@ pub const STAGGER: u16 = PROBE_PERIOD / 6;
 /// From one probe to the next where links lose them, in milliseconds.
 pub const QUICK_PERIOD: u16 = 10;
 
+/// Likewise where a neighbour has begun to miss them. Who misses probes sends no more than before: at a port that
+/// is deaf while it sends, it would miss more of them.
+pub const URGENT_PERIOD: u16 = 5;
+
+/// So many probes are urgent: for six turns, after which a neighbour of which no probe came is given up.
+const URGENT_PROBES: u8 = (6 * PROBE_PERIOD / URGENT_PERIOD) as u8;
+
 /// From when before a beat until when after it there are no probes, in milliseconds. They leave a back-off
 /// later and take 1.6 ms; a hormone is on its way here for 2.3 ms, and may be 3 ms early; and to all three
 /// neighbours of a branch it is on its way for 5 ms.
@@ -39,6 +47,8 @@ pub struct Schedule {
     turn_at: u16,
     quick: DockSet,
     quick_at: u16,
+    /// How many of the next quick probes are urgent.
+    urgent: u8,
     beats: Beats,
 }
 
@@ -51,6 +61,7 @@ impl Schedule {
             turn_at: now,
             quick: DockSet::EMPTY,
             quick_at: now,
+            urgent: 0,
             beats: Beats { last_at: now, next_at: now, docks: DockSet::EMPTY },
         }
     }
@@ -59,7 +70,9 @@ impl Schedule {
     /// is `None`.
     pub fn due(&mut self, now: u16) -> Option<Dock> {
         if !self.quick.is_empty() && reached(self.quick_at, now) {
-            self.quick_at = now.wrapping_add(QUICK_PERIOD);
+            let period = if self.urgent > 0 { URGENT_PERIOD } else { QUICK_PERIOD };
+            self.urgent = self.urgent.saturating_sub(1);
+            self.quick_at = now.wrapping_add(period);
             self.hurried = self.hurried.union(self.quick);
         }
         let held = self.held(now);
@@ -136,9 +149,17 @@ impl Schedule {
         if self.quick.is_empty() {
             self.quick_at = now;
         }
+        if docks.is_empty() {
+            self.urgent = 0;
+        }
         let is_more = self.quick.union(docks) != self.quick;
         self.quick = docks;
         is_more
+    }
+
+    /// Quick probes are urgent from now on, for a while: a neighbour has begun to miss them.
+    pub fn urge(&mut self) {
+        self.urgent = URGENT_PROBES;
     }
 
     /// Probes `docks` at once: a neighbour waits for an answer, or does not know yet that it is not heard.
@@ -220,6 +241,23 @@ mod tests {
             let turns = sent.iter().filter(|(_, dock)| *dock == Dock::Left).count();
             assert_eq!(turns, 5, "no turn is lost");
         }
+    }
+
+    #[test]
+    fn quick_probes_are_urgent_for_as_long_as_a_neighbour_waits() {
+        let mut schedule = Schedule::new(0);
+        let quick = DockSet::of(&[Dock::Up]);
+        schedule.set_quick(quick, 0);
+        schedule.urge();
+        let within = |sent: Vec<(u16, Dock)>| sent.iter().filter(|(_, dock)| *dock == Dock::Up).count();
+        // Beside the turns, six in this time, of which one in four comes upon a quick one.
+        assert_eq!(within(probes(&mut schedule, 0, 240)), 48 + 6);
+        assert_eq!(within(probes(&mut schedule, 240, 240)), 24 + 6);
+        // Over before its time, it is over.
+        schedule.urge();
+        schedule.set_quick(DockSet::EMPTY, 480);
+        schedule.set_quick(quick, 480);
+        assert_eq!(within(probes(&mut schedule, 480, 240)), 24 + 6);
     }
 
     #[test]

@@ -9,6 +9,10 @@
 //! 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should be often enough to
 //! lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of a good link.
 //!
+//! Where loss sets in at once, a link that was good has those 240 ms alone. So once a probe is missing, 62 ms after the
+//! last one, the neighbour is asked for more, and sends one every 5 ms for as long as it would be waited for. Who misses
+//! them sends one every 10 ms: more would drown those that come.
+//!
 //! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
 //! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.
 
@@ -53,6 +57,9 @@ const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 /// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and
 /// the next one waits for a beat to be over and for its moment, it is shorter.
 const GAP: u16 = 2 * PROBE_PERIOD + BEFORE_BEAT + AFTER_BEAT + backoff::LONGEST as u16 + 1;
+
+/// A silence longer than this has more probes asked for, in milliseconds: one is missing.
+const MISSING: u16 = GAP - PROBE_PERIOD;
 
 /// How long a link counts as lossy after a gap that ended, in milliseconds.
 const LOSSY_FOR: u16 = 8_000;
@@ -105,6 +112,8 @@ pub struct Heard {
     pub changed: bool,
     /// The sender does not know yet that it is heard: probe that dock at once.
     pub answer: bool,
+    /// The sender misses probes of this module from now on.
+    pub asks: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -180,7 +189,7 @@ impl Link {
 
     /// Whether probes of the other end are missing.
     fn is_missing(&self, now: u16) -> bool {
-        self.heard.is_some() && (self.lossy_until.is_some() || self.silence(now) > GAP)
+        self.heard.is_some() && (self.lossy_until.is_some() || self.silence(now) > MISSING)
     }
 
     fn is_lost(&self, now: u16) -> bool {
@@ -216,10 +225,12 @@ impl Topology {
         let before = self.neighbour(dock);
         let hears_us = probe.hears == Some(dock);
         let answer = !hears_us || self.hears(dock) != Some(probe.dock);
+        let mut asks = false;
         if let Some(link) = self.link_mut(dock) {
+            asks = probe.wants_more && !link.wants_more && link.neighbour().is_some();
             link.hear(probe, hears_us, now);
         }
-        Heard { changed: self.neighbour(dock) != before, answer }
+        Heard { changed: self.neighbour(dock) != before, answer, asks }
     }
 
     /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy or new link for up to
@@ -327,25 +338,25 @@ mod tests {
     fn a_neighbour_counts_once_both_ends_hear_each_other() {
         let mut topology = Topology::new();
         assert_eq!(topology.probe(Front, 0), Probe { dock: Front, is_odd: true, ..CALLING });
-        assert_eq!(topology.heard(Front, CALLING, 0), Heard { changed: false, answer: true });
+        assert_eq!(topology.heard(Front, CALLING, 0), Heard { changed: false, answer: true, asks: false });
         assert_eq!(topology.neighbour(Front), None);
         assert_eq!(topology.probe(Front, 0).hears, Some(Back));
-        assert_eq!(topology.heard(Front, ATTACHED, 5), Heard { changed: true, answer: false });
+        assert_eq!(topology.heard(Front, ATTACHED, 5), Heard { changed: true, answer: false, asks: false });
         assert_eq!(topology.neighbours(), [Some(Back), None, None, None, None, None]);
-        assert_eq!(topology.heard(Front, ATTACHED, 9), Heard { changed: false, answer: false });
+        assert_eq!(topology.heard(Front, ATTACHED, 9), Heard { changed: false, answer: false, asks: false });
     }
 
     #[test]
     fn a_new_neighbour_that_hears_us_already_is_still_answered() {
         let heard = Topology::new().heard(Front, ATTACHED, 0);
-        assert_eq!(heard, Heard { changed: true, answer: true });
+        assert_eq!(heard, Heard { changed: true, answer: true, asks: false });
     }
 
     #[test]
     fn a_neighbour_that_went_deaf_is_none() {
         let mut topology = Topology::new();
         topology.heard(Front, ATTACHED, 0);
-        assert_eq!(topology.heard(Front, CALLING, 40), Heard { changed: true, answer: true });
+        assert_eq!(topology.heard(Front, CALLING, 40), Heard { changed: true, answer: true, asks: false });
         assert_eq!(topology.neighbour(Front), None);
     }
 
@@ -361,7 +372,7 @@ mod tests {
         let mut topology = Topology::new();
         topology.heard(Front, ATTACHED, 0);
         let turned = Probe { dock: Left, ..ATTACHED };
-        assert_eq!(topology.heard(Front, turned, 40), Heard { changed: true, answer: true });
+        assert_eq!(topology.heard(Front, turned, 40), Heard { changed: true, answer: true, asks: false });
         assert_eq!(topology.neighbour(Front), Some(Left));
     }
 
@@ -430,6 +441,21 @@ mod tests {
             assert!(!topology.probe(Front, last).wants_more, "nothing is missing here");
             assert!(topology.expire(last + timeout - 30).is_empty(), "within {timeout} ms");
             assert!(!topology.expire(last + timeout).is_empty(), "after {timeout} ms");
+        }
+    }
+
+    #[test]
+    fn a_neighbour_that_begins_to_miss_probes_asks_once() {
+        let mut topology = good_since_a_second(Front, 0);
+        let missing = Probe { wants_more: true, ..ATTACHED };
+        assert!(topology.heard(Front, missing, 10).asks);
+        assert!(!topology.heard(Front, missing, 20).asks, "it did before");
+        assert!(!topology.heard(Front, ATTACHED, 30).asks);
+        assert!(topology.heard(Front, missing, 40).asks, "it misses them anew");
+        // Each end of a new link asks for quick probes.
+        let mut topology = Topology::new();
+        for probe in [Probe { hears: None, ..missing }, missing] {
+            assert!(!topology.heard(Back, probe, 50).asks);
         }
     }
 
@@ -575,8 +601,9 @@ mod tests {
     #[test]
     fn in_a_silence_and_for_a_neighbour_that_misses_probes_there_are_more() {
         let mut topology = good_since_a_second(Front, 0);
-        assert!(topology.lossy(GAP).is_empty());
-        assert_eq!(topology.lossy(GAP + 1), DockSet::of(&[Front]));
+        assert!(topology.lossy(MISSING).is_empty() && !topology.probe(Front, MISSING).wants_more);
+        assert_eq!(topology.lossy(MISSING + 1), DockSet::of(&[Front]));
+        assert!(topology.probe(Front, MISSING + 1).wants_more);
         topology.heard(Front, Probe { wants_more: true, ..ATTACHED }, 10);
         assert_eq!(topology.lossy(11), DockSet::of(&[Front]));
         assert!(!topology.probe(Front, 11).wants_more, "this end misses none");

@@ -31,6 +31,10 @@ impl AdaptiveCommunication {
             self.is_news = true;
             self.look_at = now;
         }
+        if heard.asks {
+            self.schedule.urge();
+            self.look_at = now;
+        }
         heard.answer
     }
 
