@@ -60,7 +60,11 @@ impl simulation::Robot for Engine {
     }
 
     fn status(&self, module: usize) -> Option<Status> {
-        let bytes = self.robot().module(module)?.mcu(Controller::Master).read_symbol("MODULE_STATUS").ok()?;
+        let module = self.robot().module(module)?;
+        let master = module.mcu(Controller::Master);
+        // Until its program has begun, RAM holds chance, or what was there before a reset.
+        let begins_at = module.powered_up_at().max(master.starts_at()) + START;
+        let bytes = master.read_symbol("MODULE_STATUS").ok().filter(|_| begins_at <= self.cycle())?;
         Status::from_bytes(bytes.first_chunk()?)
     }
 

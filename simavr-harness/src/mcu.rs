@@ -6,7 +6,7 @@ use simulation::{CLOCK_HZ, Random, fnv_1a};
 use thiserror::Error;
 
 use crate::character::Character;
-use crate::cpu::{Core, CoreState, Cpu, Reset};
+use crate::cpu::{Core, CoreState, Cpu, IO_START, Reset};
 use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution::{self, Watchers};
 use crate::image::{Image, Place};
@@ -567,6 +567,11 @@ impl Mcu {
         self.probes.get_mut(number).map(|probe| probe.with(cpu, Probe::take)).unwrap_or_default()
     }
 
+    /// When the program began, or will once the last reset is over, in cycles since power-up.
+    pub(crate) fn starts_at(&self) -> u64 {
+        self.starts_at
+    }
+
     /// Raises an interrupt by its vector number, as its source would; `false` if there is no such.
     pub fn raise_interrupt(&mut self, vector: u8) -> bool {
         let vector = self.cpu.vector(vector);
@@ -581,9 +586,11 @@ impl Mcu {
         self.cpu.set_cycle(cycle);
     }
 
-    /// Cuts the power. A power-on reset brings it back.
+    /// Cuts the power: no pin drives anything. A power-on reset brings it back.
     pub(crate) fn power_down(&mut self) {
         self.ended = Some(State::Off);
+        let io = usize::from(IO_START)..usize::from(self.cpu.ram_start());
+        self.cpu.with_data_mut(|data| data[io].fill(0));
     }
 
     /// Starts the program over. What was crashed or done runs again.

@@ -80,13 +80,15 @@ impl PinSerial {
         std::mem::take(&mut self.sender.sent)
     }
 
-    /// A character comes in, with its first edge at its start.
+    /// A character comes in, with its first edge at its start; others may come that begin later.
     pub fn receive(&mut self, character: Character) {
         let bit = |number: u64| character.start + number * (character.end - character.start) / BITS;
         let mut level = true;
         for (number, next) in (0..).zip(levels(character.value)) {
             if next != level {
-                self.edges.push_back((bit(number), next));
+                let edge = (bit(number), next);
+                let place = self.edges.partition_point(|(at, _)| *at <= edge.0);
+                self.edges.insert(place, edge);
                 level = next;
             }
         }

@@ -104,9 +104,7 @@ impl Chain {
 
     /// What a module says of itself.
     pub fn status(&self, module: usize) -> Option<Status> {
-        let master = self.robot().module(module)?.mcu(Controller::Master);
-        let bytes = master.read_symbol("MODULE_STATUS").expect("the image has the symbol");
-        Status::from_bytes(bytes.first_chunk().expect("a status has so many bytes"))
+        simulation::Robot::status(&self.engine, module)
     }
 
     /// The modules whose view of their neighbours or type is not what the wiring makes it.

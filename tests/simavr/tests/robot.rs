@@ -258,6 +258,17 @@ fn resets_of_a_tail_are_recovered_from() {
     }
 }
 
+/// What its RAM holds is of before.
+#[test]
+fn a_module_in_reset_says_nothing() {
+    let mut chain = Chain::new(MODULES, 1);
+    chain.run(SECOND);
+    chain.hold_in_reset(2, MASTER, 10 * MILLISECOND);
+    assert_eq!(chain.status(2), None);
+    chain.run(START_UP + DISCOVERY);
+    assert!(chain.status(2).is_some_and(|status| status.module_type == Spine));
+}
+
 /// The chain falls in two where an MCU is gone, and comes together again.
 #[test]
 fn an_mcu_held_in_reset_is_missed_and_found_again() {

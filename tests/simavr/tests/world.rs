@@ -116,6 +116,26 @@ fn who_changes_places_beside_a_module_without_power_leaves_that_where_it_is() {
     assert!(gap.unwrap() < 1.0, "it holds what came in the place of the other: {gap:?}");
 }
 
+/// Its motors drive nothing, wherever in a swing that was, and brake.
+#[test]
+fn what_loses_its_power_turns_no_joint_further() {
+    let mut engine = centipede(6, 1, 2);
+    engine.run_until(5_200 * MILLISECOND);
+    let mut angle = |after: u64| {
+        engine.run_until(engine.cycle() + after);
+        angles(&engine, 2)
+    };
+    let [before, swinging] = [0, 20 * MILLISECOND].map(&mut angle);
+    let turned = |from: [f64; 3], to: [f64; 3]| {
+        from.iter().zip(to).map(|(from, to)| (from - to).abs()).fold(0.0, f64::max)
+    };
+    assert!(turned(before, swinging) > 0.5, "it swings: {before:?}, {swinging:?}");
+    engine.change(&Change::Kill(2)).unwrap();
+    engine.run_until(engine.cycle() + SECOND);
+    let dead = angles(&engine, 2);
+    assert!(turned(swinging, dead) < 5.0, "{swinging:?}, {dead:?}");
+}
+
 #[test]
 fn who_lets_go_of_a_module_without_power_comes_off_it() {
     let mut engine = centipede(10, 1, 2);
