@@ -161,6 +161,19 @@ fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
 }
 
 #[test]
+fn a_result_that_was_removed_is_made_again() {
+    let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 2");
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));
+    let name = &campaign.results()[0].0;
+    fs::remove_file(Path::new(&campaign.directory()).join("runs").join(name)).unwrap();
+    let again = campaign.plan(&["--run"]);
+    assert!(said(&again).contains("runs: 1, done: 1"), "{}", said(&again));
+    // GNU parallel is not everywhere. By a list of its own it would take the job for done.
+    let told = said(&campaign.plan(&[]));
+    assert!(told.contains("parallel ") && !told.contains("--joblog"), "{told}");
+}
+
+#[test]
 fn tasks_of_an_array_do_each_job_once() {
     let campaign = Campaign::of(FILE);
     campaign.plan(&[]);

@@ -40,22 +40,15 @@ impl Jobs {
         let results = results(&self.directory);
         std::fs::create_dir_all(&results)
             .map_err(|error| format!("can't make {}: {error}", results.display()))?;
-        let path = self.list_path();
-        let before = std::fs::read_to_string(&path).unwrap_or_default();
-        if before != self.list {
-            // It counts lines of a list that is no more. Runs that are done are known by their results.
-            let _ = std::fs::remove_file(self.joblog_path());
-        }
-        super::write(&path, &self.list)?;
+        super::write(&self.list_path(), &self.list)?;
         super::write(&plan_path(&self.directory), &self.plan)?;
         super::write(&self.slurm_path(), &self.slurm()?)
     }
 
-    /// How GNU parallel runs the list, or goes on with it; `at_once` so many jobs, or one for each core.
+    /// How GNU parallel runs the list, or goes on with it; `at_once` so many jobs, or one for each core. Its
+    /// record of jobs is not used: by that a run would count as done whose result was removed.
     pub fn parallel(&self, at_once: Option<usize>) -> Result<Vec<String>, Box<dyn Error>> {
-        let mut command: Vec<String> =
-            ["parallel", "--bar", "--resume-failed", "--joblog"].map(Into::into).into();
-        command.push(text(&self.joblog_path())?);
+        let mut command: Vec<String> = ["parallel", "--bar"].map(Into::into).into();
         if let Some(at_once) = at_once {
             command.extend(["--jobs".into(), at_once.to_string()]);
         }
@@ -99,10 +92,6 @@ impl Jobs {
 
     fn list_path(&self) -> PathBuf {
         self.directory.join("jobs")
-    }
-
-    fn joblog_path(&self) -> PathBuf {
-        self.directory.join("joblog")
     }
 
     fn slurm_path(&self) -> PathBuf {
