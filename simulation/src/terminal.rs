@@ -132,6 +132,10 @@ impl Terminal {
             && number == self.expected
             && !self.is_complete
         {
+            if matches!(self.request, Request::Begin(_)) {
+                // A text that was asked for anew takes the place of what came of the one before.
+                self.text.clear();
+            }
             self.text.extend(text.iter().map(|&character| char::from(character)));
             self.is_complete = text.is_empty();
             self.expected = number.next();
@@ -149,7 +153,6 @@ impl Terminal {
 
     fn ask(&mut self, now: u64, sent: &mut Vec<u8>) {
         if now > self.news_at + STUCK {
-            self.text.clear();
             self.expected = Number::FIRST;
             self.request(Request::Begin(self.topic), now);
         }

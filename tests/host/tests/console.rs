@@ -319,3 +319,24 @@ fn a_terminal_gets_the_text_whole() {
         assert_eq!(terminal.text(), ALL);
     }
 }
+
+#[test]
+fn what_came_stays_while_the_module_is_silent_and_gives_way_to_what_it_tells_anew() {
+    let module = || Some(Port { dialogue: Dialogue::new(SLAVE), random: Random::new(1), loss: 0.0, turn: 0 });
+    let mut terminal = Terminal::new(Topic::All, 0);
+    let mut come = String::new();
+    // It has told a part, is silent, and has been reset.
+    for (mut port, times) in [(module(), 0..200), (None, 200..10_000), (module(), 10_000..20_000)] {
+        let mut wire = Vec::new();
+        for now in times.step_by(10) {
+            let sent = terminal.step(now, wire);
+            wire = port.as_mut().map_or_else(Vec::new, |port| port.hear(&sent));
+        }
+        if port.is_some() {
+            come = terminal.text().to_owned();
+        }
+        assert!(!come.is_empty());
+        assert_eq!(terminal.text(), come);
+    }
+    assert_eq!(come, ALL);
+}
