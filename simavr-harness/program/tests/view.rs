@@ -75,7 +75,9 @@ impl Viewed {
     fn now(&self) -> f64 {
         assert!(self.ask(r#"{"event": "loss = 0"}"#).starts_with("HTTP/1.1 200"));
         let timeline = self.ask(r#"{"timeline": null}"#);
-        timeline.rsplit_once("at = ").unwrap().1.lines().next().unwrap().parse().unwrap()
+        // What is still to come of its own file stands behind.
+        let (until_then, _) = timeline.rsplit_once("\nloss = ").unwrap();
+        until_then.rsplit_once("at = ").unwrap().1.parse().unwrap()
     }
 
     /// Whether it goes on within some time, and then whether it does not any more.
@@ -199,6 +201,17 @@ fn what_can_not_happen_any_more_does_not_end_the_run() {
     assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
     assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
     assert_eq!(viewed.report()["simulated_seconds"], 1.0);
+}
+
+#[test]
+fn what_is_done_by_hand_happens_at_whole_multiples_of_40_ms() {
+    let directory = tempfile::tempdir().unwrap();
+    let robot = directory.path().join("robot.toml");
+    std::fs::write(&robot, "modules = 3\nshape = \"chain\"\nevent = [{ at = 0.01, reset = 2 }]").unwrap();
+    let viewed = Viewed::start(&["sim", robot.to_str().unwrap(), "--engine", "host"]);
+    assert!(viewed.ask(r#"{"until": 0.01}"#).starts_with("HTTP/1.1 200"));
+    let happens = std::iter::repeat_with(|| viewed.now()).find(|&at| at > 0.0);
+    assert_eq!(happens, Some(0.04));
 }
 
 #[test]

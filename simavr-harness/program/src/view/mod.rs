@@ -92,8 +92,14 @@ impl View {
         let mut goes_on = true;
         while goes_on {
             let now = run.robot.now();
-            let is_due = now < self.until();
-            let asked = if is_due { self.asked.try_recv().ok() } else { Some(self.wait()?) };
+            let asked = if !now.is_multiple_of(EVERY) {
+                // Events of its own file, and ends of steps, come at other times: what is asked for waits.
+                None
+            } else if now < self.until() {
+                self.asked.try_recv().ok()
+            } else {
+                Some(self.wait()?)
+            };
             if let Some(Asked { wish, stream, answer }) = asked {
                 // Who asked may have gone.
                 let _ = answer.send(self.grant(wish, stream, options, run, display));
