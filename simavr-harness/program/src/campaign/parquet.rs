@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::results::{Row, cell};
 
-/// What a column holds. Of the first kind that fits all its values.
+/// What a column holds. Of the first kind that fits all its values; of numbers where it has none.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     Truth,
@@ -53,7 +53,10 @@ pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Erro
 
 fn kind(rows: &[Row], column: &str) -> Kind {
     let values = || rows.iter().filter_map(|row| row.get(column)).filter(|value| !value.is_null());
-    if values().all(Value::is_boolean) {
+    if values().next().is_none() {
+        // As nearly all figures are: so it has the type that it has in other campaigns.
+        Kind::Number
+    } else if values().all(Value::is_boolean) {
         Kind::Truth
     } else if values().all(Value::is_i64) {
         Kind::Whole
@@ -93,6 +96,12 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
     use serde_json::json;
+
+    #[test]
+    fn a_column_without_a_value_is_of_numbers() {
+        let rows = [json!({ "null": null }).as_object().expect("an object").clone()];
+        assert_eq!(["null", "missing"].map(|column| kind(&rows, column)), [Kind::Number; 2]);
+    }
 
     #[test]
     fn what_is_written_is_read_again_with_its_types() {
