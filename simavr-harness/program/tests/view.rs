@@ -2,6 +2,7 @@
 
 mod command;
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -105,6 +106,29 @@ impl Drop for Viewed {
     }
 }
 
+/// The words of all messages that a page is told until the run is over.
+fn messages(stream: &mut BufReader<TcpStream>) -> Vec<Value> {
+    let mut line = String::new();
+    while line != "\r\n" {
+        line.clear();
+        stream.read_line(&mut line).unwrap();
+    }
+    let mut messages: Vec<Value> = Vec::new();
+    while messages.last().is_none_or(|said| said.get("ended").is_none()) {
+        let mut length = || {
+            let mut bytes = [0; 4];
+            stream.read_exact(&mut bytes).unwrap();
+            u32::from_le_bytes(bytes) as usize
+        };
+        let (words, rest) = (length(), length());
+        let mut bytes = vec![0; words + rest];
+        stream.read_exact(&mut bytes).unwrap();
+        // One without words says nothing.
+        messages.extend(serde_json::from_slice(&bytes[..words]));
+    }
+    messages
+}
+
 /// A report without what differs from run to run.
 fn report(json: &str) -> Value {
     let mut report: Value = serde_json::from_str(json).unwrap();
@@ -165,6 +189,22 @@ fn it_goes_on_for_as_long_as_any_page_wants_it_to_that_is_still_there() {
     drop(plays);
     assert!(viewed.comes_to(false), "it goes on for a page that has gone");
     assert!(viewed.now() < 99.0);
+}
+
+#[test]
+fn each_page_is_told_of_the_module_that_it_looks_into() {
+    let viewed = Viewed::start(&["sim", "chain", "--engine", "host", "--seconds", "1"]);
+    let mut pages = [viewed.listen(), viewed.listen()];
+    for ((_, query), module) in pages.iter().zip(0..) {
+        let wish = format!("{{\"inspect\": {module}}}");
+        assert!(viewed.ask_by(query, &wish).starts_with("HTTP/1.1 200"));
+    }
+    assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
+    for ((stream, _), module) in pages.iter_mut().zip(0..) {
+        let told = messages(stream);
+        let modules: BTreeSet<_> = told.iter().filter_map(|told| told["module"]["module"].as_u64()).collect();
+        assert_eq!(modules, BTreeSet::from([module]));
+    }
 }
 
 #[test]

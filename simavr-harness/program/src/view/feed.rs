@@ -1,6 +1,6 @@
 //! What pages are told: messages in order, kept for pages that come later or come back.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ pub type Stream = u64;
 /// A message, as pages read it.
 pub type Message = Arc<[u8]>;
 
-/// What is in the place of one that was for the moment: an object with nothing in it.
-const GONE: &[u8] = b"\x02\0\0\0\0\0\0\0{}";
+/// What is in the place of one that is for the moment: an object with nothing in it.
+const NOTHING: &[u8] = b"\x02\0\0\0\0\0\0\0{}";
 
 /// The messages, and who listens.
 #[derive(Default)]
@@ -23,8 +23,8 @@ pub struct Feed {
 #[derive(Default)]
 struct State {
     messages: Vec<Message>,
-    /// The place of one that is for the moment.
-    passing: Option<usize>,
+    /// By page, the place of the last one that is for it and for the moment, and that message.
+    passing: BTreeMap<Stream, (usize, Message)>,
     listening: BTreeSet<Stream>,
     streams: u64,
 }
@@ -44,15 +44,14 @@ impl Feed {
         self.changed.notify_all();
     }
 
-    /// Tells pages what is of no use any more once the next such message comes.
-    pub fn tell_for_now(&self, message: Vec<u8>) {
+    /// Tells a page what is of no use any more once the next such message comes.
+    pub fn tell_for_now(&self, stream: Stream, message: Vec<u8>) {
         let mut state = self.state();
         let place = state.messages.len();
-        if let Some(before) = state.passing.replace(place) {
-            state.messages[before] = GONE.into();
-        }
+        state.messages.push(NOTHING.into());
+        state.passing.insert(stream, (place, message.into()));
         drop(state);
-        self.tell(message);
+        self.changed.notify_all();
     }
 
     /// A page listens that has got so many messages before.
@@ -97,7 +96,12 @@ impl Listener<'_> {
         let is_new = |state: &mut State| state.messages.len() <= self.had;
         let waited = self.feed.changed.wait_timeout_while(state, patience, is_new);
         let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        let new = state.messages.get(self.had..).unwrap_or_default().to_vec();
+        let mut new = state.messages.get(self.had..).unwrap_or_default().to_vec();
+        if let Some((place, message)) = state.passing.get(&self.stream)
+            && let Some(its) = place.checked_sub(self.had).and_then(|place| new.get_mut(place))
+        {
+            its.clone_from(message);
+        }
         self.had += new.len();
         new
     }
@@ -105,7 +109,10 @@ impl Listener<'_> {
 
 impl Drop for Listener<'_> {
     fn drop(&mut self) {
-        self.feed.state().listening.remove(&self.stream);
+        let mut state = self.feed.state();
+        state.listening.remove(&self.stream);
+        state.passing.remove(&self.stream);
+        drop(state);
         self.feed.changed.notify_all();
     }
 }
@@ -132,13 +139,18 @@ mod tests {
     }
 
     #[test]
-    fn what_is_for_the_moment_is_not_kept_and_keeps_its_place() {
+    fn what_is_for_the_moment_is_for_one_page_is_not_kept_and_keeps_its_place() {
         let feed = Feed::default();
-        feed.tell_for_now(vec![1]);
-        assert_eq!(feed.listen(0).next(AT_ONCE), [Message::from([1])]);
+        let [mut its, mut late, mut other] = [0, 0, 0].map(|had| feed.listen(had));
+        let [stream, late_stream] = [its.stream, late.stream];
+        let tell_both = |text: u8| [stream, late_stream].map(|it| feed.tell_for_now(it, vec![text]));
+        tell_both(1);
+        assert_eq!(its.next(AT_ONCE), [&[1], NOTHING].map(Message::from));
         feed.tell(vec![2]);
-        feed.tell_for_now(vec![3]);
-        assert_eq!(feed.listen(0).next(AT_ONCE), [GONE, &[2], &[3]].map(Message::from));
+        tell_both(3);
+        assert_eq!(its.next(AT_ONCE), [&[2], &[3], NOTHING].map(Message::from));
+        assert_eq!(late.next(AT_ONCE), [NOTHING, NOTHING, &[2], NOTHING, &[3]].map(Message::from));
+        assert_eq!(other.next(AT_ONCE), [NOTHING, NOTHING, &[2], NOTHING, NOTHING].map(Message::from));
     }
 
     #[test]

@@ -40,8 +40,8 @@ pub struct View {
     until: BTreeMap<Option<Stream>, u64>,
     /// For how long the run waited for pages.
     waited: Duration,
-    /// Into the module that somebody looks into.
-    inspector: Option<Inspector>,
+    /// Into the module that each page looks into, if it does.
+    inspectors: BTreeMap<Stream, Inspector>,
     /// The robot as a robot file without events, and its wiring at power-up.
     robot: String,
     wiring: Wiring,
@@ -69,7 +69,7 @@ impl View {
             asked,
             until: BTreeMap::new(),
             waited: Duration::ZERO,
-            inspector: None,
+            inspectors: BTreeMap::new(),
             robot: robot(options)?,
             wiring: scenario.wiring.clone(),
         }))
@@ -207,7 +207,11 @@ impl View {
                 match module.filter(|&module| module >= modules) {
                     Some(module) => Err(format!("there is no module {module}: there are {modules}, from 0")),
                     None => {
-                        self.inspector = module.map(Inspector::of);
+                        // Without a page there is nobody to tell.
+                        if let Some(stream) = stream {
+                            self.inspectors.remove(&stream);
+                            self.inspectors.extend(module.map(|module| (stream, Inspector::of(module))));
+                        }
                         Ok(String::new())
                     }
                 }
@@ -224,9 +228,10 @@ impl View {
                 self.feed.tell(viewer::news(&news)?);
             }
         }
-        if let Some(inspector) = &mut self.inspector {
+        self.inspectors.retain(|&stream, _| self.feed.has(stream));
+        for (&stream, inspector) in &mut self.inspectors {
             let inside = inspector.look(&run.robot);
-            self.feed.tell_for_now(viewer::message(&json!({ "module": inside }), &[])?);
+            self.feed.tell_for_now(stream, viewer::message(&json!({ "module": inside }), &[])?);
         }
         Ok(())
     }
