@@ -3,8 +3,8 @@
 //! The six docks take turns, [`STAGGER`] apart, so that their probes do not compete for the CPU and the
 //! bridge. A dock can be [hurried](Schedule::hurry): its probe goes out at once, beside its turn. That
 //! is how two modules find each other in little more than one period instead of three. Docks with a lossy
-//! link are [probed quickly](Schedule::set_quick), beside their turns too; and [urgently](Schedule::urge) once a neighbour
-//! misses them.
+//! link are [probed quickly](Schedule::set_quick), beside their turns too; and [urgently](Schedule::urge)
+//! once a neighbour misses them.
 //!
 //! A line that carries a probe has a hormone wait, or be drowned. So docks by which a beat comes and goes
 //! are not probed [around it](Schedule::expect).
@@ -24,8 +24,8 @@ pub const STAGGER: u16 = PROBE_PERIOD / 6;
 /// From one probe to the next where links lose them, in milliseconds.
 pub const QUICK_PERIOD: u16 = 10;
 
-/// Likewise where a neighbour has begun to miss them. Who misses probes sends no more than before: at a port that
-/// is deaf while it sends, it would miss more of them.
+/// Likewise where a neighbour has begun to miss them. Who misses probes sends no more than before: at a port
+/// that is deaf while it sends, it would miss more of them.
 pub const URGENT_PERIOD: u16 = 5;
 
 /// So many probes are urgent: for six turns, after which a neighbour of which no probe came is given up.
@@ -250,7 +250,7 @@ mod tests {
         schedule.set_quick(quick, 0);
         schedule.urge();
         let within = |sent: Vec<(u16, Dock)>| sent.iter().filter(|(_, dock)| *dock == Dock::Up).count();
-        // Beside the turns, six in this time, of which one in four comes upon a quick one.
+        // Beside the turns, six in this time.
         assert_eq!(within(probes(&mut schedule, 0, 240)), 48 + 6);
         assert_eq!(within(probes(&mut schedule, 240, 240)), 24 + 6);
         // Over before its time, it is over.

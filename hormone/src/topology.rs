@@ -9,9 +9,9 @@
 //! 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should be often enough to
 //! lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of a good link.
 //!
-//! Where loss sets in at once, a link that was good has those 240 ms alone. So once a probe is missing, 62 ms after the
-//! last one, the neighbour is asked for more, and sends one every 5 ms for as long as it would be waited for. Who misses
-//! them sends one every 10 ms: more would drown those that come.
+//! Where loss sets in at once, a link that was good has those 240 ms alone. So once a probe is missing, 62 ms
+//! after the last one, the neighbour is asked for more, and sends one every 5 ms for as long as it would be
+//! waited for. Who misses them sends one every 10 ms: more would drown those that come.
 //!
 //! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
 //! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.

@@ -61,8 +61,8 @@ pub(crate) fn run(cpu: Cpu, deadline: u64, program: &[Instruction], watchers: Wa
     notes.note(at, &Now::load(cpu));
 }
 
-/// Executes a SLEEP, as simavr does, unless an interrupt waits. simavr would fetch it from this MCU's own flash, which
-/// nothing else reads: mostly out of no cache, and each MCU sleeps some thousand times a second.
+/// Executes a SLEEP, as simavr does, unless an interrupt waits. simavr would fetch it from this MCU's own
+/// flash, which nothing else reads: mostly out of no cache, and each MCU sleeps some thousand times a second.
 fn falls_asleep(cpu: Cpu, program: &[Instruction]) -> bool {
     matches!(program.get(cpu.pc() as usize / 2), Some(Instruction::Sleep)) && cpu.fall_asleep()
 }

@@ -59,8 +59,8 @@ pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
     frame + transfers as u64 * transfer
 }
 
-/// How often a hormone's frame is sent, on the mean, until it and its ACK have arrived, where lines lose frames
-/// and change bytes with these chances.
+/// How often a hormone's frame is sent, on the mean, until it and its ACK have arrived, where lines lose
+/// frames and change bytes with these chances.
 pub(crate) fn tries(loss: f64, noise: f64) -> f64 {
     let arrives = |bytes: u64| ((1.0 - loss) * (1.0 - noise).powi(bytes as i32)).max(HARDLY_ANY);
     1.0 / (arrives(payload() + FRAME) * arrives(FRAME))

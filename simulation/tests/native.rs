@@ -633,8 +633,8 @@ fn a_hundred_modules_come_right_soon_whatever_part_of_the_frames_is_lost() {
     }
 }
 
-/// Links that have lost nothing until then are given 240 ms. Of these robots nine of twelve went wrong while six probes
-/// and some quick ones at their end had to do.
+/// Links that have lost nothing until then are given 240 ms. Of these robots nine of twelve went wrong while
+/// six probes and some quick ones at their end had to do.
 #[test]
 fn legs_go_on_as_loss_sets_in_at_once() {
     for seed in 1..=12 {

@@ -80,8 +80,8 @@ impl Cpu {
         unsafe { (*self.as_ptr()).state as u32 != ffi::cpu_Running || (*self.as_ptr()).interrupt_state != 0 }
     }
 
-    /// Does what SLEEP does, which is the next instruction. Returns whether it has: not where an interrupt is accepted
-    /// instead.
+    /// Does what SLEEP does, which is the next instruction. Returns whether it has: not where an interrupt is
+    /// accepted instead.
     pub fn fall_asleep(self) -> bool {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive by the type's invariant.

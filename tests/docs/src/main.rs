@@ -1,10 +1,11 @@
 //! `docs [--check] [PAGE...]`: runs the commands whose output pages show, and puts what they print now there;
 //! with `--check` it only tells what differs. All pages that show any, unless some are named.
 //!
-//! A page names the command in a comment before the block or the table: `<!-- ./x response -->`. Where a picture
-//! follows, the command writes that; `--check` leaves it out.
+//! A page names the command in a comment before the block or the table: `<!-- ./x response -->`. Where a
+//! picture follows, the command writes that; `--check` leaves it out.
 //!
-//! Exit status: 1 where a page differs and `--check` was given, 2 where a command fails or a page can't be read.
+//! Exit status: 1 where a page differs and `--check` was given, 2 where a command fails or a page can't be
+//! read.
 
 mod figures;
 mod page;

@@ -40,8 +40,8 @@ impl Page {
         self.lines.iter().enumerate().rev().filter_map(shown).collect()
     }
 
-    /// Puts there what the command has printed, but for times of the machine, which differ from run to run: of a
-    /// table the table alone. Returns the lines that differ, old and new.
+    /// Puts there what the command has printed, but for times of the machine, which differ from run to run:
+    /// of a table the table alone. Returns the lines that differ, old and new.
     ///
     /// # Errors
     /// No block follows on the comment, and no table; or the command printed none.
