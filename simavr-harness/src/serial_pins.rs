@@ -55,15 +55,18 @@ struct Sender {
 
 /// Makes a serial port of two pins of the MCU.
 pub(crate) fn attach(cpu: Cpu, pins: SerialPins) -> Attached<PinSerial> {
-    let sender = Sender { level: true, start: None, edges: Vec::new(), sent: Vec::new() };
-    let serial = PinSerial { pins, sender, edges: VecDeque::new(), counts: SerialPinCounts::default() };
-    let attached = Attached::new(cpu, serial, &[], &[]);
+    let attached = Attached::new(cpu, PinSerial::new(pins), &[], &[]);
     attached.watch_pin(cpu, pins.transmit.port, pins.transmit.bit);
     cpu.drive_pin(pins.receive.port, pins.receive.bit, true);
     attached
 }
 
 impl PinSerial {
+    fn new(pins: SerialPins) -> Self {
+        let sender = Sender { level: true, start: None, edges: Vec::new(), sent: Vec::new() };
+        PinSerial { pins, sender, edges: VecDeque::new(), counts: SerialPinCounts::default() }
+    }
+
     /// The program's pins are inputs again: the line is idle.
     pub fn reset(&mut self) {
         self.sender.level = true;
@@ -170,5 +173,22 @@ impl Device for PinSerial {
 
     fn pin_changed(&mut self, cpu: Cpu, level: bool) {
         self.sender.edge(cpu.cycle(), level);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::part::Pin;
+
+    #[test]
+    fn what_comes_in_sooner_comes_first_whenever_that_is_told() {
+        let pin = |bit| Pin { port: 'E', bit };
+        let mut serial = PinSerial::new(SerialPins { receive: pin(7), transmit: pin(5) });
+        for start in [50_000, 10_000, 30_000] {
+            serial.receive(Character { value: 0x55, start, end: start + 4_160 });
+        }
+        assert_eq!(serial.edges.len(), 30);
+        assert!(serial.edges.iter().is_sorted());
     }
 }
