@@ -45,8 +45,7 @@ impl Note for Notes<'_> {
 pub(crate) fn run(cpu: Cpu, deadline: u64, program: &[Instruction], watchers: Watchers) {
     let may_run = !cpu.begin_run(deadline);
     if watchers.is_none() {
-        let has_ended = may_run && (interpreter::run(cpu, program, &mut ()) || falls_asleep(cpu, program));
-        if !has_ended {
+        if !may_run || !interpreter::run(cpu, program, &mut ()) {
             cpu.run_by_simavr();
         }
         return;
@@ -59,10 +58,4 @@ pub(crate) fn run(cpu: Cpu, deadline: u64, program: &[Instruction], watchers: Wa
     cpu.run_for_one_instruction(); // of which note is taken
     cpu.run_by_simavr();
     notes.note(at, &Now::load(cpu));
-}
-
-/// Executes a SLEEP, as simavr does, unless an interrupt waits. simavr would fetch it from this MCU's own
-/// flash, which nothing else reads: mostly out of no cache, and each MCU sleeps some thousand times a second.
-fn falls_asleep(cpu: Cpu, program: &[Instruction]) -> bool {
-    matches!(program.get(cpu.pc() as usize / 2), Some(Instruction::Sleep)) && cpu.fall_asleep()
 }

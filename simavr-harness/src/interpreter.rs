@@ -2,7 +2,7 @@
 //! MCUs that run the program.
 //!
 //! It does to the instance what simavr's own interpreter would, cycle by cycle, and leaves to that what is
-//! rare: WDR, ELPM, accesses beyond memory, whatever is no instruction. SLEEP, too, is left undone.
+//! rare: SLEEP, WDR, ELPM, accesses beyond memory, whatever is no instruction.
 
 use std::cell::Cell;
 

@@ -80,23 +80,6 @@ impl Cpu {
         unsafe { (*self.as_ptr()).state as u32 != ffi::cpu_Running || (*self.as_ptr()).interrupt_state != 0 }
     }
 
-    /// Does what SLEEP does, which is the next instruction. Returns whether it has: not where an interrupt is
-    /// accepted instead.
-    pub fn fall_asleep(self) -> bool {
-        let avr = self.as_ptr();
-        // SAFETY: the instance is alive by the type's invariant.
-        unsafe {
-            let waiting = &raw const (*avr).interrupts.pending;
-            if (*waiting).read != (*waiting).write {
-                return false;
-            }
-            (*avr).state = ffi::cpu_Sleeping as _;
-            (*avr).cycle += 1;
-            (*avr).pc += 2;
-        }
-        true
-    }
-
     /// An instruction sets the I flag: one more runs before an interrupt is accepted.
     pub fn enable_interrupts(self) {
         // SAFETY: the instance is alive by the type's invariant.
