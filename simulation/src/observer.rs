@@ -158,9 +158,12 @@ impl Observer {
         }
         if let Some(disturbance) = Disturbance::of(change) {
             self.mute(&disturbance);
+            let is_everywhere = disturbance.links == Links::All;
             self.disturbances.retain(|before| !disturbance.replaces(before));
             self.disturbances.extend((disturbance.probability > 0.0).then_some(disturbance));
-            self.gait.loses(tries(self.everywhere(false), self.everywhere(true)), at);
+            if is_everywhere {
+                self.gait.loses(tries(self.everywhere(false), self.everywhere(true)), at);
+            }
             let are_noisy = !self.disturbances.is_empty();
             self.gait.disturb_lines(are_noisy);
             self.hops.disturb_lines(are_noisy, at);
