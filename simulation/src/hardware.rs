@@ -22,7 +22,7 @@ pub const CHARACTER: u64 = CHARACTER_BITS * 16 * ((CLOCK_HZ + 8 * BAUD) / (16 * 
 
 /// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
 /// one that is not the CRC's. One frame in 40 takes one byte more.
-pub(crate) const FRAME: u64 = 5;
+pub(crate) const FRAME_OVERHEAD: u64 = 5;
 
 /// The chance below which an arrival counts as none that modules could wait for.
 const HARDLY_ANY: f64 = 0.1;
@@ -51,7 +51,7 @@ pub fn lateness(one: Dock, other: Dock) -> u64 {
 /// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
     let payload = payload();
-    let frame = (payload + FRAME) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);
+    let frame = (payload + FRAME_OVERHEAD) * CHARACTER_BITS * u64::from(CLOCK_HZ) / u64::from(BAUD);
     // The slave's address, length, two addresses and CRC-8 beside the payload; nine bits each, and START and
     // STOP.
     let transfer = (2 + 9 * (payload + 5)) * I2C_BIT;
@@ -63,7 +63,7 @@ pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
 /// frames and change bytes with these chances.
 pub(crate) fn tries(loss: f64, noise: f64) -> f64 {
     let arrives = |bytes: u64| ((1.0 - loss) * (1.0 - noise).powi(bytes as i32)).max(HARDLY_ANY);
-    1.0 / (arrives(payload() + FRAME) * arrives(FRAME))
+    1.0 / (arrives(payload() + FRAME_OVERHEAD) * arrives(FRAME_OVERHEAD))
 }
 
 /// Bytes of a beat's hormone.

@@ -213,7 +213,8 @@ fn an_order_before_the_power_comes_is_heard_by_nobody_in_either_engine() {
 fn where_the_world_broke_nothing_is_said_of_a_longer_run() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("robot.toml");
-    std::fs::write(&file, command::BREAKS_THE_WORLD.to_owned() + "[[event]]\nat = 2\nreset = 0\n").unwrap();
+    let breaks = include_str!("breaks-the-world.toml");
+    std::fs::write(&file, breaks.to_owned() + "[[event]]\nat = 2\nreset = 0\n").unwrap();
     let robot = ["sim", file.to_str().unwrap(), "--engine", "host", "--world", "ground"];
     let output = run(&[&robot[..], &["--seconds", "3"]].concat());
     let message = String::from_utf8_lossy(&output.stderr);

@@ -180,10 +180,8 @@ fn a_program_that_crashes_and_a_world_that_breaks_are_told_of_once() {
     let crashed = debug(&["0.slave", "--at=0.2"], &["set var $PC2 = 0x1ff00", "continue"]);
     expect_once(&crashed, "superbot-sim: module 0: the Slave MCU crashed: ");
 
-    let directory = tempfile::tempdir().unwrap();
-    let file = directory.path().join("robot.toml");
-    std::fs::write(&file, command::BREAKS_THE_WORLD).unwrap();
-    let robot = ["gdb", "0.master", file.to_str().unwrap(), "--", "-nx", "-batch", "-ex", "continue"];
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/breaks-the-world.toml");
+    let robot = ["gdb", "0.master", file, "--", "-nx", "-batch", "-ex", "continue"];
     expect_once(&run(&robot), "superbot-sim: the world broke after 0.9");
 }
 

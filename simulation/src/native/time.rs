@@ -3,7 +3,7 @@
 use hormone::time::until;
 use tasks::docking::latch::PERIOD_MS;
 
-use crate::hardware::{CHARACTER, FRAME, I2C_BIT, MILLISECOND};
+use crate::hardware::{CHARACTER, FRAME_OVERHEAD, I2C_BIT, MILLISECOND};
 
 /// A millisecond of a module's clock: the kernel's tick.
 pub const TICK: u64 = MILLISECOND;
@@ -38,12 +38,12 @@ pub const LOOKAHEAD: u64 = SEND + CHARACTER;
 
 /// A frame with so many bytes of payload.
 pub fn frame(payload: usize) -> u64 {
-    (FRAME + payload as u64) * CHARACTER
+    (FRAME_OVERHEAD + payload as u64) * CHARACTER
 }
 
 /// An ACK.
 pub const fn ack() -> u64 {
-    FRAME * CHARACTER
+    FRAME_OVERHEAD * CHARACTER
 }
 
 /// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8

@@ -1,6 +1,6 @@
 //! Figures in lines of text.
 
-/// A figure that stands in a page, though what had printed it prints another one.
+/// A figure in the text of a page that its command prints no more.
 pub struct Stale {
     /// From 1.
     pub line: usize,

@@ -1,15 +1,7 @@
 //! The program `superbot-sim` as a command, on the robot's images.
 
-#![allow(dead_code, reason = "no test uses all")]
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-
-/// The robot file of one that a tonne throws at a wall within a second.
-pub const BREAKS_THE_WORLD: &str = "modules = 10\nshape = 'centipede'\n\
-    [world]\nslope_degrees = 45\nfriction = 0\n\
-    loads = [{ module = 0, kg = 1000 }]\n\
-    walls = [{ from_m = [-4, -2], to_m = [-4, 2], height_mm = 500 }]\n";
 
 /// Where `./x build` puts the robot's images.
 pub fn images() -> PathBuf {
