@@ -10,6 +10,7 @@
 
 use std::num::NonZeroU32;
 
+use crate::cpu::News;
 use crate::mcu::Mcu;
 use crate::repair::twi::Command;
 use crate::trace::{BusSignal, Slice};
@@ -247,12 +248,14 @@ impl Bus {
             }
         }
         self.shortest_bit = nodes.iter().map(bit_cycles).min().unwrap_or(u64::MAX);
-        nodes.iter_mut().for_each(Mcu::tell_twi_was_seen);
+        for node in nodes {
+            node.take(News::Bus);
+        }
     }
 
     /// Whether there is nothing to notice, nor to do yet: as most of the time.
     fn is_as_before(&self, nodes: &[Mcu]) -> bool {
-        let is_new = |node: &Mcu| !node.is_alive() || node.twi(|twi, _| twi.is_new());
+        let is_new = |node: &Mcu| !node.is_alive() || node.has(News::Bus);
         let is_due = self.due().is_some_and(|due| have_come_to(nodes, due));
         !is_due && self.data_held_for == 0 && !nodes.iter().any(is_new)
     }

@@ -28,6 +28,10 @@ unsafe extern "C" {
 
 /// Index of the I flag in SREG.
 const INTERRUPT_FLAG: usize = 7;
+
+/// Bytes of what simavr keeps behind the end of the flash.
+const OVERFLOW_OPCODE: usize = 2;
+
 const SPL: u16 = 0x5d;
 const SPH: u16 = 0x5e;
 
@@ -67,7 +71,18 @@ pub(crate) struct RegisterBits {
     pub mask: u8,
 }
 
+/// What has happened at an MCU that those around it have yet to look at. It stands in one place, so that they
+/// need not look at each device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum News {
+    /// The two-wire interface was reset, or the program wrote a register of it.
+    Bus,
+    /// A serial port has sent a character.
+    Sent,
+}
+
 /// The part of the harness that callbacks reach from simavr's structure (`avr_t::custom.data`).
+#[derive(Default)]
 struct Control {
     /// No other instance has the same.
     number: u64,
@@ -75,8 +90,12 @@ struct Control {
     deadline: u64,
     /// Set by a device that needs the harness before the deadline.
     attention: bool,
+    /// Which of [`News`] there are, by their numbers.
+    news: [bool; 2],
     /// The first error that simavr reported.
     fault: Option<String>,
+    /// The flash is not simavr's own.
+    shares_flash: bool,
     /// Pins that the outside drives, by port.
     driven: BTreeMap<char, Driven>,
 }
@@ -99,8 +118,7 @@ impl Cpu {
         // SAFETY: `name` is a C string; simavr returns null or a new instance.
         let avr = NonNull::new(unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) })?;
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let control =
-            Box::new(Control { number, deadline: 0, attention: false, fault: None, driven: BTreeMap::new() });
+        let control = Box::new(Control { number, ..Control::default() });
         // SAFETY: `avr` is a new instance that nobody else knows.
         unsafe {
             let instance = avr.as_ptr();
@@ -123,6 +141,9 @@ impl Cpu {
         // SAFETY: the instance is alive by the type's invariant; `control` came from a Box in
         // `create`, and the instance from malloc in simavr's `avr_core_allocate`.
         unsafe {
+            if (*self.control()).shares_flash {
+                (*avr).flash = std::ptr::null_mut();
+            }
             ffi::avr_terminate(avr);
             drop(Box::from_raw((*avr).custom.data.cast::<Control>()));
             free(avr.cast());
@@ -280,6 +301,21 @@ impl Cpu {
         unsafe { (*self.control()).attention = false }
     }
 
+    pub fn tell(self, news: News) {
+        // SAFETY: `control` lives as long as the instance.
+        unsafe { (*self.control()).news[news as usize] = true }
+    }
+
+    pub fn has(self, news: News) -> bool {
+        // SAFETY: `control` lives as long as the instance.
+        unsafe { (*self.control()).news[news as usize] }
+    }
+
+    pub fn forget(self, news: News) {
+        // SAFETY: `control` lives as long as the instance.
+        unsafe { (*self.control()).news[news as usize] = false }
+    }
+
     /// Fires the cycle timers that are due; returns the cycles to the next one (1000 if none).
     pub fn process_timers(self) -> u64 {
         // SAFETY: the instance is alive; callbacks use handles of their own.
@@ -362,6 +398,33 @@ impl Cpu {
         unsafe {
             std::ptr::copy_nonoverlapping(code.as_ptr(), (*self.as_ptr()).flash, length);
             (*self.as_ptr()).codeend = length as u32;
+        }
+    }
+
+    /// Calls `visit` on the flash as simavr allocates it: behind its end is an opcode that tells of it.
+    pub fn with_flash<R>(self, visit: impl FnOnce(&[u8]) -> R) -> R {
+        let length = self.flash_size() + OVERFLOW_OPCODE;
+        // SAFETY: simavr allocates more bytes and gives these a value; no simavr code runs inside `visit`,
+        // which is given nothing else.
+        visit(unsafe { std::slice::from_raw_parts((*self.as_ptr()).flash, length) })
+    }
+
+    /// Has the instance read its flash in `shared` from now on, if it is as long.
+    ///
+    /// # Safety
+    /// `shared` lives as long as the instance, whose program has no SPM: nothing else writes a flash.
+    pub unsafe fn share_flash(self, shared: &[u8]) {
+        if self.with_flash(<[u8]>::len) != shared.len() {
+            return;
+        }
+        let avr = self.as_ptr();
+        // SAFETY: the instance and its `control` are alive by the type's invariant; simavr has its own flash
+        // from malloc, and `destroy` keeps it from freeing this one.
+        unsafe {
+            if !std::mem::replace(&mut (*self.control()).shares_flash, true) {
+                free((*avr).flash.cast());
+            }
+            (*avr).flash = shared.as_ptr().cast_mut();
         }
     }
 

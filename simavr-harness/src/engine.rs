@@ -21,6 +21,7 @@ use crate::controller::Controller;
 use crate::physics::Physics;
 use crate::robot::{Delivery, Event, LONGEST_WINDOW, Member, Robot};
 use crate::rounds::{self, Halves, Round, Rounds};
+use crate::shares::Shares;
 
 /// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms,
 /// whole windows.
@@ -85,12 +86,13 @@ impl Engine {
     /// first.
     fn run_modules(&mut self, cycle: u64) {
         let Robot { members, physics, now, .. } = &mut self.robot;
-        let run = Run::new(members, physics.as_mut(), *now, cycle);
+        let run = Run::new(members, physics.as_mut(), *now, cycle, self.threads);
         thread::scope(|scope| {
-            for _ in 1..self.threads {
-                scope.spawn(|| run.work());
+            let run = &run;
+            for worker in 1..self.threads {
+                scope.spawn(move || run.work(worker));
             }
-            run.work();
+            run.work(0);
         });
         let end = run.stop.into_inner();
         let mut events: Vec<Event> = self.robot.members.iter_mut().flat_map(take_events).collect();
@@ -100,8 +102,8 @@ impl Engine {
     }
 }
 
-/// One run of all modules, shared by the threads. They take modules as they come, so that a thread
-/// that the system holds up holds up no more than the module it has taken.
+/// One run of all modules, shared by the threads. A thread that the system holds up holds up no more than
+/// the module it has taken: the others take what is left of its [share](Shares).
 struct Run<'a> {
     members: Vec<Mutex<&'a mut Member>>,
     step: Option<Step<'a>>,
@@ -115,8 +117,8 @@ struct Run<'a> {
     /// The half that runs in this round, and up to where.
     half: AtomicUsize,
     end: AtomicU64,
-    /// How many of them nobody has taken yet; with none left, the round waits to be closed.
-    waiting: AtomicUsize,
+    /// Those of them that nobody has taken yet; with none left, the round waits to be closed.
+    waiting: Shares,
     /// How many have run.
     finished: AtomicUsize,
     /// The shortest frame seen among them.
@@ -140,7 +142,13 @@ struct Step<'a> {
 const SPINS: u32 = 200;
 
 impl<'a> Run<'a> {
-    fn new(members: &'a mut [Member], physics: Option<&'a mut Physics>, from: u64, target: u64) -> Self {
+    fn new(
+        members: &'a mut [Member],
+        physics: Option<&'a mut Physics>,
+        from: u64,
+        target: u64,
+        threads: usize,
+    ) -> Self {
         let frames = members.iter().filter_map(|member| member.module.shortest_frame());
         let window = frames.min().unwrap_or(LONGEST_WINDOW).min(LONGEST_WINDOW);
         let joined: Vec<_> =
@@ -156,7 +164,7 @@ impl<'a> Run<'a> {
             stop: AtomicU64::new(from),
             half: AtomicUsize::new(0),
             end: AtomicU64::new(from),
-            waiting: AtomicUsize::new(0),
+            waiting: Shares::new(threads),
             finished: AtomicUsize::new(0),
             shortest_frame: AtomicU64::new(LONGEST_WINDOW),
             is_docking: AtomicBool::new(false),
@@ -182,7 +190,7 @@ impl<'a> Run<'a> {
         self.half.store(half, Ordering::Relaxed);
         self.end.store(end, Ordering::Relaxed);
         self.finished.store(0, Ordering::Relaxed);
-        self.waiting.store(self.halves[half].len(), Ordering::Release);
+        self.waiting.fill(self.halves[half].len());
         true
     }
 
@@ -212,19 +220,19 @@ impl<'a> Run<'a> {
         lock(&step.physics).trouble().is_none()
     }
 
-    /// What each thread does until the run is over.
-    fn work(&self) {
+    /// What each thread, a worker, does until the run is over.
+    fn work(&self, worker: usize) {
         let _guard = EndIfPanicking(&self.over);
         let mut idle_spins = 0;
         while !self.over.load(Ordering::Acquire) {
-            // The longest piece of work comes first.
-            if self.step.as_ref().is_some_and(Step::take) {
+            // The longest piece of work comes first, and where its memory is in the cache.
+            if worker == 0 && self.step.as_ref().is_some_and(Step::take) {
                 continue;
             }
-            match self.take_module() {
-                Some(number) => {
+            match self.waiting.take(worker) {
+                Some(place) => {
                     idle_spins = 0;
-                    self.run_module(number);
+                    self.run_module(self.modules()[place]);
                 }
                 None if idle_spins < SPINS => {
                     idle_spins += 1;
@@ -233,12 +241,6 @@ impl<'a> Run<'a> {
                 None => thread::yield_now(),
             }
         }
-    }
-
-    fn take_module(&self) -> Option<usize> {
-        let (order, last) = (Ordering::Acquire, Ordering::Relaxed);
-        let waiting = self.waiting.fetch_update(order, last, |waiting| waiting.checked_sub(1)).ok()?;
-        Some(self.modules()[waiting - 1])
     }
 
     fn run_module(&self, number: usize) {

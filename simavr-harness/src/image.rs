@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use instruction_set::Instruction;
 use object::read::elf::{ElfFile32, ProgramHeader};
@@ -11,6 +11,7 @@ use object::{Endianness, Object, ObjectSymbol, SymbolKind, SymbolSection, elf};
 use thiserror::Error;
 
 use crate::coverage::Coverage;
+use crate::cpu::Cpu;
 use crate::interpreter;
 
 mod code;
@@ -24,6 +25,8 @@ pub struct Image {
     program: Vec<Instruction>,
     symbols: BTreeMap<String, Symbol>,
     coverage: Option<Arc<Coverage>>,
+    /// The whole flash of the first MCU that ran it.
+    shared: OnceLock<Vec<u8>>,
 }
 
 /// A symbol of a program.
@@ -107,7 +110,13 @@ impl Image {
             return Err(ImageError::Empty);
         }
         let symbols = file.symbols().filter_map(named_symbol).collect();
-        Ok(Self { program: interpreter::decode(&flash), flash, symbols, coverage: None })
+        Ok(Self {
+            program: interpreter::decode(&flash),
+            flash,
+            symbols,
+            coverage: None,
+            shared: OnceLock::new(),
+        })
     }
 
     /// The same, left to simavr's own interpreter, which decodes an instruction each time that it executes
@@ -120,7 +129,7 @@ impl Image {
     #[cfg(test)]
     pub(crate) fn of_flash(flash: Vec<u8>, decoded: bool) -> Self {
         let program = if decoded { interpreter::decode(&flash) } else { Vec::new() };
-        Self { program, flash, symbols: BTreeMap::new(), coverage: None }
+        Self { program, flash, symbols: BTreeMap::new(), coverage: None, shared: OnceLock::new() }
     }
 
     /// Records from here on, in the file at `path`, which instructions are executed by MCUs that run this
@@ -141,6 +150,14 @@ impl Image {
     /// What goes into flash, from address 0.
     pub fn flash(&self) -> &[u8] {
         &self.flash
+    }
+
+    /// The flash of `mcu`, which runs this image, for all MCUs of its part to share: it stays in the host's
+    /// cache. `None` where it is not certain that nobody writes it.
+    pub(crate) fn shared_flash(&self, mcu: Cpu) -> Option<&[u8]> {
+        // A program with SPM is not decoded.
+        let has_no_spm = !self.program.is_empty();
+        has_no_spm.then(|| self.shared.get_or_init(|| mcu.with_flash(<[u8]>::to_vec)).as_slice())
     }
 
     /// The same, decoded.

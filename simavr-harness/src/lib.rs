@@ -44,6 +44,7 @@ mod repair;
 mod robot;
 mod rounds;
 mod serial_pins;
+mod shares;
 mod terrain;
 mod tilt;
 mod trace;

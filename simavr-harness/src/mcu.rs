@@ -6,7 +6,7 @@ use simulation::{CLOCK_HZ, Random, fnv_1a};
 use thiserror::Error;
 
 use crate::character::Character;
-use crate::cpu::{Core, CoreState, Cpu, IO_START, Reset};
+use crate::cpu::{Core, CoreState, Cpu, IO_START, News, Reset, Vector};
 use crate::device::{Attached, WrappedWrites, make_plain};
 use crate::execution::{self, Watchers};
 use crate::image::{Image, Place};
@@ -57,6 +57,8 @@ pub struct Mcu {
     adc: Option<Attached<Adc>>,
     /// Likewise.
     spm: Option<Attached<Spm>>,
+    /// It waits for the EEPROM. Here, to be looked at in each turn.
+    spm_waits: bool,
     timer3: Option<Attached<Timer3>>,
     // Held for simavr, which calls into them.
     _timer1: Option<Attached<Timer1>>,
@@ -151,6 +153,7 @@ impl Mcu {
             eeprom: eeprom::attach(cpu, &part.eeprom).ok_or_else(missing)?,
             adc: adc.transpose()?,
             spm: spm.transpose()?,
+            spm_waits: false,
             timer3: timer3.transpose()?,
             _timer1: part.timer1.as_ref().map(|registers| timer1::attach(cpu, registers)),
             cpu,
@@ -177,6 +180,10 @@ impl Mcu {
             return Err(McuError::TooLarge { image: image.len(), part: part.name, flash });
         }
         cpu.load_flash(image);
+        if let Some(shared) = mcu.image.shared_flash(cpu) {
+            // SAFETY: the program has no SPM, and the image lives as long as the MCU, whose instance this is.
+            unsafe { cpu.share_flash(shared) };
+        }
         mcu.reset(Reset::PowerOn);
         mcu.resets = 0;
         Ok(mcu)
@@ -230,6 +237,18 @@ impl Mcu {
     /// How often the MCU was reset, by the watchdog or from outside.
     pub fn resets(&self) -> u64 {
         self.resets
+    }
+
+    /// Whether something has happened that was not looked at.
+    pub(crate) fn has(&self, news: News) -> bool {
+        self.cpu.has(news)
+    }
+
+    /// The same, which is looked at now.
+    pub(crate) fn take(&mut self, news: News) -> bool {
+        let has = self.cpu.has(news);
+        self.cpu.forget(news);
+        has
     }
 
     /// Address of the next instruction, in bytes.
@@ -459,7 +478,7 @@ impl Mcu {
             self.open_window(OpenedBy::Start, 0);
             self.drop_turn();
         }
-        if let Some(spm) = self.spm.as_ref().filter(|spm| spm.get().waits_for.is_some()) {
+        if let Some(spm) = self.spm.as_ref().filter(|_| self.spm_waits) {
             spm.get().refresh(self.cpu); // a write may have ended
         }
         self.watch_window();
@@ -500,14 +519,22 @@ impl Mcu {
             self.part.response_cycles() + if woken { self.part.wake_up_cycles() } else { 0 };
         self.cpu.set_cycle(self.cycle() + response_cycles);
         self.awake_cycles += response_cycles;
-        interrupt::refresh(self.cpu, vector);
-        self.eeprom.get().refresh(self.cpu);
-        if let Some(spm) = &self.spm {
-            spm.get().refresh(self.cpu);
-        }
+        self.refresh_level(vector);
         self.open_window(OpenedBy::Interrupt(vector.number()), response_cycles);
         self.pause_turn(response_cycles);
         Some(Accepted { vector: vector.number(), response_cycles })
+    }
+
+    /// Makes an interrupt that was accepted pending again if it lasts.
+    fn refresh_level(&self, vector: Vector) {
+        interrupt::refresh(self.cpu, vector);
+        if vector.number() == self.part.eeprom.ready {
+            self.eeprom.get().refresh(self.cpu);
+        }
+        let is_spm = self.part.spm.as_ref().is_some_and(|spm| spm.ready == vector.number());
+        if let Some(spm) = self.spm.as_ref().filter(|_| is_spm) {
+            spm.get().refresh(self.cpu);
+        }
     }
 
     /// Does something to the MCU from outside, between two instructions. An interrupt raised by it
@@ -546,6 +573,7 @@ impl Mcu {
     /// From now on has "Store Program Memory Ready" wait while the EEPROM is written, as it may on the chip.
     pub fn have_spm_wait_for_eeprom(&mut self) {
         let (cpu, eecr) = (self.cpu, self.part.eeprom.eecr);
+        self.spm_waits = true;
         if let Some(spm) = &mut self.spm {
             spm.with(cpu, |spm| spm.waits_for = Some(eecr));
         }
@@ -685,7 +713,7 @@ impl Mcu {
 
     /// Cycles of a frame of USART `number` as it is set up; `None` while its transmitter is off.
     pub fn usart_frame_cycles(&self, number: usize) -> Option<u64> {
-        let usart = self.usarts.get(number)?.get();
+        let usart = self.part.usarts.get(number)?;
         usart.transmitter_is_on(self.cpu).then(|| usart.frame_cycles(self.cpu))
     }
 
@@ -735,11 +763,6 @@ impl Mcu {
     /// Reads the node's state.
     pub(crate) fn twi<R>(&self, look: impl FnOnce(&Twi, Cpu) -> R) -> R {
         look(self.twi.get(), self.cpu)
-    }
-
-    /// The bus has seen all that is new there.
-    pub(crate) fn tell_twi_was_seen(&mut self) {
-        self.twi.with(self.cpu, Twi::all_was_seen);
     }
 
     /// Takes the pulses that the program has given on SCL by its pin.

@@ -14,6 +14,7 @@ use crate::bus::{Bus, BusCounts};
 use crate::character::Character;
 use crate::controller::Controller;
 use crate::counters;
+use crate::cpu::News;
 use crate::image::Image;
 use crate::lockstep;
 use crate::mcu::{Mcu, McuError};
@@ -207,6 +208,11 @@ impl Module {
             self.body_due += body_pins::STEP;
         }
         lockstep::run_until(&mut self.mcus, &mut self.bus, cycle, self.quantum);
+    }
+
+    /// Whether the module has sent something since the last call.
+    pub(crate) fn has_sent(&mut self) -> bool {
+        self.mcus.each_mut().map(|mcu| mcu.take(News::Sent)).contains(&true)
     }
 
     /// Takes what the module has sent through a dock since the last call, in order.

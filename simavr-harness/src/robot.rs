@@ -482,6 +482,9 @@ impl Member {
 
     /// Takes what the module, number `number` of the robot, has sent, as far as it arrives anywhere.
     pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
+        if !self.module.has_sent() && self.terminals.is_empty() {
+            return;
+        }
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             let from = Face { module: number, dock };
             let sent = self.module.take_sent(dock);

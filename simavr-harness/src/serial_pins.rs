@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use tasks::superbot::{BAUD, CLOCK_HZ};
 
 use crate::character::Character;
-use crate::cpu::Cpu;
+use crate::cpu::{Cpu, News};
 use crate::device::{Attached, Device};
 use crate::part::Pin;
 
@@ -160,6 +160,7 @@ impl Device for PinSerial {
             match self.sender.character(start) {
                 Some(character) => {
                     self.sender.sent.push(character);
+                    cpu.tell(News::Sent);
                     self.counts.sent += 1;
                 }
                 None => self.counts.framing_errors += 1,

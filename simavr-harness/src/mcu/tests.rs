@@ -44,3 +44,25 @@ fn an_interrupt_without_a_stack_ends_the_run_at_once_whoever_watches() {
     assert_eq!(ends[1..], [ends[0].clone(), ends[0].clone()]);
     assert_eq!(ends[0].2, 4 * 34, "at the vector SPM READY");
 }
+
+#[test]
+fn mcus_of_an_image_share_its_flash_unless_they_may_write_it() {
+    let new = |image: &Arc<Image>| Mcu::new(Part::ATMEGA128, Arc::clone(image), 1).expect("the image fits");
+    let place = |mcu: &Mcu| mcu.cpu.with_flash(<[u8]>::as_ptr);
+    let spm: [u16; 2] = [0x95e8, 0xcfff];
+    for (program, decoded, is_shared) in
+        [(&WAITING[..], true, true), (&spm[..], true, false), (&WAITING[..], false, false)]
+    {
+        let flash = program.iter().flat_map(|opcode| opcode.to_le_bytes()).collect();
+        let image = Arc::new(Image::of_flash(flash, decoded));
+        let (one, mut other) = (new(&image), new(&image));
+        assert_eq!(place(&one) == place(&other), is_shared);
+        let contents = one.cpu.with_flash(<[u8]>::to_vec);
+        assert_eq!(contents, other.cpu.with_flash(<[u8]>::to_vec));
+        assert!(contents.starts_with(image.flash()) && contents[image.flash().len()..][..8] == [0xff; 8]);
+        // Who goes takes nothing from the others.
+        drop(one);
+        other.run_until(1_000);
+        assert_eq!(other.cpu.with_flash(<[u8]>::to_vec), contents);
+    }
+}

@@ -16,12 +16,16 @@ pub(crate) fn install(cpu: Cpu) -> WrappedWrites {
     let mut wrapped = WrappedWrites::default();
     for address in IO_START..cpu.ram_start().min(io_end(cpu)) {
         let holds = |bits: RegisterBits| bits.mask != 0 && bits.address == address;
-        let handled = has_write_handler(cpu, address);
-        if cpu.vectors().any(|vector| holds(vector.flag_bit()) || holds(vector.enable_bit())) {
-            let after = if handled { refresh_after } else { clear_flags_and_refresh };
-            wrapped.wrap(cpu, address, after);
-        } else if handled {
-            wrapped.wrap(cpu, address, |_, _, _, _| {});
+        let concerns = |vector: &Vector| holds(vector.flag_bit()) || holds(vector.enable_bit());
+        let vectors: Vec<Vector> = cpu.vectors().filter(concerns).collect();
+        match (has_write_handler(cpu, address), vectors.is_empty()) {
+            (true, false) => wrapped.wrap(cpu, address, move |cpu, _, _, _| refresh_all(cpu, &vectors)),
+            (true, true) => wrapped.wrap(cpu, address, |_, _, _, _| {}),
+            (false, false) => wrapped.wrap(cpu, address, move |cpu, address, before, written| {
+                clear_flags(cpu, &vectors, address, before, written);
+                refresh_all(cpu, &vectors);
+            }),
+            (false, true) => {}
         }
     }
     wrapped
@@ -46,18 +50,17 @@ pub(crate) fn set_pending(cpu: Cpu, vector: Vector, wanted: bool) {
     }
 }
 
-fn refresh_after(cpu: Cpu, _address: u16, _before: u8, _written: u8) {
-    cpu.vectors().for_each(|vector| refresh(cpu, vector));
+fn refresh_all(cpu: Cpu, vectors: &[Vector]) {
+    vectors.iter().for_each(|&vector| refresh(cpu, vector));
     cpu.forget_withdrawn();
 }
 
 /// A register that simavr takes for memory: its flags are cleared by writing ones to them.
-fn clear_flags_and_refresh(cpu: Cpu, address: u16, before: u8, written: u8) {
-    let flags = cpu
-        .vectors()
-        .map(Vector::flag_bit)
+fn clear_flags(cpu: Cpu, vectors: &[Vector], address: u16, before: u8, written: u8) {
+    let flags = vectors
+        .iter()
+        .map(|vector| vector.flag_bit())
         .filter(|flag| flag.address == address)
         .fold(0, |all, flag| all | flag.mask);
     cpu.set_data(address, written & !flags | before & flags & !written);
-    refresh_after(cpu, address, before, written);
 }

@@ -5,7 +5,7 @@
 //! simavr's own does not do: two of them do not hear each other, the address mask comes from a
 //! CPU register, and there are neither general calls nor clock stretching.
 
-use crate::cpu::{Cpu, Vector};
+use crate::cpu::{Cpu, News, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::TwiRegisters;
 use crate::repair::interrupt;
@@ -40,8 +40,6 @@ pub(crate) struct Twi {
     left_at: Option<u64>,
     /// The program gave up the part of an addressed slave (TWSTO without being master).
     recovered: bool,
-    /// The program wrote a register, or the interface was reset, and the bus has yet to look.
-    is_new: bool,
 }
 
 /// What the program wants of the bus next.
@@ -66,7 +64,6 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attac
         start_asked_at: 0,
         left_at: None,
         recovered: false,
-        is_new: true,
     };
     Some(Attached::new(cpu, node, &[twbr, twsr, twdr, twcr], &[]))
 }
@@ -83,7 +80,7 @@ impl Twi {
     }
 
     fn leave(&mut self, cpu: Cpu) {
-        self.is_new = true;
+        cpu.tell(News::Bus);
         self.left_at = Some(cpu.cycle());
         self.release_clock(cpu);
         interrupt::refresh(cpu, self.vector);
@@ -149,15 +146,6 @@ impl Twi {
     pub fn bit_cycles(&self, cpu: Cpu) -> u64 {
         let prescaler = 1 << (2 * (cpu.data(self.registers.twsr) & 3));
         16 + 2 * u64::from(cpu.data(self.registers.twbr)) * prescaler
-    }
-
-    /// Whether anything is new to the bus since it was last told that all was seen.
-    pub fn is_new(&self) -> bool {
-        self.is_new
-    }
-
-    pub fn all_was_seen(&mut self) {
-        self.is_new = false;
     }
 
     /// The cycle at which the node left the bus, if it did since the last call.
@@ -237,7 +225,7 @@ impl Twi {
 
 impl Device for Twi {
     fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
-        self.is_new = true;
+        cpu.tell(News::Bus);
         if address == self.registers.twcr {
             self.write_control(cpu, value);
         } else if address == self.registers.twdr {

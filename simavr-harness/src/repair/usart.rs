@@ -9,7 +9,7 @@
 use std::collections::VecDeque;
 
 use crate::character::Character;
-use crate::cpu::{Cpu, Vector};
+use crate::cpu::{Cpu, News, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::UsartRegisters;
 use crate::repair::interrupt;
@@ -94,6 +94,27 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static UsartRegisters) -> Option<Att
     Some(Attached::new(cpu, usart, &[udr, ucsra, ucsrb], &[udr]))
 }
 
+impl UsartRegisters {
+    /// Length of a frame in cycles as the registers stand: start bit, 5 to 9 data bits, parity, stop
+    /// bits (section "Frame Formats").
+    pub fn frame_cycles(&self, cpu: Cpu) -> u64 {
+        let control = cpu.data(self.ucsrc);
+        let nine_bits = cpu.data(self.ucsrb) & UCSZ2 != 0;
+        let data_bits = if nine_bits { 9 } else { 5 + (control >> 1 & 3) };
+        let parity_bits = u8::from(control & 0x30 != 0);
+        let stop_bits = if control & 0x08 == 0 { 1 } else { 2 };
+        let bits = 1 + data_bits + parity_bits + stop_bits;
+        let divisor = u16::from_le_bytes([cpu.data(self.ubrrl), cpu.data(self.ubrrh) & 0x0f]);
+        let double_speed = cpu.data(self.ucsra) & U2X != 0;
+        let bit_cycles = (if double_speed { 8 } else { 16 }) * (u64::from(divisor) + 1);
+        u64::from(bits) * bit_cycles
+    }
+
+    pub fn transmitter_is_on(&self, cpu: Cpu) -> bool {
+        cpu.data(self.ucsrb) & TXEN != 0
+    }
+}
+
 impl Usart {
     /// Sets the registers to their values after a reset; what is on the wire stays there.
     pub fn reset(&mut self, cpu: Cpu) {
@@ -126,26 +147,6 @@ impl Usart {
         self.counts
     }
 
-    /// Length of a frame in cycles as the registers stand: start bit, 5 to 9 data bits, parity, stop
-    /// bits (section "Frame Formats").
-    pub fn frame_cycles(&self, cpu: Cpu) -> u64 {
-        let control = cpu.data(self.registers.ucsrc);
-        let nine_bits = cpu.data(self.registers.ucsrb) & UCSZ2 != 0;
-        let data_bits = if nine_bits { 9 } else { 5 + (control >> 1 & 3) };
-        let parity_bits = u8::from(control & 0x30 != 0);
-        let stop_bits = if control & 0x08 == 0 { 1 } else { 2 };
-        let bits = 1 + data_bits + parity_bits + stop_bits;
-        let divisor =
-            u16::from_le_bytes([cpu.data(self.registers.ubrrl), cpu.data(self.registers.ubrrh) & 0x0f]);
-        let double_speed = cpu.data(self.registers.ucsra) & U2X != 0;
-        let bit_cycles = (if double_speed { 8 } else { 16 }) * (u64::from(divisor) + 1);
-        u64::from(bits) * bit_cycles
-    }
-
-    pub fn transmitter_is_on(&self, cpu: Cpu) -> bool {
-        cpu.data(self.registers.ucsrb) & TXEN != 0
-    }
-
     fn receiver_is_on(&self, cpu: Cpu) -> bool {
         cpu.data(self.registers.ucsrb) & RXEN != 0
     }
@@ -164,9 +165,10 @@ impl Usart {
     /// Moves the buffered byte to the idle shift register.
     fn shift_out(&mut self, cpu: Cpu, start: u64) {
         let Some(value) = self.transmitter.buffer.take() else { return };
-        let end = start + self.frame_cycles(cpu);
+        let end = start + self.registers.frame_cycles(cpu);
         self.transmitter.shifting_until = Some(end);
         self.transmitter.sent.push(Character { value, start, end });
+        cpu.tell(News::Sent);
         self.counts.sent += 1;
         self.set_status(cpu, UDRE, true);
     }
@@ -197,7 +199,7 @@ impl Usart {
     }
 
     fn write_data(&mut self, cpu: Cpu, value: u8) {
-        if !self.transmitter_is_on(cpu) || self.transmitter.buffer.is_some() {
+        if !self.registers.transmitter_is_on(cpu) || self.transmitter.buffer.is_some() {
             return;
         }
         self.transmitter.buffer = Some(value);
