@@ -32,6 +32,14 @@ pub const HINGE_SPEED: usize = 6;
 /// and Newton's method takes 6 to 7 rounds a step for 100 modules, not 9.
 const STOPPING_SECONDS: f64 = 2.0 * STEP_SECONDS;
 
+/// How much better a round of Newton's method makes a step at least, else it was the last: MuJoCo's measure,
+/// which is relative to the model's size. By MuJoCo's own 1e-8 the last rounds change nothing that is seen.
+const TOLERANCE: f64 = 1e-6;
+
+/// How much of the slope a search along a round's direction may leave: the next round makes good what a rough
+/// one lacks, and takes less time than to be precise.
+const SEARCH_TOLERANCE: f64 = 0.5;
+
 /// Millimetres in a metre.
 pub const MILLI: f64 = 1e-3;
 
@@ -70,12 +78,14 @@ pub fn welds(modules: usize) -> usize {
 pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     let mut xml = String::new();
     let [gx, gy, gz] = ground.gravity();
+    // A robot is one island as a rule: to look for more takes longer than it saves.
     write!(
         xml,
         "<mujoco><compiler angle='radian'/>
         <option timestep='{STEP_SECONDS}' integrator='implicitfast' solver='Newton' jacobian='sparse'
             cone='elliptic'
-            gravity='{gx} {gy} {gz}' iterations='50'><flag autoreset='disable'/></option>
+            gravity='{gx} {gy} {gz}' iterations='50' tolerance='{TOLERANCE}'
+            ls_tolerance='{SEARCH_TOLERANCE}'><flag autoreset='disable' island='disable'/></option>
         <default>
             <geom type='box' contype='0' conaffinity='1' solref='{STIFFNESS_SECONDS} 1'/>
             <joint solreffriction='{STOPPING_SECONDS} 1' solimpfriction='0.9 0.9 0.001 0.5 2'

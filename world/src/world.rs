@@ -150,6 +150,10 @@ impl World {
             }
         }
         self.steps += 1;
+        if let Some(index) = self.simulation.forces_mut().iter().position(|force| !force.is_finite()) {
+            self.keep(volts);
+            return Err(self.broken(Warning { what: "a force that is no number", index }));
+        }
         let stepped = self.simulation.step();
         self.keep(volts);
         stepped.map_err(|warning| self.broken(warning))?;
