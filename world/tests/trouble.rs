@@ -61,7 +61,7 @@ fn docks_that_can_not_meet_are_named() {
 fn a_number_that_is_none_is_told_with_its_module() {
     let mut world = two();
     let trouble = world.step(&[[0.0; 3], [f64::NAN, 0.0, 0.0]]).unwrap_err();
-    assert!(trouble.to_string().contains("module 1"), "{trouble}");
+    assert!(trouble.to_string().contains("module 1, half with the Front dock"), "{trouble}");
     assert!(trouble.to_string().contains("no number"), "{trouble}");
 }
 
