@@ -71,8 +71,8 @@ pub(crate) struct RegisterBits {
     pub mask: u8,
 }
 
-/// What has happened at an MCU that those around it have yet to look at. It stands in one place, so that they
-/// need not look at each device.
+/// An event at a device of an MCU for which the bus or the robot polls: a pending flag for each kind. All are
+/// in one place, so that a poll reads no device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum News {
     /// The two-wire interface was reset, or the program wrote a register of it.
@@ -90,7 +90,7 @@ struct Control {
     deadline: u64,
     /// Set by a device that needs the harness before the deadline.
     attention: bool,
-    /// Which of [`News`] there are, by their numbers.
+    /// The pending flags, by the numbers of [`News`].
     news: [bool; 2],
     /// The first error that simavr reported.
     fault: Option<String>,
@@ -301,19 +301,22 @@ impl Cpu {
         unsafe { (*self.control()).attention = false }
     }
 
+    /// Sets the pending flag of an event.
     pub fn tell(self, news: News) {
         // SAFETY: `control` lives as long as the instance.
         unsafe { (*self.control()).news[news as usize] = true }
     }
 
+    /// Whether an event is pending.
     pub fn has(self, news: News) -> bool {
         // SAFETY: `control` lives as long as the instance.
         unsafe { (*self.control()).news[news as usize] }
     }
 
-    pub fn forget(self, news: News) {
-        // SAFETY: `control` lives as long as the instance.
-        unsafe { (*self.control()).news[news as usize] = false }
+    /// Whether an event was pending, which it is no longer.
+    pub fn take(self, news: News) -> bool {
+        // SAFETY: `control` lives as long as the instance; the reference ends with the call.
+        unsafe { std::mem::take(&mut (*self.control()).news[news as usize]) }
     }
 
     /// Fires the cycle timers that are due; returns the cycles to the next one (1000 if none).

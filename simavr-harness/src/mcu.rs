@@ -239,16 +239,14 @@ impl Mcu {
         self.resets
     }
 
-    /// Whether something has happened that was not looked at.
+    /// Whether an event is pending.
     pub(crate) fn has(&self, news: News) -> bool {
         self.cpu.has(news)
     }
 
-    /// The same, which is looked at now.
+    /// Whether an event was pending, which it is no longer.
     pub(crate) fn take(&mut self, news: News) -> bool {
-        let has = self.cpu.has(news);
-        self.cpu.forget(news);
-        has
+        self.cpu.take(news)
     }
 
     /// Address of the next instruction, in bytes.
