@@ -26,10 +26,11 @@ pub const QUICK_PERIOD: u16 = 10;
 
 /// Likewise where a neighbour has begun to miss them. Who misses probes sends no more than before: at a port
 /// that is deaf while it sends, it would miss more of them.
-pub const URGENT_PERIOD: u16 = 5;
+pub const URGENT_PERIOD: u16 = 4;
 
-/// So many probes are urgent: for six turns, after which a neighbour of which no probe came is given up.
-const URGENT_PROBES: u8 = (6 * PROBE_PERIOD / URGENT_PERIOD) as u8;
+/// So many probes are urgent: for seven turns, after which a neighbour of which no probe came is given up.
+const URGENT_PROBES: u8 = (7 * PROBE_PERIOD / URGENT_PERIOD) as u8;
+const _: () = assert!(URGENT_PROBES.is_multiple_of(2), "first come the probes of all quick docks");
 
 /// From when before a beat until when after it there are no probes, in milliseconds. They leave a back-off
 /// later and take 1.6 ms; a hormone is on its way here for 2.3 ms, and may be 3 ms early; and to all three
@@ -47,8 +48,10 @@ pub struct Schedule {
     turn_at: u16,
     quick: DockSet,
     quick_at: u16,
-    /// How many of the next quick probes are urgent.
-    urgent: u8,
+    /// The docks whose neighbours have begun to miss probes, and how many urgent ones are left. Every second
+    /// time the other quick docks are probed, too.
+    urgent: DockSet,
+    urgent_probes: u8,
     beats: Beats,
 }
 
@@ -61,7 +64,8 @@ impl Schedule {
             turn_at: now,
             quick: DockSet::EMPTY,
             quick_at: now,
-            urgent: 0,
+            urgent: DockSet::EMPTY,
+            urgent_probes: 0,
             beats: Beats { last_at: now, next_at: now, docks: DockSet::EMPTY },
         }
     }
@@ -70,10 +74,12 @@ impl Schedule {
     /// is `None`.
     pub fn due(&mut self, now: u16) -> Option<Dock> {
         if !self.quick.is_empty() && reached(self.quick_at, now) {
-            let period = if self.urgent > 0 { URGENT_PERIOD } else { QUICK_PERIOD };
-            self.urgent = self.urgent.saturating_sub(1);
+            let is_between = self.urgent_probes & 1 != 0;
+            let docks = if is_between { self.urgent.intersection(self.quick) } else { self.quick };
+            let period = if self.urgent_probes > 0 { URGENT_PERIOD } else { QUICK_PERIOD };
+            self.urgent_probes = self.urgent_probes.saturating_sub(1);
             self.quick_at = now.wrapping_add(period);
-            self.hurried = self.hurried.union(self.quick);
+            self.hurried = self.hurried.union(docks);
         }
         let held = self.held(now);
         loop {
@@ -150,16 +156,25 @@ impl Schedule {
             self.quick_at = now;
         }
         if docks.is_empty() {
-            self.urgent = 0;
+            self.urgent_probes = 0;
         }
         let is_more = self.quick.union(docks) != self.quick;
         self.quick = docks;
         is_more
     }
 
-    /// Quick probes are urgent from now on, for a while: a neighbour has begun to miss them.
-    pub fn urge(&mut self) {
-        self.urgent = URGENT_PROBES;
+    /// Quick probes of `dock` are urgent from now on, for a while: its neighbour has begun to miss them.
+    pub fn urge(&mut self, dock: Dock) {
+        if self.urgent_probes == 0 {
+            self.urgent = DockSet::EMPTY;
+        }
+        self.urgent.insert(dock);
+        self.urgent_probes = URGENT_PROBES | self.urgent_probes & 1;
+    }
+
+    /// Those of `docks` are urgent no longer: there this module listens.
+    pub fn calm(&mut self, docks: DockSet) {
+        self.urgent = self.urgent.without(docks);
     }
 
     /// Probes `docks` at once: a neighbour waits for an answer, or does not know yet that it is not heard.
@@ -243,21 +258,58 @@ mod tests {
         }
     }
 
+    /// How many probes of so many milliseconds from `start` leave by a dock, beside its turns.
+    fn quick_probes(schedule: &mut Schedule, start: u16, milliseconds: u16, dock: Dock) -> u16 {
+        let sent = probes(schedule, start, milliseconds);
+        let all = sent.iter().filter(|(_, by)| *by == dock).count() as u16;
+        all - milliseconds / PROBE_PERIOD
+    }
+
     #[test]
     fn quick_probes_are_urgent_for_as_long_as_a_neighbour_waits() {
         let mut schedule = Schedule::new(0);
         let quick = DockSet::of(&[Dock::Up]);
         schedule.set_quick(quick, 0);
-        schedule.urge();
-        let within = |sent: Vec<(u16, Dock)>| sent.iter().filter(|(_, dock)| *dock == Dock::Up).count();
-        // Beside the turns, six in this time.
-        assert_eq!(within(probes(&mut schedule, 0, 240)), 48 + 6);
-        assert_eq!(within(probes(&mut schedule, 240, 240)), 24 + 6);
+        schedule.urge(Dock::Up);
+        assert_eq!(quick_probes(&mut schedule, 0, 280, Dock::Up), 280 / URGENT_PERIOD);
+        assert_eq!(quick_probes(&mut schedule, 280, 280, Dock::Up), 280 / QUICK_PERIOD);
         // Over before its time, it is over.
-        schedule.urge();
-        schedule.set_quick(DockSet::EMPTY, 480);
-        schedule.set_quick(quick, 480);
-        assert_eq!(within(probes(&mut schedule, 480, 240)), 24 + 6);
+        schedule.urge(Dock::Up);
+        schedule.set_quick(DockSet::EMPTY, 560);
+        schedule.set_quick(quick, 560);
+        assert_eq!(quick_probes(&mut schedule, 560, 280, Dock::Up), 280 / QUICK_PERIOD);
+    }
+
+    #[test]
+    fn they_are_where_the_neighbour_misses_them_and_this_module_does_not() {
+        let (one, other) = (Dock::Up, Dock::Left);
+        for start in [0, 65_400] {
+            let urged = |docks: &[Dock]| {
+                let mut schedule = Schedule::new(start);
+                schedule.set_quick(DockSet::of(&[one, other]), start);
+                docks.iter().for_each(|dock| schedule.urge(*dock));
+                schedule
+            };
+            let [urgent, seldom] = [240 / URGENT_PERIOD, 240 / URGENT_PERIOD / 2];
+            let sent = |mut schedule, dock| quick_probes(&mut schedule, start, 240, dock);
+            assert_eq!([one, other].map(|dock| sent(urged(&[one]), dock)), [urgent, seldom]);
+            assert_eq!([one, other].map(|dock| sent(urged(&[one, other]), dock)), [urgent, urgent]);
+            let calmed = || {
+                let mut schedule = urged(&[one, other]);
+                schedule.calm(DockSet::of(&[one]));
+                schedule
+            };
+            assert_eq!([one, other].map(|dock| sent(calmed(), dock)), [seldom, urgent]);
+        }
+    }
+
+    #[test]
+    fn a_dock_is_urgent_no_longer_once_it_is_quick_no_more() {
+        let mut schedule = Schedule::new(0);
+        schedule.set_quick(DockSet::of(&[Dock::Up, Dock::Left]), 0);
+        schedule.urge(Dock::Up);
+        schedule.set_quick(DockSet::of(&[Dock::Left]), 0);
+        assert_eq!(quick_probes(&mut schedule, 0, 240, Dock::Up), 0);
     }
 
     #[test]

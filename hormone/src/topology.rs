@@ -1,6 +1,6 @@
 //! What a module knows of its neighbours, from the probes it hears. Kept by AC_RECV.
 //!
-//! A neighbour that falls silent is lost after 240 ms, six probes. Where three of four are lost that would
+//! A neighbour that falls silent is lost after 270 ms, six probes. Where three of four are lost that would
 //! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
 //! from a gap of two probes or more counts as lossy for a while, and as long as it loses more than one probe
 //! of four; both ends probe it every 10 ms beside its turns, but around [beats](crate::schedule), so every 8
@@ -9,9 +9,10 @@
 //! 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should be often enough to
 //! lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of a good link.
 //!
-//! Where loss sets in at once, a link that was good has those 240 ms alone. So once a probe is missing, 62 ms
-//! after the last one, the neighbour is asked for more, and sends one every 5 ms for as long as it would be
-//! waited for. Who misses them sends one every 10 ms: more would drown those that come.
+//! Where loss sets in at once, a link that was good has those 270 ms alone. So once a probe is missing, 62 ms
+//! after the last one, the neighbour is asked for more, and sends one every 4 ms for as long as it would be
+//! waited for. Who misses them sends one every 8 or 10 ms, also where it is asked itself: more would drown
+//! those that come.
 //!
 //! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
 //! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.
@@ -25,8 +26,9 @@ use crate::probe::Probe;
 use crate::schedule::{AFTER_BEAT, BEFORE_BEAT, PROBE_PERIOD};
 use crate::time::reached;
 
-/// A neighbour that has been silent for this long is lost, in milliseconds: six probes.
-pub const LOSS_TIMEOUT: u16 = 240;
+/// A neighbour that has been silent for this long is lost, in milliseconds: six probes, and what a
+/// [look](Topology::expire) leaves of 300 ms.
+pub const LOSS_TIMEOUT: u16 = 270;
 
 /// The longest that it may be silent over a lossy link.
 pub const LOSSY_TIMEOUT: u16 = 900;
@@ -187,9 +189,14 @@ impl Link {
         self.silences <= FEW_SILENCES || self.row == WHOLE_ROW
     }
 
-    /// Whether probes of the other end are missing.
+    /// Whether probes of the other end are missing, or were a while ago.
     fn is_missing(&self, now: u16) -> bool {
-        self.heard.is_some() && (self.lossy_until.is_some() || self.silence(now) > MISSING)
+        self.heard.is_some() && (self.lossy_until.is_some() || self.is_silent(now))
+    }
+
+    /// Whether they are by now.
+    fn is_silent(&self, now: u16) -> bool {
+        self.silence(now) > MISSING
     }
 
     fn is_lost(&self, now: u16) -> bool {
@@ -290,6 +297,17 @@ impl Topology {
         let mut docks = DockSet::EMPTY;
         for dock in (0..6).filter_map(Dock::from_index) {
             if self.link(dock).is_some_and(|link| link.wants_more || link.is_missing(now)) {
+                docks.insert(dock);
+            }
+        }
+        docks
+    }
+
+    /// Those of them where a probe of the other end is missing by now.
+    pub fn silent(&self, now: u16) -> DockSet {
+        let mut docks = DockSet::EMPTY;
+        for dock in (0..6).filter_map(Dock::from_index) {
+            if self.link(dock).is_some_and(|link| link.is_silent(now)) {
                 docks.insert(dock);
             }
         }
@@ -602,10 +620,16 @@ mod tests {
     fn in_a_silence_and_for_a_neighbour_that_misses_probes_there_are_more() {
         let mut topology = good_since_a_second(Front, 0);
         assert!(topology.lossy(MISSING).is_empty() && !topology.probe(Front, MISSING).wants_more);
+        assert!(!topology.silent(MISSING).contains(Front));
         assert_eq!(topology.lossy(MISSING + 1), DockSet::of(&[Front]));
+        assert!(topology.silent(MISSING + 1).contains(Front));
         assert!(topology.probe(Front, MISSING + 1).wants_more);
         topology.heard(Front, Probe { wants_more: true, ..ATTACHED }, 10);
         assert_eq!(topology.lossy(11), DockSet::of(&[Front]));
+        assert!(!topology.silent(11).contains(Front));
         assert!(!topology.probe(Front, 11).wants_more, "this end misses none");
+        // It has come back from a gap. That one stays lossy for a while, but nothing is missing now.
+        topology.heard(Front, ATTACHED, 10 + GAP + 1);
+        assert!(topology.probe(Front, 11 + GAP).wants_more && !topology.silent(11 + GAP).contains(Front));
     }
 }

@@ -633,13 +633,16 @@ fn a_hundred_modules_come_right_soon_whatever_part_of_the_frames_is_lost() {
     }
 }
 
-/// Links that have lost nothing until then are given 240 ms. Of these robots nine of twelve went wrong while
-/// six probes and some quick ones at their end had to do.
+/// Links that have lost nothing until then are given 270 ms. Of these robots nine of twelve went wrong at 70 %
+/// while six probes and some quick ones at their end had to do; and at 75 % still three while those who missed
+/// probes drowned them by what they sent.
 #[test]
 fn legs_go_on_as_loss_sets_in_at_once() {
-    for seed in 1..=12 {
-        let run = run(robot(Shape::Centipede, 100, seed), "[[event]]\nat = 5.3\nloss = 0.7", 7);
-        assert_eq!(faults(&run), [""; 0], "seed {seed}");
+    for (loss, most) in [(0.7, 0), (0.75, 1)] {
+        let event = format!("[[event]]\nat = 5.3\nloss = {loss}");
+        let faults = (1..=12).map(|seed| faults(&run(robot(Shape::Centipede, 100, seed), &event, 7)));
+        let wrong: Vec<Vec<String>> = faults.filter(|faults| !faults.is_empty()).collect();
+        assert!(wrong.len() <= most, "{loss} lost: {wrong:?}");
     }
 }
 

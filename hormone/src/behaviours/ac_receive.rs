@@ -32,7 +32,7 @@ impl AdaptiveCommunication {
             self.look_at = now;
         }
         if heard.asks {
-            self.schedule.urge();
+            self.schedule.urge(dock);
             self.look_at = now;
         }
         heard.answer
@@ -51,6 +51,7 @@ impl AdaptiveCommunication {
         self.is_news = false;
         self.schedule.hurry(lost);
         let hurries = self.schedule.set_quick(self.topology.lossy(now), now) | !lost.is_empty();
+        self.schedule.calm(self.topology.silent(now));
         if hurries {
             self.probe_at = now;
         }
