@@ -182,7 +182,8 @@ impl Gait {
             let known = halted.filter(|_| !disturbed[module]);
             let heard = (DISCOVERY + disturbed.len() as u64 * HOP) as f64 * self.tries;
             let until = known.unwrap_or(now + self.period + heard as u64);
-            *halted = self.orders.gait(module).is_none().then_some(until);
+            let shall_stop = self.orders.gait(module).is_none() && self.wiring.has_power(module);
+            *halted = shall_stop.then_some(until);
         }
         for (module, hops) in hops(&self.wiring, &self.orders).into_iter().enumerate() {
             let (Some(hops), Some(gait)) = (hops, self.orders.gait(module)) else { continue };

@@ -11,7 +11,10 @@ use crate::wiring::{Face, Wiring};
 pub fn leads(wiring: &Wiring, module: usize, leader: Leader) -> Option<u64> {
     match leader {
         Leader::Head => (acting(wiring, module) == ModuleType::Head).then_some(1),
-        Leader::Alone => (acting(wiring, module) == ModuleType::Alone).then_some(1),
+        // One without power has nobody either.
+        Leader::Alone => {
+            (wiring.has_power(module) && acting(wiring, module) == ModuleType::Alone).then_some(1)
+        }
         Leader::Elected => ring(wiring, module),
     }
 }

@@ -51,6 +51,27 @@ fn a_robot_whose_modules_have_lost_their_power_does_nothing() {
     assert_found(&verdict(headless, 8), "nobody leads");
 }
 
+/// It has nobody either, but does not beat its own time.
+#[test]
+fn a_module_without_power_is_no_module_alone() {
+    let file = "modules = 3\ndocks = [[\"0.Back\", \"1.Front\"]]\n\
+        [[event]]\nat = 2\ncommand = [0xda, 1, 255]\nto = \"2.Front\"\n\
+        [[event]]\nat = 5\nkill = 2\n";
+    assert_eq!(verdict(file, 12), [""; 0]);
+    let headless = format!("{file}[[event]]\nat = 6\ndetach = \"0.Back\"");
+    assert_found(&verdict(&headless, 12), "nobody leads");
+}
+
+/// It was ordered to stop, and has no power since: nobody else shall stand still for that.
+#[test]
+fn a_module_without_power_is_none_that_shall_stop() {
+    let headless = "modules = 3\ndocks = [[\"0.Back\", \"1.Front\"]]\n\
+        [[event]]\nat = 2\ncommand = [0xd0, 1, 255]\nto = \"2.Front\"\n\
+        [[event]]\nat = 5\nkill = 2\n\
+        [[event]]\nat = 6\ndetach = \"0.Back\"";
+    assert_found(&verdict(headless, 12), "nobody leads");
+}
+
 #[test]
 fn an_order_that_nobody_hears_is_a_fault_and_nobody_has_to_follow_it() {
     let unheard = |at| {
