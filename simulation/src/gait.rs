@@ -211,6 +211,7 @@ impl Gait {
     /// The robot lies turned about its long axis from now on.
     pub fn turned(&mut self, now: u64) {
         self.turned_at = now;
+        self.walkers.iter_mut().for_each(Walker::turned);
     }
 
     /// From `now` on a frame is sent so often until it and its ACK have arrived. Who walks has to walk on.

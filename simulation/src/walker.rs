@@ -129,6 +129,8 @@ pub struct Walker {
     pub apart_since: Option<u64>,
     /// What rules for its type depend on.
     senses: Vec<Sensed>,
+    /// Whether the robot was turned since sensors were looked at.
+    is_turned: bool,
 }
 
 impl Walker {
@@ -156,6 +158,7 @@ impl Walker {
             overdue_at: 0,
             apart_since: None,
             senses: Sense::ALL.into_iter().filter(is_minded).map(sensed).collect(),
+            is_turned: false,
         }
     }
 
@@ -304,6 +307,11 @@ impl Walker {
         self.senses.iter().map(|sensed| sensed.sense)
     }
 
+    /// The robot was turned: what its sensors read now is not known before they are looked at.
+    pub fn turned(&mut self) {
+        self.is_turned = true;
+    }
+
     /// The sensors of these senses, in the order of [`senses`](Self::senses), read this now, and were looked
     /// at last before. The robot was turned last at `turned_at`.
     pub fn feel(&mut self, values: &[i16], (before, now): (u64, u64), turned_at: u64) {
@@ -314,12 +322,13 @@ impl Walker {
                 *sensed = Sensed { holds, since, ..*sensed };
             }
         }
+        self.is_turned = false;
     }
 
     /// A step that is over was done as the module lay, or has lain for long: else its foot was wrong all the
     /// time.
     fn judge_attitude(&mut self, step: Step, end: u64, tally: &mut Tally) {
-        let Some((acted_at, action)) = step.acted else { return };
+        let Some((acted_at, action)) = step.acted.filter(|_| !self.is_turned) else { return };
         let against = |&Sensed { sense, holds, since }: &Sensed| {
             let plain = self.gait.rule(self.case(step), step.data)?.action();
             let given = self.gait.rule(self.case(step).given(Some(sense)), step.data)?.action();

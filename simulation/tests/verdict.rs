@@ -243,6 +243,17 @@ fn a_leg_that_hangs_upside_down_is_judged_by_how_it_lies() {
     assert_eq!(verdict(&format!("{file}\n[[event]]\nat = 4.2\nroll = 180"), 10), [""; 0]);
 }
 
+/// It does so before its sensors are looked at again.
+#[test]
+fn a_robot_that_is_turned_over_may_walk_on_within_a_short_period() {
+    let file = "shape = \"six-legs\"\nmodules = 11\n\
+        [[event]]\nat = 2\ncommand = [0xd7, 1, 10]\nto = \"0.Front\"\n";
+    for milliseconds in (5_000..5_250).step_by(50) {
+        let at = f64::from(milliseconds) / 1000.0;
+        assert_eq!(verdict(&format!("{file}[[event]]\nat = {at}\nroll = 180"), 8), [""; 0], "{at}");
+    }
+}
+
 /// An order to stop, and to walk on in another Period.
 #[test]
 fn a_robot_stops_and_walks_on_as_it_is_ordered() {
