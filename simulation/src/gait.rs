@@ -136,6 +136,11 @@ impl Gait {
         self.touched(&touched, now)
     }
 
+    /// A module starts over, and runs again from `runs_at` on.
+    pub fn restarted(&mut self, module: usize, runs_at: u64) {
+        self.orders.restarted(module, runs_at);
+    }
+
     /// Has robots that have taken another shape walk on. Returns whom that concerns, and until when.
     pub fn reshaped(&mut self, now: u64) -> Vec<(usize, u64)> {
         match self.orders.next() {

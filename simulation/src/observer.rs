@@ -188,6 +188,7 @@ impl Observer {
             }
             if mcus != Mcus::Slave {
                 self.discovery.restarted(module, at);
+                self.gait.restarted(module, self.hear_since[module][0]);
             }
         }
     }

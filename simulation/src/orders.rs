@@ -49,6 +49,8 @@ pub struct Orders {
     /// By module.
     of: Vec<Order>,
     given: u64,
+    /// Modules that start over, and when their programs run again. Until then they hear of no order.
+    restarting: Vec<(usize, u64)>,
     reshaped: Vec<Reshaped>,
     choices: Vec<Choice>,
 }
@@ -57,7 +59,8 @@ impl Orders {
     /// So many modules at power-up: they begin with the centipede's gait.
     pub fn new(modules: usize) -> Self {
         let first = Order { number: 0, standing: Standing::none(GaitName::Centipede as u8) };
-        Orders { of: vec![first; modules], given: 0, reshaped: Vec::new(), choices: Vec::new() }
+        let of = vec![first; modules];
+        Orders { of, given: 0, restarting: Vec::new(), reshaped: Vec::new(), choices: Vec::new() }
     }
 
     /// The gait that a module has to walk by; `None` if it was ordered to stop.
@@ -77,6 +80,8 @@ impl Orders {
         let gait = gait.map_or(STOP, |name| name as u8);
         let Some(standing) = self.of[module].standing.next(gait, period) else { return Vec::new() };
         self.given += 1;
+        // One that starts over hears it once it runs.
+        self.restarting.retain(|&(other, _)| other != module);
         let order = Order { number: self.given, standing };
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
@@ -93,6 +98,15 @@ impl Orders {
         let changed = self.spread(wiring);
         self.look(wiring, now, now);
         changed
+    }
+
+    /// A module starts over, and runs again from `runs_at` on: it recalls what it was ordered, and takes that
+    /// for older than what others were since their power-up.
+    pub fn restarted(&mut self, module: usize, runs_at: u64) {
+        let standing = &mut self.of[module].standing;
+        *standing = Standing::from_record(standing.to_record()).unwrap_or(*standing);
+        self.restarting.retain(|&(other, _)| other != module);
+        self.restarting.push((module, runs_at));
     }
 
     /// Looks which bodies have the shape that their gait makes of them. Those that have it newly may walk on
@@ -120,18 +134,25 @@ impl Orders {
         is_there.then_some(then)
     }
 
-    /// When a robot will have taken another shape, if nothing happens before.
+    /// When a robot will have taken another shape, or a module runs again, if nothing happens before.
     pub fn next(&self) -> Option<u64> {
-        self.reshaped.iter().map(|reshaped| reshaped.at).min()
+        let runs_at = self.restarting.iter().map(|&(_, runs_at)| runs_at);
+        self.reshaped.iter().map(|reshaped| reshaped.at).chain(runs_at).min()
     }
 
-    /// Has the bodies that have taken another shape by `now` walk by the gait that follows, if they have not
-    /// been ordered otherwise meanwhile. Returns whom that is new to.
+    /// Has modules that run again by `now` hear what others were ordered, and the bodies that have taken
+    /// another shape by then walk by the gait that follows, if they have not been ordered otherwise
+    /// meanwhile. Returns whom that is new to.
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
+        let mut changed = Vec::new();
+        if self.restarting.extract_if(.., |&mut (_, runs_at)| runs_at <= now).count() > 0 {
+            changed = self.rewired(wiring, now);
+        }
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
         let give = |Reshaped { module, then, .. }| self.give(wiring, module, (Some(then), Period::OWN), now);
-        over.into_iter().flat_map(give).collect()
+        changed.extend(over.into_iter().flat_map(give));
+        changed
     }
 
     /// Has bodies that may walk on do so by `now` if one of their modules says that it walks by the gait that
@@ -157,7 +178,8 @@ impl Orders {
     /// gait now.
     fn spread(&mut self, wiring: &Wiring) -> Vec<usize> {
         let mut changed = Vec::new();
-        for body in wiring.bodies() {
+        for mut body in wiring.bodies() {
+            body.retain(|module| self.restarting.iter().all(|(other, _)| other != module));
             let newest = body.iter().map(|&module| self.of[module]).reduce(Order::newer);
             let Some(newest) = newest else { continue };
             for module in body {
@@ -285,6 +307,31 @@ mod tests {
             for module in 0..6 {
                 let gait = orders.gait(module).and_then(|gait| GaitName::from_byte(gait.name));
                 assert_eq!(gait, joined, "{orders_given:?}");
+            }
+        }
+    }
+
+    /// Both parts are ordered, the first one more often, and modules of it start over together.
+    #[test]
+    fn what_all_modules_of_a_body_recall_is_older_than_what_others_were_ordered() {
+        let whole = Shape::Chain.wiring(6).unwrap();
+        let mut cut = whole.clone();
+        cut.detach(Face { module: 2, dock: Back }).unwrap();
+        for (restarted, joined) in [(0..0, OpenRing), (0..2, OpenRing), (0..3, RollingTrack)] {
+            let mut orders = Orders::new(6);
+            for (module, gait) in [(0, Caterpillar), (0, OpenRing), (5, RollingTrack)] {
+                orders.give(&cut, module, (Some(gait), Period::OWN), 0);
+            }
+            for module in restarted {
+                orders.rewired(&cut, 1);
+                orders.restarted(module, 3);
+            }
+            orders.settle(&cut, 2);
+            orders.settle(&cut, 3);
+            orders.rewired(&whole, 4);
+            for module in 0..6 {
+                let gait = orders.gait(module).and_then(|gait| GaitName::from_byte(gait.name));
+                assert_eq!(gait, Some(joined), "{module}");
             }
         }
     }

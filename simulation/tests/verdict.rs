@@ -282,6 +282,31 @@ fn parts_that_join_walk_or_rest_as_the_one_that_was_ordered_more_often() {
     assert_eq!(joined(&[(3, 2, "0.Up"), (4, 3, "0.Up"), (5, 2, "5.Up")]), [""; 0]);
 }
 
+/// One that is reset and attached, and a part of which all are reset together. Where one of them is not, it
+/// tells the others, and all go by the gait of a module alone, which nobody leads.
+#[test]
+fn parts_that_join_do_not_walk_as_one_that_recalls_its_orders() {
+    let joined = |last: usize, reset: usize| {
+        let resets: String =
+            (0..reset).map(|module| format!("[[event]]\nat = 5\nreset = {module}\n")).collect();
+        let file = format!(
+            "shape = \"chain\"\nmodules = 6\n[[event]]\nat = 2\ndetach = \"{last}.Back\"\n\
+             [[event]]\nat = 3\ncommand = [0xd3, 1, 255]\nto = \"0.Up\"\n\
+             [[event]]\nat = 4\ncommand = [0xda, 2, 255]\nto = \"0.Up\"\n{resets}\
+             [[event]]\nat = 7\ncommand = [0xd2, 3, 255]\nto = \"5.Up\"\n\
+             [[event]]\nat = 9\nattach = [\"{last}.Back\", \"{}.Front\"]\n",
+            last + 1
+        );
+        verdict(&file, 14)
+    };
+    for (last, reset) in [(0, 0), (2, 2)] {
+        assert_found(&joined(last, reset), "nobody leads");
+    }
+    for (last, reset) in [(0, 1), (2, 3)] {
+        assert_eq!(joined(last, reset), [""; 0], "{last}");
+    }
+}
+
 /// A short Period is ordered before the robot has had its time to walk by a long one.
 #[test]
 fn an_order_for_a_shorter_period_leaves_time_to_follow_it() {
