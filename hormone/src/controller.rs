@@ -246,11 +246,12 @@ impl Controller {
     #[inline(never)] // its stack is needed here alone
     fn hear_token(&mut self, token: Token, now: u16) -> Response {
         let has_led = self.is_leader();
+        let is_own = self.election.is_own(token);
         let passed_on = self.election.hear(token, now);
         if let Some(token) = passed_on {
             return self.send(Hormone::Token(token), BACK);
         }
-        if self.election.ring().is_some() && self.once().is_some() {
+        if is_own && self.once().is_some() {
             // The chain has closed.
             return self.reshaped(now);
         }

@@ -169,13 +169,18 @@ impl Election {
         until(self.round_at, now)
     }
 
+    /// Whether it is this module's own token, which has been all round.
+    pub fn is_own(&self, token: Token) -> bool {
+        self.role != Role::Follower && token.rank == self.last.rank
+    }
+
     /// Takes in a token. Returns what goes on to the next module, if anything does.
     pub fn hear(&mut self, token: Token, now: u16) -> Option<Token> {
+        if self.is_own(token) {
+            self.role = Role::Leader { ring: token.hops, silent: 0 };
+            return None;
+        }
         if self.role != Role::Follower {
-            if token.rank == self.last.rank {
-                self.role = Role::Leader { ring: token.hops, silent: 0 };
-                return None;
-            }
             if token.rank < self.last.rank || token.rank == self.rank_before {
                 return None;
             }

@@ -183,6 +183,20 @@ fn a_robot_may_roll_as_soon_as_it_is_a_ring() {
     assert!(rolled > 0 && rolled < apart.len(), "{rolled}");
 }
 
+/// Who led the ring does not take the chain for one.
+#[test]
+fn a_ring_that_is_cut_closes_again() {
+    for cut in 0..6 {
+        let file = format!(
+            "shape = \"ring\"\nmodules = 6\n\
+             [[event]]\nat = 1\ncommand = [0xd4, 1, 255]\nto = \"0.Up\"\n\
+             [[event]]\nat = 8\ndetach = \"{cut}.Back\"\n\
+             [[event]]\nat = 9\ncommand = [0xd8, 2, 255]\nto = \"0.Up\"\n"
+        );
+        assert_eq!(verdict(&file, 30), [""; 0], "{cut}");
+    }
+}
+
 /// A ring that opens is cut elsewhere before: its two parts find out one after the other.
 #[test]
 fn each_part_of_a_ring_crawls_once_it_has_noticed() {

@@ -613,6 +613,21 @@ fn a_head_that_gets_a_neighbour_in_front_rolls_once_its_token_comes_back() {
     assert!(spine.is_leader());
 }
 
+/// It led a ring that was cut elsewhere, and has not found that out.
+#[test]
+fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
+    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let own = leader.election.round(2_000).unwrap();
+    let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_010);
+    let _ = leader.order(None, walk(GaitName::CloseRing as u8, 1), 2_100);
+    let candidate = Token { rank: 1, hops: 3 };
+    let _ = leader.received(Front, Hormone::Token(candidate), 2_200);
+    assert_eq!(leader.status().gait, GaitName::CloseRing as u8);
+    let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_300);
+    assert_eq!(leader.status().gait, GaitName::RollingTrack as u8);
+}
+
 #[test]
 fn a_ring_is_open_once_its_leader_has_been_head_for_a_while() {
     let open = || {
