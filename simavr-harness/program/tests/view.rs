@@ -255,6 +255,27 @@ fn what_is_done_by_hand_happens_at_whole_multiples_of_40_ms() {
 }
 
 #[test]
+fn what_is_due_at_the_beginning_happens_before_what_is_done_by_hand() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("robot.toml");
+    let robot = "modules = 3\nshape = \"chain\"\n";
+    let turned = "\n[[event]]\nat = 0.0\nroll = 90.0\n";
+    std::fs::write(&file, format!("{robot}{turned}")).unwrap();
+    let arguments = ["sim", file.to_str().unwrap(), "--engine", "host", "--loss", "0.9", "--seconds", "1"];
+    let arguments = [&arguments[..], &["--json", "-"]].concat();
+    let viewed = Viewed::start(&arguments);
+    // What --loss has happen would come after it, and stand.
+    assert!(viewed.ask(r#"{"event": "loss = 0"}"#).starts_with("HTTP/1.1 200"));
+    let answer = viewed.ask(r#"{"timeline": null}"#);
+    let saved = answer.split_once("\r\n\r\n").unwrap().1;
+    assert!(saved.ends_with(&format!("{robot}{turned}\n[[event]]\nat = 0.0\nloss = 0.0\n")), "{saved}");
+    assert!(viewed.ask(r#"{"until": 9}"#).starts_with("HTTP/1.1 200"));
+    std::fs::write(&file, saved).unwrap();
+    let again = command::run(&arguments);
+    assert_eq!(viewed.report(), report(&String::from_utf8(again.stdout).unwrap()), "{saved}");
+}
+
+#[test]
 fn what_is_saved_is_what_happened_and_still_can_also_when_the_run_is_over() {
     let directory = tempfile::tempdir().unwrap();
     let file = |text: &str| {

@@ -92,8 +92,10 @@ impl View {
         let mut goes_on = true;
         while goes_on {
             let now = run.robot.now();
-            let asked = if !now.is_multiple_of(EVERY) {
-                // Events of its own file, and ends of steps, come at other times: what is asked for waits.
+            let is_due = run.events_to_come().next().is_some_and(|event| event.at <= now);
+            let asked = if is_due || !now.is_multiple_of(EVERY) {
+                // Events of its own file, and ends of steps, come at other times: what is asked for waits. So
+                // it does for what is due now.
                 None
             } else if now < self.until() {
                 self.asked.try_recv().ok()
