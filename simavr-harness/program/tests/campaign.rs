@@ -161,6 +161,44 @@ fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
 }
 
 #[test]
+fn how_a_run_ended_before_is_not_told_of_one_that_is_still_to_be_made() {
+    let is_to_run = |campaign: &Campaign| {
+        let report = said(&campaign.report(&[]));
+        assert!(report.contains("still to run: 1") && !report.contains("exit status"), "{report}");
+    };
+    // It is refused, and ended by a signal once it can be made.
+    let campaign = Campaign::of("robot = 'one.toml'\nengine = 'host'\nseconds = 86400");
+    let robot = campaign.path("one.toml");
+    fs::write(&robot, "modules = 1").unwrap();
+    campaign.plan(&[]);
+    fs::write(&robot, "modules = 0").unwrap();
+    assert!(!shell(&campaign.file("jobs")).status.success());
+    assert!(said(&campaign.report(&[])).contains("exit status 2: "));
+    fs::write(&robot, "modules = 1").unwrap();
+    let mut job = Command::new("sh");
+    let mut job = job.args(["-c", &campaign.file("jobs")]).process_group(0).spawn().unwrap();
+    let of_before = || {
+        let mut files = fs::read_dir(Path::new(&campaign.directory()).join("runs")).unwrap();
+        files.any(|file| file.unwrap().path().extension().is_some_and(|end| end == "status"))
+    };
+    while of_before() {
+        assert!(job.try_wait().unwrap().is_none(), "it has ended");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(shell(&format!("kill -KILL -{}", job.id())).status.success());
+    job.wait().unwrap();
+    is_to_run(&campaign);
+
+    // Nobody leads a body of one module; and then its result is removed.
+    let campaign = Campaign::of("robot = { shape = 'chain', modules = 1 }\nengine = 'host'\nseconds = 2");
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(1));
+    let result = &campaign.results()[0].0;
+    fs::remove_file(Path::new(&campaign.directory()).join("runs").join(result)).unwrap();
+    is_to_run(&campaign);
+    assert!(said(&campaign.plan(&[])).contains("runs: 1, done: 0, failed: 0"));
+}
+
+#[test]
 fn a_result_that_was_removed_is_made_again() {
     let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 2");
     assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));

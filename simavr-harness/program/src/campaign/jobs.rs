@@ -110,7 +110,7 @@ pub fn plan_path(directory: &Path) -> PathBuf {
 }
 
 /// A job as a line for a shell. It is done once its result is there, however often it is run. It fails as the
-/// run does, of which the exit status is kept then.
+/// run does, of which the exit status is kept then; that of a run before is not.
 fn line(run: &Planned, directory: &Path) -> Result<String, Box<dyn Error>> {
     let file = |end: &str| {
         let path = text(&results(directory).join(format!("{}.{end}", run.key)))?;
@@ -118,7 +118,10 @@ fn line(run: &Planned, directory: &Path) -> Result<String, Box<dyn Error>> {
     };
     let [json, said, status] = [file("json")?, file("err")?, file("status")?];
     let command = shlex::try_join(run.command.iter().map(String::as_str))?;
-    Ok(format!("test -e {json} || {command} --json {json} 2>{said} || {{ echo $? >{status}; false; }}"))
+    Ok(format!(
+        "test -e {json} || {{ rm -f {status}; {command} --json {json} 2>{said}; }} || \
+         {{ echo $? >{status}; false; }}"
+    ))
 }
 
 fn text(path: &Path) -> Result<String, Box<dyn Error>> {
