@@ -14,10 +14,10 @@ pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Resu
     let svg = options.svg.as_deref();
     let svg = svg.map(|path| Destination::besides(destination.as_ref(), path, None, "--svg")).transpose()?;
     let figures = concurrency::measure(&options.images, options.seconds)?;
-    if let Some(svg) = svg {
-        svg.write_text(&concurrency_plot::plot(&figures)?)?;
-    }
-    tell(destination, &Report(figures))
+    let plotted = svg.map(|svg| svg.write_text(&concurrency_plot::plot(&figures)?)).transpose();
+    // Where the plot can't be written any more, the figures are told all the same.
+    tell(destination, &Report(figures))?;
+    plotted.map(|_| ())
 }
 
 #[derive(Serialize)]

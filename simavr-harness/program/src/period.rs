@@ -58,12 +58,12 @@ pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
         say(format_args!("superbot-sim: a Period of {period_ms} ms\n"));
         rows.push(row(options, &images, period_ms)?);
     }
-    if let Some(svg) = svg {
-        svg.write_text(&plot(&rows)?)?;
-    }
+    let plotted = svg.map(|svg| svg.write_text(&plot(&rows)?)).transpose();
     let Centipede { modules, seed, .. } = options.centipede;
     let table = Table { modules, seconds: options.seconds, seed, rows };
-    tell(destination, &table)
+    // Where the plot can't be written any more, the figures are told all the same.
+    tell(destination, &table)?;
+    plotted.map(|_| ())
 }
 
 fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn Error>> {

@@ -486,6 +486,16 @@ fn a_plot_does_not_go_where_the_report_goes() {
 }
 
 #[test]
+fn where_a_plot_can_not_be_written_the_figures_are_told_all_the_same() {
+    let output = run(&["period", "--modules", "1", "--seconds", "7", "--svg", "/dev/full"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("can't write /dev/full"), "{message}");
+    let table = String::from_utf8_lossy(&output.stdout);
+    assert!(table.contains("| 0.5 s |") && table.contains("| 4 s |"), "{table}");
+}
+
+#[test]
 fn images_that_are_not_there_can_be_built() {
     assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
     assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");
