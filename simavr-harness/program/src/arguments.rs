@@ -218,9 +218,10 @@ pub struct Bench {
     #[arg(value_enum, default_value = "kernel")]
     pub subject: Subject,
 
-    /// For how long a module is saturated, or each case of tasks against one loop runs, in simulated seconds.
-    #[arg(long, default_value = "60", value_parser = clap::value_parser!(u64).range(1..), allow_hyphen_values = true)]
-    pub seconds: u64,
+    /// For how long a module is saturated, or each case of tasks against one loop runs, in simulated seconds:
+    /// 60, unless given.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=86_400), allow_hyphen_values = true)]
+    pub seconds: Option<u64>,
 
     /// Print one JSON object in place of the table, to a file or to the standard output (-).
     #[arg(long, value_name = "FILE")]
@@ -241,6 +242,13 @@ pub struct Bench {
     /// The directory under which the test images lie in tests/, as `./x bench` leaves them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
+}
+
+impl Bench {
+    /// For how long something runs, in s.
+    pub fn seconds(&self) -> u64 {
+        self.seconds.unwrap_or(60)
+    }
 }
 
 /// What runs a robot.

@@ -20,6 +20,9 @@ pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
     if options.subject != Subject::Kernel && (options.listing.is_some() || options.windows) {
         return Err("only the kernel's figures have listings: leave --listing and --windows out".into());
     }
+    if options.seconds.is_some() && matches!(options.subject, Subject::Kernel | Subject::Simulator) {
+        return Err("only a module, and concurrency, run for so many seconds: leave --seconds out".into());
+    }
     match options.subject {
         Subject::Kernel => {}
         Subject::Module => return module::run(options, destination),

@@ -13,7 +13,7 @@ use super::{arguments, concurrency_plot};
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
     let svg = options.svg.as_deref();
     let svg = svg.map(|path| Destination::besides(destination.as_ref(), path, None, "--svg")).transpose()?;
-    let figures = concurrency::measure(&options.images, options.seconds)?;
+    let figures = concurrency::measure(&options.images, options.seconds())?;
     let plotted = svg.map(|svg| svg.write_text(&concurrency_plot::plot(&figures)?)).transpose();
     // Where the plot can't be written any more, the figures are told all the same.
     tell(destination, &Report(figures))?;

@@ -11,7 +11,7 @@ use super::json::{Destination, tell};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
-    let report = Report(module::measure(&options.images, options.seconds)?);
+    let report = Report(module::measure(&options.images, options.seconds())?);
     tell(destination, &report)
 }
 

@@ -466,11 +466,15 @@ fn what_tasks_and_one_loop_are_not_measured_on_is_told() {
     );
     assert_refused(&run(&["bench", "concurrency", "--windows"]), "leave --listing and --windows out");
     assert_refused(&run(&["bench", "concurrency", "--seconds", "0"]), "0 is not in 1..");
+    assert_refused(&run(&["bench", "concurrency", "--seconds", "86401"]), "86401 is not in 1..=86400");
     assert_refused(
         &run(&["bench", "concurrency", "--svg", "/no/such/folder/a.svg"]),
         "give --svg another path",
     );
     assert_refused(&run(&["bench", "module", "--svg", "a.svg"]), "leave --svg out");
+    for subject in ["kernel", "simulator"] {
+        assert_refused(&run(&["bench", subject, "--seconds", "5"]), "leave --seconds out");
+    }
 }
 
 #[test]
