@@ -4,6 +4,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -144,4 +145,44 @@ fn it_goes_to_its_own_folder_whatever_cdpath_says() {
     command.current_dir(&folder).env("CDPATH", folder.join("a trap"));
     let (_, text) = said(command);
     assert!(text.contains("no-such-program"), "it went elsewhere: {text}");
+}
+
+/// Of gdb Debian's is asked for, unless another one is named or comes by itself.
+#[test]
+fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
+    let folder = folder("gdb");
+    let programs = folder.join("programs");
+    fs::create_dir(&programs).expect("a folder can be made");
+    // All that the set-up looks for, and neither gdb nor apt-get.
+    for name in ["cargo", "cc", "make", "pkg-config", "avr-gcc", "avr-objcopy"] {
+        let path = programs.join(name);
+        let says = if name == "avr-gcc" { "echo /libc" } else { "exit 0" };
+        fs::write(&path, format!("#!/bin/sh\n{says}\n")).expect("a program can be written");
+        fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("and made one");
+    }
+    for name in ["bash", "dirname"] {
+        let path = std::env::var_os("PATH").expect("there is one");
+        let places = std::env::split_paths(&path).map(|place| place.join(name));
+        let place = places.into_iter().find(|place| place.exists()).expect("it is there");
+        symlink(place, programs.join(name)).expect("a link can be made");
+    }
+    let here = copy(&folder, "here");
+    let gdb = |arguments: &[&str], named: Option<&str>| {
+        let mut command = x(&here, &[&["gdb", "0.master"], arguments].concat());
+        command.env_remove("SUPERBOT_GDB").envs(named.map(|named| ("SUPERBOT_GDB", named)));
+        command.env("PATH", &programs).env("SUPERBOT_AVR_CARGO", "cargo");
+        command.env("SUPERBOT_MUJOCO", "there").env("LIBCLANG_PATH", "there");
+        said(command).1
+    };
+    for (arguments, named) in [
+        (&["--gdb", "my-gdb"][..], None),
+        (&["chain", "--gdb=my-gdb"], None),
+        (&["--listen", "1234"], None),
+        (&[], Some("my-gdb")),
+    ] {
+        assert_eq!(gdb(arguments, named), "x: no images yet: ./x build\n", "it goes on: {arguments:?}");
+    }
+    for arguments in [&[][..], &["--", "--gdb"]] {
+        assert!(gdb(arguments, None).contains("gdb-avr: debugs an MCU"), "{arguments:?}");
+    }
 }
