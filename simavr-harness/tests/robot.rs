@@ -8,7 +8,7 @@ use simavr_harness::{
     Controller, Engine, Event, Face, Faults, Images, LinkCounts, Pin, Robot, RobotBuilder, RobotError,
     WiringError,
 };
-use simulation::{Change, Links};
+use simulation::{Change, Links, Run};
 use tasks::dock::Dock;
 
 const MILLISECOND: u64 = 16_000;
@@ -111,6 +111,23 @@ fn a_blind_dock_stays_so_whatever_is_attached_to_it() {
     assert_eq!(hops(&engine.take_events(), 2), [vec![], vec![]]);
     let counts = engine.robot().link_counts(back_of(0)).unwrap();
     assert!(counts.frames > 0 && counts.lost_frames == counts.frames, "{counts:?}");
+}
+
+#[test]
+fn what_a_link_loses_is_kept_also_where_it_is_attached_anew() {
+    let at = |milliseconds, change| simulation::Event { at: milliseconds * MILLISECOND, change };
+    let timeline = vec![
+        at(90, Change::Loss { links: Links::From(back_of(0)), probability: 1.0 }),
+        at(120, Change::Detach(back_of(0))),
+        at(120, Change::Attach(back_of(0), front_of(1))),
+    ];
+    let mut run = Run::new(Engine::new(chain(&relay(), 2, 0), 1), timeline, 1000 * MILLISECOND);
+    run.record(40 * MILLISECOND);
+    while run.step(160 * MILLISECOND).unwrap() {}
+    let lost = run.robot.robot().link_counts(back_of(0)).unwrap().lost_frames;
+    let losses = run.finish_recording().unwrap().losses.unwrap();
+    let losses: Vec<_> = losses.iter().map(|loss| (loss.look, loss.frames)).collect();
+    assert_eq!(losses, [(3, 1), (4, lost)]);
 }
 
 #[test]

@@ -119,6 +119,11 @@ impl Recorder {
             self.roll = degrees;
         }
         if self.wiring != *wiring {
+            // A link that is attached anew counts from 0; that which the robot itself attached may have been
+            // looked at since.
+            if event.at + self.recording.every >= self.next_look() {
+                self.lost.retain(|&from, _| wiring.peer(from) == self.wiring.peer(from));
+            }
             self.wiring = wiring.clone();
             self.recording.wirings.push((event.at, wiring.clone()));
         }
