@@ -45,8 +45,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     let others = [report.as_ref(), record.as_ref().map(Record::destination)];
     let timeline = Timeline::of(options, robot_file, others, scenario.wiring.modules())?;
     check(options, &scenario)?;
-    let view = View::of(options, &scenario)?;
-    let results = Results { report, record, timeline, view };
+    let results = Results { report, record, timeline };
     let used = Used::now();
     match options.engine {
         EngineName::Simavr => {
@@ -74,6 +73,9 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     }
     if !options.vary.is_empty() && !has_world(options) {
         return Err("--vary varies what is assumed of the world: ask for --world ground".into());
+    }
+    if options.view.is_some() {
+        record::expect_small(scenario.wiring.modules(), options.seconds, "--view")?;
     }
     for (index, variation) in options.vary.iter().enumerate() {
         if options.vary[..index].iter().any(|before| before.of == variation.of) {
@@ -152,7 +154,6 @@ struct Results {
     report: Option<Destination>,
     record: Option<Record>,
     timeline: Option<Timeline>,
-    view: Option<View>,
 }
 
 /// A robot of which some have MCUs, and these tell more.
@@ -186,7 +187,9 @@ fn run_robot(
     results: Results,
     used: &Used,
 ) -> Result<bool, Box<dyn Error>> {
-    let Results { report: destination, record, timeline: trace, mut view } = results;
+    let Results { report: destination, record, timeline: trace } = results;
+    // A browser opens it: not before there is a robot.
+    let mut view = View::of(options, &scenario)?;
     let Scenario { terrain, timeline, .. } = scenario;
     let is_level = terrain.is_none();
     let mut run = begin(robot, timeline, options);

@@ -208,6 +208,14 @@ fn each_page_is_told_of_the_module_that_it_looks_into() {
 }
 
 #[test]
+fn nobody_is_to_look_at_what_can_not_be_run() {
+    let output = command::run(&["sim", "chain", "--view", "--images", "no/such/folder"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("cannot read the image") && !message.contains("look at"), "{message}");
+}
+
+#[test]
 fn what_can_not_be_done_is_said_and_nothing_happens() {
     let viewed = Viewed::start(&["sim", "chain", "--engine", "host", "--modules", "3"]);
     let refused = |wish: &str, why: &str| {

@@ -21,7 +21,7 @@ use simulation::{Change, Event, Forecast, Run, Scenario, Wiring};
 use super::arguments::{Sim, Source};
 use super::display::Display;
 use super::output::say;
-use super::record::{self, EVERY, subject};
+use super::record::{EVERY, subject};
 use super::report::Report;
 use super::sim::{cycles, expect_possible, loss};
 use feed::{Feed, Stream};
@@ -51,11 +51,10 @@ impl View {
     /// Begins to serve the page, and says where it is.
     ///
     /// # Errors
-    /// It can't be served, or would grow too large.
+    /// It can't be served.
     pub fn of(options: &Sim, scenario: &Scenario) -> Result<Option<Self>, Box<dyn Error>> {
         let Some(port) = options.view else { return Ok(None) };
         let modules = scenario.wiring.modules();
-        record::expect_small(modules, options.seconds, "--view")?;
         let page = viewer::live_page(&subject(options, scenario), modules, EVERY)?;
         let feed = Arc::new(Feed::default());
         let (sender, asked) = mpsc::channel();
