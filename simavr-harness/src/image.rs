@@ -55,7 +55,10 @@ pub enum Place {
 /// Why there is no image.
 #[derive(Debug, Error)]
 pub enum ImageError {
-    #[error("cannot read the image {}: {source}; build the images with ./x build", .path.display())]
+    #[error(
+        "cannot read the image {}: {source}; ./x build builds the robot's images, ./x bench those of tests",
+        .path.display()
+    )]
     Unreadable { path: PathBuf, source: std::io::Error },
     #[error("{}: {source}", .path.display())]
     Bad { path: PathBuf, source: Box<ImageError> },

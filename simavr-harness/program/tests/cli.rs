@@ -502,6 +502,7 @@ fn where_a_plot_can_not_be_written_the_figures_are_told_all_the_same() {
 #[test]
 fn images_that_are_not_there_can_be_built() {
     assert_refused(&run(&["sim", "--images", "no/such/folder"]), "./x build");
+    assert_refused(&run(&["bench", "--images", "no/such/folder"]), "./x bench");
     assert_refused(&run(&["sim", "--images", env!("CARGO_MANIFEST_DIR")]), "firmware-master.elf");
 }
 
