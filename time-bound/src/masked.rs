@@ -78,7 +78,7 @@ impl<'a> Stretcher<'a> {
             let Some(node) = flow.nodes.get(&place).filter(|_| seen.insert((place, mode))) else {
                 continue;
             };
-            for after in self.add(place, node, mode, begins, &mut ways)? {
+            for after in self.add(place, node, mode, begins, flow, &mut ways)? {
                 returns[usize::from(after != Mode::Enabled)] |= node.next.is_empty();
                 due.extend(node.next.iter().map(|&(to, _)| (to, after)));
             }
@@ -96,6 +96,7 @@ impl<'a> Stretcher<'a> {
         node: &Node,
         mode: Mode,
         begins: Mode,
+        flow: &Flow,
         ways: &mut Ways,
     ) -> Result<Vec<Mode>, BTreeSet<Problem>> {
         let is_masked = mode != Mode::Enabled;
@@ -142,6 +143,10 @@ impl<'a> Stretcher<'a> {
             (Masking::Restores(_), Mode::Nested(_)) => return Err(nested()),
             (Masking::Restores(_), _) => begins,
         };
+        // An interrupt comes only once the next instruction has run: none at all if that masks them again.
+        let masks = |to: &Place| flow.nodes.get(to).is_some_and(|next| next.masking == Masking::Masks);
+        let is_in_vain = node.next.iter().any(|(to, _)| masks(to));
+        let after = if after == Mode::Enabled && is_in_vain { mode } else { after };
         match (is_masked, after != Mode::Enabled) {
             (true, true) => ways.go_on((place, false), cycles, node),
             (true, false) => ways.end(place, cycles),

@@ -73,6 +73,14 @@ fn each_bound_is_exact() {
 }
 
 #[test]
+fn sections_without_an_instruction_between_them_are_one_stretch() {
+    let image = Image::load(built("sections.S")).expect("avr-gcc makes an AVR image");
+    let bounds = Bounds::new(&image, &Annotations::default(), &Notes::default()).expect("there are bounds");
+    let tasks: Vec<_> = bounds.tasks.iter().map(|task| (task.name.as_str(), task.masked)).collect();
+    assert_eq!(tasks, [("task", 9)]);
+}
+
+#[test]
 fn a_job_that_begins_in_a_call_goes_on_behind_it() {
     let image = Image::load(built("jobs.S")).expect("avr-gcc makes an AVR image");
     for notes in ["task = job\nretry = job", "tas* = job\nretr* = job"] {
