@@ -9,6 +9,10 @@ use crate::releases::{Event, Releases, Run};
 /// Longer than this, in cycles, nobody looks: the CPU is taken to be busy for ever. 10 s.
 pub const PATIENCE: u64 = 160_000_000;
 
+/// After a return, and behind what enables interrupts, the program executes one instruction, of 4 cycles at
+/// most, before the next interrupt.
+pub const BETWEEN: u64 = 4;
+
 /// Runs of an interrupt.
 pub struct Runs {
     pub vector: Option<u8>,
@@ -81,9 +85,10 @@ impl<'a> Costed<'a> {
         cycles(runs).max(cycles(instead))
     }
 
-    /// What it takes of interrupts and of tasks that go before a task of this priority, or beside it.
+    /// What it takes of interrupts, with what a lower task executes behind each, and of tasks that go before
+    /// a task of this priority, or beside it.
     pub fn cycles(&self, priority: u8) -> u64 {
-        self.interrupts() + self.tasks.range(..=priority).map(|(_, cycles)| cycles).sum::<u64>()
+        self.most(|_| true, BETWEEN) + self.tasks.range(..=priority).map(|(_, cycles)| cycles).sum::<u64>()
     }
 
     /// How many come within so many cycles, at most, while no task below this priority runs.

@@ -2,23 +2,20 @@
 //!
 //! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with
 //! the lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for
-//! all with lower vectors that come until it is accepted. No task runs meanwhile. A flag is a bit: what sets
-//! it again before that has no interrupt of its own.
+//! all with lower vectors that come until it is accepted. No task runs meanwhile, but for an instruction
+//! behind each of them; and where that one masks interrupts, up to where they are enabled. A flag is a bit:
+//! what sets it again before that has no interrupt of its own.
 
 use serde::Serialize;
 
 use crate::bounds::{Bounds, Interrupt};
-use crate::costed::{Costed, PATIENCE, Runs, all_of};
-
-/// After a return the interrupted program executes one instruction, of 4 cycles at most, before the next
-/// interrupt.
-const BETWEEN: u64 = 4;
+use crate::costed::{BETWEEN, Costed, PATIENCE, Runs, all_of};
 
 /// How long an interrupt waits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Latency {
     pub vector: u8,
-    /// What masks interrupts as its flag is set, in cycles.
+    /// What masks interrupts as its flag is set, and once more behind a return, in cycles.
     pub blocking: u64,
     /// From its flag to its acceptance, at most; `None` if it may wait for ever.
     pub latency: Option<u64>,
@@ -30,7 +27,8 @@ impl Latency {
         let vector = interrupt.vector;
         let not_before = bounds.interrupts.iter().filter(|other| other.vector >= vector);
         let handlers = not_before.map(|other| longest_run(other.vector, costed).min(other.masked));
-        let blocking = handlers.max().unwrap_or(0).max(bounds.masked_by_instructions()) + BETWEEN;
+        let masked = bounds.masked_by_instructions() + BETWEEN;
+        let blocking = (handlers.max().unwrap_or(0) + BETWEEN).max(masked) + masked;
         let mut latency = blocking;
         while latency < PATIENCE {
             // One that comes as it is about to be accepted still goes before.

@@ -19,6 +19,8 @@
 //! - All that [`stack_bound`] takes for granted, and that the notes are true.
 //! - SREG is restored as the function found it that restores it: each critical section ends in the function
 //!   in which it began. (Where another one nests in it, that is checked.)
+//! - After a return from an interrupt the program executes an instruction, which may mask interrupts. That
+//!   happens once while an interrupt waits, or one that is to wake a task.
 //! - Start-up, until the first task runs, is not looked at.
 
 mod bounds;

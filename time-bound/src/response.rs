@@ -12,7 +12,7 @@ use serde::Serialize;
 use stack_bound::vectors;
 
 use crate::bounds::Bounds;
-use crate::costed::{Costed, PATIENCE, all_of};
+use crate::costed::{BETWEEN, Costed, PATIENCE, all_of};
 use crate::costs::Costs;
 use crate::latency::Latency;
 use crate::problem::Problem;
@@ -168,7 +168,9 @@ impl Responses {
         }
         // A task that is below wakes no more than once, and its wake-up is an interrupt's.
         let below = releases.tasks.iter().filter(|other| other.priority > priority).count() as u64;
-        let blocking = locked.max(bounds.masked_by_instructions());
+        // One that is under way, and one to whose begin an interrupt returns.
+        let masked = bounds.masked_by_instructions() + BETWEEN;
+        let blocking = locked.max(masked) + masked;
         let mut response = Response {
             task: task.name.clone(),
             priority,
