@@ -171,7 +171,8 @@ impl<'a> Program<'a> {
         };
         let parts = std::iter::successors(Some(address), |at| Some(at + effect::length(flash, *at)));
         let parts = parts.take_while(|&at| at < behind);
-        node.cycles = parts.map(|at| timing::cycles(flash, at, self.image.return_address)).sum();
+        let cycles = |at| timing::cycles(flash, at, self.image.return_address);
+        node.cycles = parts.map(|at| Some(cycles(at)? + timing::waits_for_eeprom(flash, at))).sum();
         if timing::is_sleep(flash, address) {
             node.next.clear();
         }

@@ -32,6 +32,19 @@ pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
     })
 }
 
+/// How many cycles more the core waits for the EEPROM behind the instruction at an address, at most: 4 where
+/// it reads a byte, 2 where it begins to write one (ATmega128 datasheet, "EEPROM Read/Write Access").
+pub fn waits_for_eeprom(flash: &[u8], address: u32) -> u32 {
+    const EECR: u8 = 0x3c;
+    const EERE: u8 = 1 << 0;
+    const EEWE: u8 = 1 << 1;
+    match instruction(flash, address) {
+        Some(Out { address: EECR, .. } | Sbi { address: EECR, mask: EERE }) => 4,
+        Some(Sbi { address: EECR, mask: EEWE }) => 2,
+        _ => 0,
+    }
+}
+
 /// How many cycles more an instruction takes that leads to `to` rather than to the next one, at `behind`: at
 /// most, for a branch that leads there either way.
 pub fn more_cycles(effect: Effect, behind: u32, to: u32) -> u32 {

@@ -81,6 +81,14 @@ fn sections_without_an_instruction_between_them_are_one_stretch() {
 }
 
 #[test]
+fn the_core_waits_for_the_eeprom() {
+    let image = Image::load(built("eeprom.S")).expect("avr-gcc makes an AVR image");
+    let notes = Notes::parse("task = job", &image).expect("the note fits the image");
+    let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
+    assert_eq!((bounds.jobs[0].cycles, bounds.tasks[0].masked), (17, 7));
+}
+
+#[test]
 fn a_job_that_begins_in_a_call_goes_on_behind_it() {
     let image = Image::load(built("jobs.S")).expect("avr-gcc makes an AVR image");
     for notes in ["task = job\nretry = job", "tas* = job\nretr* = job"] {
