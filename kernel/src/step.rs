@@ -9,8 +9,8 @@
 //! for another instruction.
 //!
 //! For the time of its step the task is alone in the highest queue of ready tasks: a task of priority P0
-//! can't step others. So whatever it does, it stays the head, or blocks. On the host no trap comes, and the
-//! task goes on until it blocks.
+//! can't step others. So whatever it does, it stays the head, or blocks. On the host no trap comes: the task
+//! goes on until it blocks, keeps P0, and is not suspended any more.
 
 use crate::arch;
 use crate::context::{Context, Interrupt, Task};
