@@ -633,9 +633,9 @@ fn a_hundred_modules_come_right_soon_whatever_part_of_the_frames_is_lost() {
     }
 }
 
-/// Links that have lost nothing until then are given 270 ms. Of these robots nine of twelve went wrong at 70 %
-/// while six probes and some quick ones at their end had to do; and at 75 % still three while those who missed
-/// probes drowned them by what they sent.
+/// Links that have lost nothing until then are given 270 ms. Of these robots nine of twelve went wrong at
+/// 70 % while six probes and some quick ones at their end had to do; and at 75 % still three while those who
+/// missed probes drowned them by what they sent.
 #[test]
 fn legs_go_on_as_loss_sets_in_at_once() {
     for (loss, most) in [(0.7, 0), (0.75, 1)] {
