@@ -46,7 +46,8 @@ pub(crate) use sealed::Private;
 
 /// A caller of the kernel: [`Task`], [`Interrupt`], [`JobContext`], or [`Boot`] before there are any.
 pub trait Context: sealed::Sealed {
-    /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency.
+    /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency. Of two that follow
+    /// each other with no instruction between them it is the sum: behind the first no interrupt comes yet.
     ///
     /// Each call of a task ends with interrupts enabled, whatever they were before; this one, too. So a task
     /// makes none inside of another crate's critical section: that ends there, and the compiler says nothing.

@@ -55,6 +55,7 @@ impl EventFlags {
         let mut is_due = false;
         while let Some(is_higher) = context.mask(|masked| self.changed.word.wake_first(masked)) {
             is_due |= is_higher;
+            arch::irq_window();
         }
         if is_task {
             context.mask(traversal::end);

@@ -115,7 +115,11 @@ impl Lock {
     fn take(&self, task: &mut Task) {
         // The task that gives it hands it to this one, which is above the ceiling: else it would not have run
         // while another had the mutex.
-        if !self.begin(task) && self.free.word.block(task) {
+        if self.begin(task) {
+            return;
+        }
+        arch::irq_window();
+        if self.free.word.block(task) {
             arch::switch_from_call(task);
         }
     }

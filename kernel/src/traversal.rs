@@ -14,6 +14,7 @@
 //! a traversal: it may have one of its own under way.
 
 use crate::KERNEL;
+use crate::arch;
 use crate::context::Context;
 use crate::critical::{Masked, MaskedCell};
 
@@ -34,6 +35,7 @@ pub(crate) fn make<R>(context: &mut impl Context, mut step: impl FnMut(&Masked) 
         if let Some(result) = result {
             return result;
         }
+        arch::irq_window();
     }
 }
 

@@ -26,8 +26,10 @@ fn each_window_is_found_with_its_cause_and_length() {
         (matching.next(), matching.next())
     };
     let short = Some(after_label("short_window"));
+    let joined = Some(after_label("joined_window"));
     let long = Some(after_label("long_window"));
     assert_eq!(found(OpenedBy::Instruction, short), (Some((2, 1)), None));
+    assert_eq!(found(OpenedBy::Instruction, joined), (Some((5, 1)), None));
     assert_eq!(found(OpenedBy::Instruction, long), (Some((21, 1)), None));
     assert_eq!(found(OpenedBy::Interrupt(5), None), (Some((12, 1)), None));
     assert!(found(OpenedBy::Start, None).0.is_some_and(|(cycles, _)| cycles > 5));

@@ -11,7 +11,9 @@ pub struct MaskedWindow {
     pub start: u32,
     pub opened_by: OpenedBy,
     /// Cycles from the end of the instruction that cleared I, or from the acceptance of the
-    /// interrupt (its response included), to the end of the instruction that set I.
+    /// interrupt (its response included), to the end of the instruction that set I. In the program one that
+    /// sets it in vain is not the end: the next one clears it, and until that has run no interrupt comes
+    /// (ATmega128 datasheet, "Reset and Interrupt Handling"). What an interrupt returns to is not its own.
     pub cycles: u64,
     /// Cycle of the run at which it began.
     pub at: u64,
@@ -34,6 +36,8 @@ struct Open {
     start: u32,
     opened_by: OpenedBy,
     at: u64,
+    /// When I was set, an instruction ago.
+    end: Option<u64>,
 }
 
 /// The windows of a run.
@@ -70,8 +74,9 @@ impl Mcu {
 
     /// A window has opened `ago` cycles ago, before the instruction to come.
     pub(crate) fn open_window(&mut self, opened_by: OpenedBy, ago: u64) {
-        let open = Open { start: self.pc(), opened_by, at: self.cycle() - ago };
+        let open = Open { start: self.pc(), opened_by, at: self.cycle() - ago, end: None };
         if let Some(windows) = &mut self.windows {
+            windows.close();
             windows.open = Some(open);
         }
     }
@@ -80,18 +85,24 @@ impl Mcu {
     pub(crate) fn watch_window(&mut self) {
         let (is_enabled, now) = (self.interrupts_enabled(), self.cycle());
         let Some(windows) = &mut self.windows else { return };
-        match (is_enabled, windows.open.is_some()) {
-            (false, false) => self.open_window(OpenedBy::Instruction, 0),
-            (true, true) => windows.close(now),
-            _ => {}
+        match (is_enabled, &mut windows.open) {
+            (false, None) => self.open_window(OpenedBy::Instruction, 0),
+            (false, Some(open)) => open.end = None,
+            (true, Some(open)) if open.end.is_none() => {
+                open.end = Some(now);
+                if matches!(open.opened_by, OpenedBy::Interrupt(_)) {
+                    windows.close();
+                }
+            }
+            (true, _) => windows.close(),
         }
     }
 }
 
 impl Windows {
-    /// Adds the window that was open to the longest ones by place and cause.
-    fn close(&mut self, end: u64) {
-        let Some(Open { start, opened_by, at }) = self.open.take() else { return };
+    /// Adds the window that has ended to the longest ones by place and cause.
+    fn close(&mut self) {
+        let Some(Open { start, opened_by, at, end: Some(end) }) = self.open.take() else { return };
         let known = self.longest.entry((start, opened_by)).or_insert(MaskedWindow {
             start,
             opened_by,
