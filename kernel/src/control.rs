@@ -254,10 +254,11 @@ impl TaskHandle {
         }
         match action {
             Action::Look => {}
-            Action::Suspend => control.halt(masked),
-            Action::Kill(_) => {
+            Action::Suspend | Action::Kill(_) => {
+                if matches!(action, Action::Kill(_)) {
+                    control.set_flag(masked, Flag::Killed);
+                }
                 control.halt(masked);
-                control.set_flag(masked, Flag::Killed);
             }
             Action::SetPriority(priority) => {
                 control.set_priority(masked, priority);

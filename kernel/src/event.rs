@@ -2,7 +2,7 @@
 
 use crate::arch;
 use crate::context::{Context, Task};
-use crate::critical::MaskedCell;
+use crate::critical::{Masked, MaskedCell};
 use crate::proxy::Elapsed;
 use crate::semaphore::Semaphore;
 use crate::timer::{Ticks, deadline_in};
@@ -52,13 +52,17 @@ impl EventFlags {
                 traversal::begin(masked);
             }
         });
+        let wake = |masked: &Masked| {
+            let woken = self.changed.word.wake_first(masked);
+            if is_task && woken.is_none() {
+                traversal::end(masked);
+            }
+            woken
+        };
         let mut is_due = false;
-        while let Some(is_higher) = context.mask(|masked| self.changed.word.wake_first(masked)) {
+        while let Some(is_higher) = context.mask(wake) {
             is_due |= is_higher;
             arch::irq_window();
-        }
-        if is_task {
-            context.mask(traversal::end);
         }
         context.reschedule(is_due);
     }
