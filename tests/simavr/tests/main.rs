@@ -26,6 +26,7 @@ mod model;
 mod monitor;
 mod motion;
 mod period;
+mod programs;
 mod qemu;
 mod reconfiguration;
 mod response;

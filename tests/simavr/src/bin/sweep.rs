@@ -9,20 +9,20 @@ use superbot_tests_simavr::sweep::{Extent, Findings, PROGRAMS, sweep_all};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
-    let (mut extent, mut target) = (Extent::Whole, ATMEGA128);
+    let (mut extent, mut target) = (Extent::Whole, None);
     let mut programs = Vec::new();
     for argument in arguments() {
         if argument == "--quick" {
             extent = Extent::Sample(7);
-        } else if let Some(named) = Target::named(&argument) {
-            target = named;
+        } else if let Some(named) = Target::named(&argument).filter(|_| target.is_none()) {
+            target = Some(named);
         } else if let Some(named) = PROGRAMS.iter().find(|program| program.image == argument) {
             programs.push(named);
         } else {
             let known = TARGETS.map(|target| target.part.name).join(", ");
             let images: Vec<_> = PROGRAMS.iter().map(|program| program.image).collect();
             let images = images.join(", ");
-            eprintln!("sweep takes --quick, an MCU ({known}) and images ({images}), not {argument}");
+            eprintln!("sweep takes --quick, one MCU ({known}) and images ({images}), not {argument}");
             return ExitCode::from(2);
         }
     }
@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         programs.extend(PROGRAMS);
     }
     let start = Instant::now();
-    let total = sweep_all(target, programs, extent, |line| println!("{line}"));
+    let total = sweep_all(target.unwrap_or(ATMEGA128), programs, extent, |line| println!("{line}"));
     for (interruptions, Findings { boundaries, runs, failed, .. }) in
         [("one interrupt", &total.single), ("two interrupts", &total.pairs)]
     {
