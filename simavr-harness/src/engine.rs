@@ -215,6 +215,9 @@ impl<'a> Run<'a> {
     fn end_step(&self) -> bool {
         let Some(step) = &self.step else { return true };
         while !step.take() && !step.is_done.load(Ordering::Acquire) {
+            if self.over.load(Ordering::Acquire) {
+                return false; // that thread has panicked
+            }
             thread::yield_now();
         }
         lock(&step.physics).trouble().is_none()
