@@ -77,7 +77,8 @@ pub fn next(interrupt: &mut Interrupt) -> u8 {
 
 /// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked, and must end
 /// within 670 cycles, which is what two bits leave to INT5 beside its own 162: see
-/// [`soft_uart`](crate::soft_uart).
+/// [`soft_uart`](crate::soft_uart). Where it returns to the begin of a critical section, that comes out of
+/// these, too.
 ///
 /// It must call no function that is not inlined: then the compiler would save all registers that a call may
 /// change. Where idle is tickless, one that stores the time does, and takes 500 cycles where it ends a sleep.
