@@ -294,20 +294,19 @@ impl Topology {
 
     /// The docks whose links lose probes in one direction or the other, to be probed quickly.
     pub fn lossy(&self, now: u16) -> DockSet {
-        let mut docks = DockSet::EMPTY;
-        for dock in (0..6).filter_map(Dock::from_index) {
-            if self.link(dock).is_some_and(|link| link.wants_more || link.is_missing(now)) {
-                docks.insert(dock);
-            }
-        }
-        docks
+        self.docks_where(|link| link.wants_more || link.is_missing(now))
     }
 
     /// Those of them where a probe of the other end is missing by now.
     pub fn silent(&self, now: u16) -> DockSet {
+        self.docks_where(|link| link.is_silent(now))
+    }
+
+    #[inline(always)]
+    fn docks_where(&self, is_one: impl Fn(&Link) -> bool) -> DockSet {
         let mut docks = DockSet::EMPTY;
         for dock in (0..6).filter_map(Dock::from_index) {
-            if self.link(dock).is_some_and(|link| link.is_silent(now)) {
+            if self.link(dock).is_some_and(&is_one) {
                 docks.insert(dock);
             }
         }
