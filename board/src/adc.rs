@@ -332,6 +332,7 @@ pub fn begin_round(masked: &Masked) {
 #[doc(hidden)]
 #[inline(always)]
 pub fn round(interrupt: &mut Interrupt) {
+    deferred::window(interrupt);
     let period = interrupt.mask(|masked| {
         joints::await_next(masked);
         let period = ROUNDS.period.get(masked);
@@ -352,6 +353,7 @@ pub fn round(interrupt: &mut Interrupt) {
         }
         period
     });
+    deferred::window(interrupt);
     if let Some(period) = period {
         period.post(interrupt);
     }
@@ -386,6 +388,7 @@ fn keep_reading(masked: &Masked, input: u8) -> u16 {
 #[doc(hidden)]
 #[inline(always)]
 pub fn other_conversion_complete(interrupt: &mut Interrupt) {
+    deferred::window(interrupt);
     let trip = interrupt.mask(|masked| {
         let input = ROUNDS.input.get(masked);
         let reading = keep_reading(masked, input);
@@ -404,6 +407,7 @@ pub fn other_conversion_complete(interrupt: &mut Interrupt) {
         ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << place);
         ROUNDS.trip.get(masked)
     });
+    deferred::window(interrupt);
     if let Some(trip) = trip {
         trip.post(interrupt);
     }

@@ -32,8 +32,11 @@ pub mod source {
     pub const CONVERSION: u8 = 1 << 6;
 }
 
-/// What was raised and not served.
+/// What was raised and not served, and [`IS_SERVING`].
 static RAISED: MaskedCell<u8> = MaskedCell::new(0);
+
+/// While the software interrupt serves a source it lets others in, but not itself.
+const IS_SERVING: u8 = 1 << 7;
 
 /// SPMCSR: the interrupt is enabled.
 const ENABLED: u8 = 1 << 7; // SPMIE
@@ -45,11 +48,14 @@ fn enable(is_on: bool) {
     unsafe { BOOT_LOAD::steal().spmcsr().write(|w| w.bits(if is_on { ENABLED } else { 0 })) };
 }
 
-/// Has the software interrupt serve `source`, once. 8 cycles.
+/// Has the software interrupt serve `source`, once. 10 cycles.
 #[inline(always)]
 pub(crate) fn raise(masked: &Masked, source: u8) {
-    RAISED.set(masked, RAISED.get(masked) | source);
-    enable(true);
+    let raised = RAISED.get(masked) | source;
+    RAISED.set(masked, raised);
+    if raised & IS_SERVING == 0 {
+        enable(true);
+    }
 }
 
 /// Whether `source` was raised and is not served yet.
@@ -60,25 +66,46 @@ pub(crate) fn waits(masked: &Masked, source: u8) -> bool {
 
 /// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come
 /// again, after those that are before it in the order of the vectors.
+///
+/// From here until [`end`] it may let [others in](window).
 #[doc(hidden)]
 #[inline(always)]
-pub fn next(interrupt: &mut Interrupt) -> u8 {
+pub fn begin(interrupt: &mut Interrupt) -> u8 {
     interrupt.mask(|masked| {
         joints::begin_if_due_by_call(masked);
         let raised = RAISED.get(masked);
         let others = raised & raised.wrapping_sub(1);
-        RAISED.set(masked, others);
-        if others == 0 {
-            enable(false);
-        }
+        RAISED.set(masked, others | IS_SERVING);
+        enable(false);
         raised & !others
     })
 }
 
-/// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked, and must end
-/// within 670 cycles, which is what two bits leave to INT5 beside its own 162: see
-/// [`soft_uart`](crate::soft_uart). Where it returns to the begin of a critical section, that comes out of
-/// these, too.
+/// The software interrupt has served a source.
+#[doc(hidden)]
+#[inline(always)]
+pub fn end(interrupt: &mut Interrupt) {
+    window(interrupt);
+    interrupt.mask(|masked| {
+        let others = RAISED.get(masked) & !IS_SERVING;
+        RAISED.set(masked, others);
+        if others != 0 {
+            enable(true);
+        }
+    });
+}
+
+/// Lets others in while the software interrupt serves a source.
+#[doc(hidden)]
+#[inline(always)]
+pub fn window(interrupt: &mut Interrupt) {
+    // SAFETY: the software interrupt is not enabled, and none enables it while it serves.
+    unsafe { interrupt.window() };
+}
+
+/// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked. All others wait
+/// for it: of those that must not be late [`board/releases.toml`](../releases.toml) has the deadlines, and
+/// `./x response` prints what is left.
 ///
 /// It must call no function that is not inlined: then the compiler would save all registers that a call may
 /// change. Where idle is tickless, one that stores the time does, and takes 500 cycles where it ends a sleep.

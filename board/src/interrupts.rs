@@ -50,50 +50,54 @@ macro_rules! deferred_interrupt {
         $crate::kernel::interrupt! {
             /// "Store Program Memory Ready".
             fn __vector_34(interrupt) {
-                let source = $crate::deferred::next(interrupt);
-                $($crate::serve!($device, source, interrupt);)+
+                let source = $crate::deferred::begin(interrupt);
+                'served: {
+                    $($crate::serve!($device, source, interrupt, 'served);)+
+                }
+                $crate::deferred::end(interrupt);
                 $crate::joints::begin_before_leaving(interrupt);
             }
         }
     };
 }
 
-/// What a device does where the software interrupt serves `$source`.
+/// What a device does where the software interrupt serves `$source`: then that is all.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! serve {
-    (Usart0, $source:ident, $interrupt:ident) => {
+    (Usart0, $source:ident, $interrupt:ident, $served:lifetime) => {
         if $source & $crate::deferred::source::USART0 != 0 {
-            $crate::usart::PORT0.wake($interrupt);
+            break $served $crate::usart::PORT0.wake($interrupt);
         }
     };
-    (Usart1, $source:ident, $interrupt:ident) => {
+    (Usart1, $source:ident, $interrupt:ident, $served:lifetime) => {
         if $source & $crate::deferred::source::USART1 != 0 {
-            $crate::usart::PORT1.wake($interrupt);
+            break $served $crate::usart::PORT1.wake($interrupt);
         }
     };
-    (SoftUart, $source:ident, $interrupt:ident) => {
+    (SoftUart, $source:ident, $interrupt:ident, $served:lifetime) => {
         if $source & $crate::deferred::source::SOFT_UART != 0 {
-            $crate::soft_uart::PORT.wake($interrupt);
+            break $served $crate::soft_uart::PORT.wake($interrupt);
         }
         if $source & $crate::deferred::source::SOFT_UART_SENT != 0 {
-            $crate::soft_uart::PORT.finish($interrupt);
+            $crate::deferred::window($interrupt);
+            break $served $crate::soft_uart::PORT.finish($interrupt);
         }
     };
-    (Twi, $source:ident, $interrupt:ident) => {
+    (Twi, $source:ident, $interrupt:ident, $served:lifetime) => {
         if $source & $crate::deferred::source::TWI != 0 {
-            $crate::twi::serve($interrupt);
+            break $served $crate::twi::serve($interrupt);
         }
     };
-    (Adc, $source:ident, $interrupt:ident) => {
+    (Adc, $source:ident, $interrupt:ident, $served:lifetime) => {
         if $source & $crate::deferred::source::ROUND != 0 {
-            $crate::adc::round($interrupt);
+            break $served $crate::adc::round($interrupt);
         }
         if $source & $crate::deferred::source::CONVERSION != 0 {
-            $crate::adc::other_conversion_complete($interrupt);
+            break $served $crate::adc::other_conversion_complete($interrupt);
         }
     };
-    ($other:ident, $source:ident, $interrupt:ident) => {};
+    ($other:ident, $source:ident, $interrupt:ident, $served:lifetime) => {};
 }
 
 /// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0);

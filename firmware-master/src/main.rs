@@ -97,17 +97,17 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<289> = Stack::new();
+    pub static RECEIVE: Stack<286> = Stack::new();
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<215> = Stack::new();
-    pub static DEVICES: Stack<290> = Stack::new();
-    pub static BRIDGE: Stack<156> = Stack::new();
+    pub static MOTORS: Stack<204> = Stack::new();
+    pub static DEVICES: Stack<283> = Stack::new();
+    pub static BRIDGE: Stack<153> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
     pub static AC_SEND: Stack<122> = Stack::new();
-    pub static HORMONE: Stack<395> = Stack::new();
-    pub static INSPECTOR: Stack<82> = Stack::new();
+    pub static HORMONE: Stack<394> = Stack::new();
+    pub static INSPECTOR: Stack<80> = Stack::new();
 }
 
 /// All tasks, for the inspector: in the order in which the console names them.

@@ -72,15 +72,15 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<289> = Stack::new();
+    pub static RECEIVE: Stack<286> = Stack::new();
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<174> = Stack::new();
+    pub static MOTORS: Stack<168> = Stack::new();
     pub static DEVICES: Stack<314> = Stack::new();
-    pub static BRIDGE: Stack<156> = Stack::new();
-    pub static CONSOLE: Stack<624> = Stack::new();
-    pub static INSPECTOR: Stack<82> = Stack::new();
+    pub static BRIDGE: Stack<153> = Stack::new();
+    pub static CONSOLE: Stack<618> = Stack::new();
+    pub static INSPECTOR: Stack<80> = Stack::new();
 }
 
 /// All tasks, for the inspector: in the order in which the console names them.

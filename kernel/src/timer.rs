@@ -165,6 +165,7 @@ impl Timer {
     ) {
         let deadline = deadline_in(context, ticks);
         if !self.arm(context, deadline, Target::semaphore(semaphore)) {
+            arch::irq_window();
             semaphore.post(context);
         }
     }

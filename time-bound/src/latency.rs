@@ -19,11 +19,32 @@ pub struct Latency {
     pub blocking: u64,
     /// From its flag to its acceptance, at most; `None` if it may wait for ever.
     pub latency: Option<u64>,
+    /// What it takes then to do what it has a deadline for, where there is one.
+    pub takes: Option<u64>,
+    /// From its flag, in cycles.
+    pub deadline: Option<u64>,
 }
 
 impl Latency {
-    /// Of an interrupt.
-    pub(crate) fn of(interrupt: &Interrupt, costed: &[Costed], bounds: &Bounds) -> Self {
+    /// Of an interrupt, of whose [`Deadline`](crate::releases::Deadline) this is `takes` and `within`.
+    pub(crate) fn of(
+        interrupt: &Interrupt,
+        costed: &[Costed],
+        bounds: &Bounds,
+        due: Option<(u64, u64)>,
+    ) -> Self {
+        let (blocking, latency) = Self::waits(interrupt, costed, bounds);
+        let (takes, deadline) = due.unzip();
+        Latency { vector: interrupt.vector, blocking, latency, takes, deadline }
+    }
+
+    /// What is left until the deadline, in cycles; less than none where the bound is beyond it.
+    pub fn slack(&self) -> Option<i64> {
+        let done = self.latency? + self.takes?;
+        Some(self.deadline?.cast_signed() - done.cast_signed())
+    }
+
+    fn waits(interrupt: &Interrupt, costed: &[Costed], bounds: &Bounds) -> (u64, Option<u64>) {
         let vector = interrupt.vector;
         let not_before = bounds.interrupts.iter().filter(|other| other.vector >= vector);
         let handlers = not_before.map(|other| longest_run(other.vector, costed).min(other.masked));
@@ -37,11 +58,11 @@ impl Latency {
             };
             let next = blocking + costed.iter().map(before).sum::<u64>();
             if next <= latency {
-                return Latency { vector, blocking, latency: Some(latency) };
+                return (blocking, Some(latency));
             }
             latency = next;
         }
-        Latency { vector, blocking, latency: None }
+        (blocking, None)
     }
 }
 

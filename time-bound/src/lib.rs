@@ -43,5 +43,5 @@ pub use costs::Costs;
 pub use latency::Latency;
 pub use notes::{NoteError, Notes};
 pub use problem::Problem;
-pub use releases::{Event, ReleaseError, Releases, Run, Task as ReleasedTask};
+pub use releases::{Deadline, Event, ReleaseError, Releases, Run, Task as ReleasedTask};
 pub use response::{Load, Response, Responses};

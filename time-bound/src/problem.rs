@@ -47,6 +47,8 @@ pub enum Problem {
     NoReason { task: String },
     #[error("the image has no task {body}: take it out, or correct the name")]
     NoBody { body: String },
+    #[error("interrupt {vector} has a deadline, and the image does not serve it")]
+    NoInterrupt { vector: u8 },
     #[error("\"{event}\" is of a task {task} that is not listed")]
     NoTask { event: String, task: String },
     #[error("the task {task} answers \"{event}\", which is not listed")]

@@ -29,6 +29,8 @@ pub struct Releases {
     pub events: Vec<Event>,
     #[serde(default, rename = "task")]
     pub tasks: Vec<Task>,
+    #[serde(default, rename = "deadline")]
+    pub deadlines: Vec<Deadline>,
     /// What an interrupt takes more where it wakes a task that has to wait for others.
     pub wake: Option<Run>,
     /// Names for what several runs pass by: `@name` stands for all of a set.
@@ -112,6 +114,19 @@ pub struct Task {
     pub unbounded: Option<String>,
 }
 
+/// By when an interrupt has to have done something.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Deadline {
+    pub vector: u8,
+    /// Cycles from where its flag is set.
+    pub within: u64,
+    /// What is lost after that.
+    pub why: String,
+    /// What it has run by then.
+    pub until: Run,
+}
+
 fn one() -> u16 {
     1
 }
@@ -141,10 +156,11 @@ impl Releases {
                 .map_err(|source| ReleaseError::Malformed { path: path.to_owned(), source })?;
             releases.events.extend(more.events);
             releases.tasks.extend(more.tasks);
+            releases.deadlines.extend(more.deadlines);
             releases.wake = more.wake.or(releases.wake);
             releases.sets.extend(more.sets);
         }
-        let Releases { events, tasks, wake, sets } = &mut releases;
+        let Releases { events, tasks, deadlines, wake, sets } = &mut releases;
         if let Some(event) =
             events.iter().find(|event| event.every == 0 || event.at_once == 0 || event.sources == 0)
         {
@@ -152,7 +168,8 @@ impl Releases {
         }
         let of_events = events.iter_mut().flat_map(|event| event.runs.iter_mut().chain(&mut event.or));
         let of_tasks = tasks.iter_mut().flat_map(|task| &mut task.waits_for);
-        for run in of_events.chain(of_tasks).chain(wake) {
+        let of_interrupts = deadlines.iter_mut().map(|deadline| &mut deadline.until);
+        for run in of_events.chain(of_tasks).chain(of_interrupts).chain(wake) {
             for names in [&mut run.without, &mut run.beyond] {
                 *names = names.iter().flat_map(|name| members(name, sets)).collect();
             }

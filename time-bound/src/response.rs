@@ -6,12 +6,13 @@
 //! interrupts from a moment at which none of them had anything to do: there all events come at once, as often
 //! as they can, and what lower tasks mask or lock has just begun.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
 use stack_bound::vectors;
 
-use crate::bounds::Bounds;
+use crate::bounds::{Bounds, Interrupt};
 use crate::costed::{BETWEEN, Costed, PATIENCE, all_of};
 use crate::costs::Costs;
 use crate::latency::Latency;
@@ -66,16 +67,18 @@ impl fmt::Display for Responses {
         for Load { event, every, interrupts, tasks, percent } in &self.loads {
             writeln!(to, "{interrupts:10} {tasks:7} {every:7} {percent:5.1} %  {event}")?;
         }
-        writeln!(to, "blocked   latency  interrupt")?;
-        for Latency { vector, blocking, latency } in &self.interrupts {
-            let latency = latency.map_or_else(|| "-".to_owned(), |latency| latency.to_string());
-            writeln!(to, "{blocking:7}  {latency:>8}  {vector} {}", vectors::name(*vector).unwrap_or("?"))?;
+        let figure =
+            |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
+        writeln!(to, "blocked   latency   takes   slack  interrupt")?;
+        for interrupt in &self.interrupts {
+            let Latency { vector, blocking, latency, takes, .. } = interrupt;
+            let [latency, takes] = [*latency, *takes].map(|cycles| figure(cycles.map(u64::cast_signed)));
+            let (slack, name) = (figure(interrupt.slack()), vectors::name(*vector).unwrap_or("?"));
+            writeln!(to, "{blocking:7}  {latency:>8}  {takes:>6}  {slack:>6}  {vector} {name}")?;
         }
         writeln!(to, "computes  blocked  of CPU  response     slack  task")?;
         for task in &self.tasks {
             let Response { task: name, priority, cycles, blocking, percent, .. } = task;
-            let figure =
-                |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
             let [cycles, response] =
                 [*cycles, task.response].map(|cycles| figure(cycles.map(u64::cast_signed)));
             let slack = figure(task.slack());
@@ -133,6 +136,16 @@ impl Responses {
                 Err(more) => problems.extend(more),
             }
         }
+        let mut due = BTreeMap::new();
+        for deadline in &releases.deadlines {
+            match costs.of(&deadline.until) {
+                Ok(takes) => drop(due.insert(deadline.vector, (takes, deadline.within))),
+                Err(more) => problems.extend(more),
+            }
+            if !bounds.interrupts.iter().any(|interrupt| interrupt.vector == deadline.vector) {
+                problems.push(Problem::NoInterrupt { vector: deadline.vector });
+            }
+        }
         problems.sort();
         problems.dedup();
         if !problems.is_empty() {
@@ -148,7 +161,9 @@ impl Responses {
                 percent: 100.0 * one.of_cpu(one.interrupts() + tasks),
             }
         });
-        let latency = |interrupt| Latency::of(interrupt, &costed, bounds);
+        let latency = |interrupt: &Interrupt| {
+            Latency::of(interrupt, &costed, bounds, due.get(&interrupt.vector).copied())
+        };
         let interrupts = bounds.interrupts.iter().map(latency).collect();
         Ok(Responses { loads: loads.collect(), interrupts, tasks })
     }

@@ -199,3 +199,22 @@ fn an_interrupt_waits_for_the_longest_handler_and_for_those_before_it() {
     assert_eq!(latency(100, 2), (blocking, Some(blocking + 3 * INTERRUPT)));
     assert_eq!(latency(50, 2), (blocking, None), "there is always another");
 }
+
+#[test]
+fn an_interrupt_with_a_deadline_has_what_is_left_of_it_once_it_has_waited_and_run() {
+    let a = event("a", "every = 200\nruns = [{ vector = 1 }]");
+    let deadline = |vector: u8, until: &str| {
+        let deadline = format!("[[deadline]]\nvector = {vector}\nwithin = 200\nwhy = \"so\"\n");
+        responses(&[TASK, &own(1_000), &a, &deadline, &format!("until = {{ {until} }}")].concat())
+    };
+    let found = deadline(1, "vector = 1").expect("it fits").interrupts;
+    let [first, second] = [1, 2].map(|vector| found.iter().find(|one| one.vector == vector).expect("served"));
+    let waits = 71 + 11 + BETWEEN + MASKED;
+    assert_eq!((first.latency, first.takes), (Some(waits), Some(INTERRUPT - BETWEEN)));
+    assert_eq!(first.slack(), Some(200 - (waits + INTERRUPT - BETWEEN).cast_signed()));
+    assert_eq!((second.takes, second.slack()), (None, None));
+    let problem = deadline(9, "function = \"long\"").expect_err("it is refused");
+    assert_eq!(problem, "interrupt 9 has a deadline, and the image does not serve it");
+    let problem = deadline(1, "vector = 9").expect_err("it is refused");
+    assert!(problem.contains("the image serves no interrupt 9"), "{problem}");
+}

@@ -14,6 +14,7 @@ mod outbox;
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task, now};
 use tasks::device::{Receive, Transmit};
 
+use crate::deferred;
 use crate::guarded::Guarded;
 use crate::tick;
 use inbox::{Content, Inbox};
@@ -61,10 +62,12 @@ impl Port {
         self.inbox.store(masked, tick::present(masked), byte)
     }
 
-    /// The inbox has something for the task.
+    /// The inbox has something for the task. Only for the software interrupt.
     #[inline(always)]
     pub fn wake(&self, interrupt: &mut Interrupt) {
-        interrupt.mask(|masked| self.listener.get(masked)).unwrap_or(&self.is_readable).post(interrupt);
+        let semaphore = interrupt.mask(|masked| self.listener.get(masked)).unwrap_or(&self.is_readable);
+        deferred::window(interrupt);
+        semaphore.post(interrupt);
     }
 
     /// A byte is lost.

@@ -104,7 +104,10 @@ pub fn status_changed_with_i2c(interrupt: &mut Interrupt) {
         return;
     }
     let transaction_waits = interrupt.mask(|masked| TRANSACTION.get(masked).wants_start());
-    interface::answer(interrupt, status(), transaction_waits);
+    interface::settle(interrupt);
+    if let Some(signal) = interface::answer(interrupt, status(), transaction_waits) {
+        signal.post(interrupt);
+    }
 }
 
 /// Answers a status that concerns the transaction. Returns whether that was all: if not, the transaction has

@@ -234,16 +234,23 @@ pub fn serve(interrupt: &mut Interrupt) {
         return; // the task has freed the bus meanwhile
     }
     let status = status();
+    deferred::window(interrupt);
     let turned = interrupt.mask(|masked| {
         let streams = STREAMS.get(masked);
         set_control(masked, streams.turn(status)?);
         joints::begin_if_due_by_call(masked); // the kernel takes as long again
         Some(if streams.has_ended() { PACKETS.signal.get(masked) } else { None })
     });
-    match turned {
-        Some(Some(signal)) => signal.post(interrupt),
-        Some(None) => {}
-        None => answer(interrupt, status, false),
+    deferred::window(interrupt);
+    let signal = turned.unwrap_or_else(|| {
+        settle(interrupt);
+        deferred::window(interrupt);
+        let signal = answer(interrupt, status, false);
+        deferred::window(interrupt);
+        signal
+    });
+    if let Some(signal) = signal {
+        signal.post(interrupt);
     }
 }
 
@@ -260,11 +267,21 @@ pub(super) fn engine(masked: &Masked) -> Engine {
     PACKETS.engine.get(masked)
 }
 
-/// Answers `status`. `transaction_waits`: whether one wants the bus when no packet has it.
+/// Lets the engine know of what has ended without it.
 #[inline(always)]
-pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: bool) {
-    let signal = interrupt.mask(|masked| {
-        PACKETS.settle_by_call(masked);
+pub(super) fn settle(interrupt: &mut Interrupt) {
+    interrupt.mask(|masked| PACKETS.settle_by_call(masked));
+}
+
+/// Answers `status`, once what has ended is [settled](settle). `transaction_waits`: whether one wants the bus when no packet has it. Returns what is to be
+/// posted.
+#[inline(always)]
+pub(super) fn answer(
+    interrupt: &mut Interrupt,
+    status: u8,
+    transaction_waits: bool,
+) -> Option<&'static Semaphore> {
+    interrupt.mask(|masked| {
         let mut engine = PACKETS.engine.get(masked);
         STREAMS.get(masked).catch_up(&mut engine);
         let answer = engine.answer(status);
@@ -278,8 +295,5 @@ pub(super) fn answer(interrupt: &mut Interrupt, status: u8, transaction_waits: b
         PACKETS.engine.set(masked, engine);
         STREAMS.get(masked).arm(&engine);
         if answer.signals { PACKETS.signal.get(masked) } else { None }
-    });
-    if let Some(signal) = signal {
-        signal.post(interrupt);
-    }
+    })
 }

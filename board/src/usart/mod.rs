@@ -99,5 +99,9 @@ pub fn data_register_empty<U: Usart>(masked: &Masked) {
 #[inline(always)]
 pub fn transmit_complete<U: Usart>(interrupt: &mut Interrupt) {
     U::set_control(RECEIVING);
+    // SAFETY: this interrupt is off until a task sends again, and none runs before the end of this one.
+    unsafe { interrupt.window() };
     U::port().finish(interrupt);
+    // SAFETY: as before.
+    unsafe { interrupt.window() };
 }

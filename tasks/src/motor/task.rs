@@ -83,6 +83,7 @@ impl<const N: usize> Motors<N> {
             panel.order.set(masked, Some(order));
             panel.state.set(masked, order.state());
         });
+        task.window();
         self.ordered.post(task);
     }
 
