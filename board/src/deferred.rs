@@ -64,6 +64,21 @@ pub(crate) fn waits(masked: &Masked, source: u8) -> bool {
     RAISED.get(masked) & source != 0
 }
 
+/// Whether the software interrupt has nothing to serve, and is off. A write to the EEPROM begins only then: as
+/// long as that lasts the chip may keep SPMCSR as it is ("EEPROM Write Prevents Writing to SPMCSR").
+#[inline(always)]
+pub(crate) fn is_free(masked: &Masked) -> bool {
+    RAISED.get(masked) == 0
+}
+
+/// Enables the software interrupt for what was raised while the EEPROM was written.
+#[inline(always)]
+pub(crate) fn renew(masked: &Masked) {
+    if !is_free(masked) {
+        enable(true);
+    }
+}
+
 /// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come
 /// again, after those that are before it in the order of the vectors.
 ///

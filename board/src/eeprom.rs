@@ -8,9 +8,10 @@ use core::arch::asm;
 
 use avr_device::atmega128a::EEPROM;
 use embedded_storage::ReadStorage;
-use kernel::{Context, Interrupt, Semaphore, Task};
+use kernel::{Context, Interrupt, Masked, Semaphore, Task};
 
 use crate::WithTask;
+use crate::deferred;
 use crate::interrupts::Serves;
 
 /// Bytes that the EEPROM holds.
@@ -39,9 +40,14 @@ impl Eeprom {
         Eeprom(())
     }
 
-    /// Whether no byte is being written. Only then may one be read or written.
-    pub fn is_ready(&self) -> bool {
-        registers().eecr().read().eewe().bit_is_clear()
+    /// Whether no byte is being written. Only then may one be read or written. To be asked until one is
+    /// written: what interrupts hand over to tasks may wait for that.
+    pub fn is_ready(&self, task: &mut Task) -> bool {
+        let is_ready = registers().eecr().read().eewe().bit_is_clear();
+        if is_ready {
+            task.mask(deferred::renew);
+        }
+        is_ready
     }
 
     /// The byte at `address`, below [`SIZE`].
@@ -153,6 +159,7 @@ fn wait_until_ready(task: &mut Task) {
         task.mask(|_| registers().eecr().modify(|_, w| w.eerie().set_bit()));
         IS_READY.wait_by_call(task);
     }
+    task.mask(deferred::renew);
 }
 
 /// Reads a byte. No write may be under way.
@@ -167,17 +174,27 @@ fn write(task: &mut Task, address: u16, byte: u8) {
     set_address(address);
     // SAFETY: the EEPROM touches no memory, whatever its registers hold.
     registers().eedr().write(|w| unsafe { w.bits(byte) });
-    task.mask(|_| {
-        // SAFETY: two bits of EECR, and the EEPROM touches no memory. EEWE counts only within four cycles of
-        // EEMWE: interrupts are masked.
-        unsafe {
-            asm!(
-                "sbi 0x1c, 2", // 2 cycles: EEMWE
-                "sbi 0x1c, 1", // 2 cycles: EEWE; the CPU halts for 2 more
-                options(nomem, nostack, preserves_flags)
-            );
-        }
-    });
+    // The software interrupt comes in the window, if it is due.
+    while !task.mask(begin_write) {
+        task.window();
+    }
+}
+
+/// Begins to write, unless the software interrupt is due. Returns whether it has.
+fn begin_write(masked: &Masked) -> bool {
+    if !deferred::is_free(masked) {
+        return false;
+    }
+    // SAFETY: two bits of EECR, and the EEPROM touches no memory. EEWE counts only within four cycles of EEMWE:
+    // interrupts are masked.
+    unsafe {
+        asm!(
+            "sbi 0x1c, 2", // 2 cycles: EEMWE
+            "sbi 0x1c, 1", // 2 cycles: EEWE; the CPU halts for 2 more
+            options(nomem, nostack, preserves_flags)
+        );
+    }
+    true
 }
 
 fn set_address(address: u16) {

@@ -187,8 +187,8 @@ impl<S: Side> device::Peripherals for Peripherals<S> {
         let Ok(()) = if is_on { self.charger.set_high() } else { self.charger.set_low() };
     }
 
-    fn is_memory_ready(&mut self) -> bool {
-        self.eeprom.is_ready()
+    fn is_memory_ready(&mut self, task: &mut Task) -> bool {
+        self.eeprom.is_ready(task)
     }
 
     fn recall(&mut self, address: u16) -> u8 {

@@ -69,6 +69,7 @@ pub use part::{Part, Pin, UnknownPart};
 pub use physics::Physics;
 pub use probe::Edge;
 pub use repair::adc::{Analog, Multiplexer};
+pub use repair::spm::WhileWriting;
 pub use repair::usart::UsartCounts;
 pub use robot::{Event, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};

@@ -15,7 +15,7 @@ use crate::part::{Part, Pin};
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
-use crate::repair::spm::{self, Spm};
+use crate::repair::spm::{self, Spm, WhileWriting};
 use crate::repair::timer1::{self, Timer1};
 use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
@@ -142,7 +142,10 @@ impl Mcu {
         watchdog::install(cpu, &mut wrapped);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
-        let spm = part.spm.as_ref().map(|registers| spm::attach(cpu, registers).ok_or_else(missing));
+        let spm = part
+            .spm
+            .as_ref()
+            .map(|registers| spm::attach(cpu, registers, part.eeprom.eecr).ok_or_else(missing));
         let timer3 = part.timer3.map(|capture| timer3::attach(cpu, capture).ok_or_else(missing));
         let mut mcu = Self {
             part,
@@ -568,12 +571,12 @@ impl Mcu {
         }
     }
 
-    /// From now on has "Store Program Memory Ready" wait while the EEPROM is written, as it may on the chip.
-    pub fn have_spm_wait_for_eeprom(&mut self) {
-        let (cpu, eecr) = (self.cpu, self.part.eeprom.eecr);
-        self.spm_waits = true;
+    /// From now on a write to the EEPROM does this to "Store Program Memory Ready", as it may on the chip.
+    pub fn disturb_spm(&mut self, how: WhileWriting) {
+        let cpu = self.cpu;
+        self.spm_waits = how == WhileWriting::Waits;
         if let Some(spm) = &mut self.spm {
-            spm.with(cpu, |spm| spm.waits_for = Some(eecr));
+            spm.with(cpu, |spm| spm.while_writing = Some(how));
         }
     }
 

@@ -138,7 +138,7 @@ pub trait Peripherals {
     fn set_charger(&mut self, is_on: bool);
 
     /// Whether no byte of the EEPROM is being written. Only then may one be read or written.
-    fn is_memory_ready(&mut self) -> bool;
+    fn is_memory_ready(&mut self, task: &mut Task) -> bool;
 
     /// The byte at `address` of the EEPROM.
     fn recall(&mut self, address: u16) -> u8;

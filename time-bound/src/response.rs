@@ -67,8 +67,7 @@ impl fmt::Display for Responses {
         for Load { event, every, interrupts, tasks, percent } in &self.loads {
             writeln!(to, "{interrupts:10} {tasks:7} {every:7} {percent:5.1} %  {event}")?;
         }
-        let figure =
-            |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
+        let figure = |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
         writeln!(to, "blocked   latency   takes   slack  interrupt")?;
         for interrupt in &self.interrupts {
             let Latency { vector, blocking, latency, takes, .. } = interrupt;

@@ -1,8 +1,8 @@
 //! "Store Program Memory Ready" (ATmega128 datasheet, "Boot Loader Support", SPMCSR): the interrupt lasts as
 //! long as SPMIE enables it and no SPM is under way. simavr raises it never, and does not know it as a level.
 //!
-//! Simplified: no program here writes its own flash, so an SPM is never under way. Whether the interrupt
-//! comes while the EEPROM is written the datasheet does not say; those of sibling parts say that it does not.
+//! Simplified: no program here writes its own flash, so an SPM is never under way. What a write to the EEPROM
+//! does to the interrupt the datasheet leaves open: see [`WhileWriting`].
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -15,17 +15,26 @@ const SPMIE: u8 = 0x80;
 /// EECR: a write is under way.
 const EEWE: u8 = 0x02;
 
+/// What a write to the EEPROM may do to "Store Program Memory Ready" on the chip, as long as it lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WhileWriting {
+    /// The interrupt does not come: so the datasheets of sibling parts have it.
+    Waits,
+    /// SPMCSR stays as it is, whatever the program writes there ("EEPROM Write Prevents Writing to SPMCSR").
+    KeepsRegister,
+}
+
 pub(crate) struct Spm {
     spmcsr: u16,
     ready: Vector,
-    /// EECR, where a write to the EEPROM holds the interrupt up.
-    pub waits_for: Option<u16>,
+    eecr: u16,
+    pub while_writing: Option<WhileWriting>,
 }
 
 /// Puts the harness's register in the place of simavr's. `None`: the part has no such vector.
-pub(crate) fn attach(cpu: Cpu, registers: &SpmRegisters) -> Option<Attached<Spm>> {
+pub(crate) fn attach(cpu: Cpu, registers: &SpmRegisters, eecr: u16) -> Option<Attached<Spm>> {
     let &SpmRegisters { spmcsr, ready } = registers;
-    let spm = Spm { spmcsr, ready: cpu.vector(ready)?, waits_for: None };
+    let spm = Spm { spmcsr, ready: cpu.vector(ready)?, eecr, while_writing: None };
     make_plain(cpu, &[spmcsr]);
     Some(Attached::new(cpu, spm, &[spmcsr], &[]))
 }
@@ -33,13 +42,20 @@ pub(crate) fn attach(cpu: Cpu, registers: &SpmRegisters) -> Option<Attached<Spm>
 impl Spm {
     /// Makes the interrupt pending, or no longer so.
     pub fn refresh(&self, cpu: Cpu) {
-        let is_held_up = self.waits_for.is_some_and(|eecr| cpu.data(eecr) & EEWE != 0);
+        let is_held_up = self.is_affected(cpu, WhileWriting::Waits);
         interrupt::set_pending(cpu, self.ready, cpu.data(self.spmcsr) & SPMIE != 0 && !is_held_up);
+    }
+
+    fn is_affected(&self, cpu: Cpu, how: WhileWriting) -> bool {
+        self.while_writing == Some(how) && cpu.data(self.eecr) & EEWE != 0
     }
 }
 
 impl Device for Spm {
     fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        if self.is_affected(cpu, WhileWriting::KeepsRegister) {
+            return;
+        }
         cpu.set_data(address, value & SPMIE);
         self.refresh(cpu);
     }

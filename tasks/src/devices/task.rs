@@ -119,7 +119,7 @@ struct Here<'a, P, const N: usize> {
 
 impl<P: Peripherals, const N: usize> Cells for Here<'_, P, N> {
     fn is_ready(&mut self) -> bool {
-        self.board.is_memory_ready()
+        self.board.is_memory_ready(self.task)
     }
 
     fn recall(&mut self, address: u16) -> u8 {

@@ -174,7 +174,7 @@ impl<const BATTERY: bool> Peripherals for Board<BATTERY> {
         at(&self.0).charger = is_on;
     }
 
-    fn is_memory_ready(&mut self) -> bool {
+    fn is_memory_ready(&mut self, _: &mut Task) -> bool {
         at(&self.0).writes == 0
     }
 

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use simavr_harness::{Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State};
+use simavr_harness::{
+    Character, Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State,
+    WhileWriting,
+};
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, image, mcu, mcu_with_seed};
 
@@ -87,6 +90,31 @@ fn tasks_share_the_eeprom_and_sleep_while_it_writes() {
     assert_eq!(mcu.eeprom()[0xff..0x104], *b"spine");
     assert_eq!(mcu.eeprom()[0xffd..], [10, 11, 12]);
     assert_eq!(mcu.eeprom().iter().filter(|byte| **byte != 0xff).count(), 8);
+}
+
+/// As the chip may have it, SPMCSR can't be written while the EEPROM is. A frame that comes as a write begins, or
+/// meanwhile, still wakes its task, and the software interrupt that does so comes once.
+#[test]
+fn a_frame_that_comes_while_the_eeprom_is_written_is_not_forgotten() {
+    const WRITE: u64 = 135_168;
+    for begin in [0, WRITE - 300, WRITE + 50_000] {
+        for offset in 0..600 {
+            let mut mcu = mcu("board_spm");
+            mcu.disturb_spm(WhileWriting::KeepsRegister);
+            let writes = mcu.run_to_marker(1, 20 * MILLISECOND).expect("it writes").cycle;
+            let ends = writes + begin + offset;
+            for (value, end) in [(0x55, ends.saturating_sub(FRAME)), (0, ends)] {
+                mcu.run_until(end.saturating_sub(FRAME));
+                mcu.receive(0, Character { value, start: mcu.cycle(), end });
+            }
+            let place = format!("{begin} + {offset}");
+            assert_eq!(mcu.run_to_end(4 * WRITE), State::Done, "{place}");
+            let mut marks = values(mcu.markers());
+            marks.sort_unstable();
+            assert_eq!((marks, mcu.resets()), (vec![1, 2, 3], 0), "{place}");
+            assert_eq!(mcu.eeprom()[..2], [1, 2], "{place}");
+        }
+    }
 }
 
 /// A write is under way when the MCU starts over: the next one waits for it.

@@ -3,7 +3,7 @@
 use std::mem::offset_of;
 
 use hormone::action::Action::{Straight, Wave};
-use simavr_harness::{Controller, Engine, RobotBuilder};
+use simavr_harness::{Controller, Engine, RobotBuilder, WhileWriting};
 use simulation::{Change, Face, Mcus, Robot, Shape};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock::Up;
@@ -56,14 +56,13 @@ fn periods(engine: &Engine) -> [u16; MODULES] {
     })
 }
 
-/// The software interrupt may not come while a byte is written to the EEPROM. Joints that move meanwhile miss
+/// What a write to the EEPROM does to the software interrupt only the chip tells. Joints that move meanwhile miss
 /// two periods of three then, and no more; the order is kept, and nobody starts over.
-#[test]
-fn a_robot_bears_a_software_interrupt_that_waits_for_the_eeprom() {
+fn a_robot_bears(disturbance: WhileWriting) {
     let mut engine = chain();
     for index in 0..MODULES {
         let module = engine.robot_mut().module_mut(index).expect("there is one");
-        Controller::ALL.into_iter().for_each(|mcu| module.mcu_mut(mcu).have_spm_wait_for_eeprom());
+        Controller::ALL.into_iter().for_each(|mcu| module.mcu_mut(mcu).disturb_spm(disturbance));
     }
     let mut moved = [[0; MODULES]; 2];
     for (number, period) in [(1, 255), (2, 40)] {
@@ -82,6 +81,16 @@ fn a_robot_bears_a_software_interrupt_that_waits_for_the_eeprom() {
     let resets: u64 = modules.flat_map(|module| Controller::ALL.map(|mcu| module.mcu(mcu).resets())).sum();
     assert_eq!(resets, 0);
     assert_eq!(after_reset(&mut engine), [Wave; MODULES - 1]);
+}
+
+#[test]
+fn a_robot_bears_a_software_interrupt_that_waits_for_the_eeprom() {
+    a_robot_bears(WhileWriting::Waits);
+}
+
+#[test]
+fn a_robot_bears_a_software_interrupt_that_the_eeprom_keeps_on_or_off() {
+    a_robot_bears(WhileWriting::KeepsRegister);
 }
 
 /// A record takes 60 ms to write.

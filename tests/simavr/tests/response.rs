@@ -28,7 +28,8 @@ fn no_byte_is_lost_at_a_line_for_an_interrupt_that_is_too_late() {
         let slack = |vector: u8| interrupts.iter().find(|one| one.vector == vector)?.slack();
         // INT5 and INT7 of the line in software, and what the USARTs receive.
         for vector in [6, 8, 18, 30] {
-            let slack = slack(vector).unwrap_or_else(|| panic!("{controller:?}: no bound of vector {vector}"));
+            let slack =
+                slack(vector).unwrap_or_else(|| panic!("{controller:?}: no bound of vector {vector}"));
             assert!(slack >= 0, "{controller:?}: vector {vector} may be {} cycles late", -slack);
         }
     }
