@@ -97,10 +97,11 @@ fn a_joint_follows_a_single_order_by_the_loop_as_it_does_by_tasks() {
 }
 
 #[test]
-fn the_loop_takes_less_ram_and_as_much_flash() {
+fn the_loop_takes_less_ram_and_a_hundredth_less_flash() {
     let tasks = Size::of(&firmware().master, Style::Tasks);
     let sequential = Size::of(&sequential_master(), Style::Loop);
     assert!(sequential.ram_bytes + 1_000 < tasks.ram_bytes, "{sequential:?} {tasks:?}");
-    assert!(sequential.flash_bytes.abs_diff(tasks.flash_bytes) < 200, "{sequential:?} {tasks:?}");
+    let less = tasks.flash_bytes.checked_sub(sequential.flash_bytes);
+    assert!(less.is_some_and(|bytes| (400..700).contains(&bytes)), "{sequential:?} {tasks:?}");
     assert!(sequential.flash_of_kernel_bytes < tasks.flash_of_kernel_bytes, "{sequential:?} {tasks:?}");
 }
