@@ -13,7 +13,8 @@
 //! the beat may be its own, of when it was the head. Where somebody leads, the token ends there.
 //!
 //! All that a token passes give way to it, so one whose candidate is gone must not go round for long: it ends
-//! at the first module that it comes to again.
+//! at the first module that it comes to again, where it has passed more than twice as many as before. One that
+//! has passed some more is the next one, in a ring that has grown.
 //!
 //! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
 //! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
@@ -71,7 +72,7 @@ enum Role {
 /// A module's part in the election.
 pub struct Election {
     role: Role,
-    /// The token that it sent last, with no hop, or passed on.
+    /// The token that it sent last, with no hop, or passed on, with the fewest hops that it came with.
     last: Token,
     /// The rank before its own, of which tokens may still come back; 0 if there is none.
     rank_before: u16,
@@ -180,15 +181,20 @@ impl Election {
             self.role = Role::Leader { ring: token.hops, silent: 0 };
             return None;
         }
+        let mut fewest = token.hops;
         if self.role != Role::Follower {
             if token.rank < self.last.rank || token.rank == self.rank_before {
                 return None;
             }
-        } else if token.rank == self.last.rank && token.hops > self.last.hops {
-            // It has been all round.
-            return None;
+        } else if token.rank == self.last.rank {
+            if token.hops > 2 * self.last.hops {
+                // It has been all round. If it is the ring that has grown so much, the next one passes.
+                self.last = Token::NONE;
+                return None;
+            }
+            fewest = fewest.min(self.last.hops);
         }
-        self.last = token;
+        self.last = Token { hops: fewest, ..token };
         self.give_way(now);
         (token.hops < LARGEST).then_some(Token { hops: token.hops + 1, ..token })
     }

@@ -206,6 +206,57 @@ fn a_token_that_is_sent_again_is_passed_on_again_and_one_that_comes_round_again_
     assert!(follower.hear(Token { rank: 6, hops: 12 }, 60).is_some());
 }
 
+/// It is cut, takes up modules elsewhere meanwhile, and is closed again: behind those all have seen the
+/// leader's last token, when it had passed fewer modules.
+#[test]
+fn a_ring_that_grew_while_it_was_cut_elsewhere_has_its_leaders_token_come_round() {
+    for (rounds_cut, behind, more) in [(1, 2, 1), (2, 2, 1), (3, 2, 1), (1, 1, 4), (1, 4, 4)] {
+        let mut ring = Ring::new(&[3, 5, 7, 11, 13, 17, 19]);
+        ring.run(6 * ROUND);
+        let leader = ring.modules.iter().position(|module| module.ring().is_some()).unwrap();
+        ring.modules.rotate_left(leader);
+        ring.under_way.rotate_left(leader);
+        let beat = |ring: &mut Ring| {
+            let now = ring.now;
+            ring.modules.iter_mut().filter(|module| module.ring().is_none()).for_each(|it| it.follow(now));
+        };
+        for _ in 0..rounds_cut * ROUND {
+            ring.run(1);
+            ring.under_way[6] = None;
+            beat(&mut ring);
+        }
+        ring.modules[behind].leave(ring.now); // nobody was in front of it for a moment
+        for module in 0..more {
+            ring.modules.insert(behind, Election::new(23 + module, ring.now));
+            ring.under_way.insert(behind, None);
+        }
+        for _ in 0..5 * ROUND {
+            ring.run(1);
+            beat(&mut ring);
+        }
+        assert_eq!(ring.leaders(), [7 + more], "cut for {rounds_cut} rounds, {more} more behind {behind}");
+    }
+}
+
+/// A part of a ring is closed to one of its own while the leader's token is in it.
+#[test]
+fn a_token_that_a_smaller_ring_has_caught_ends_soon() {
+    let mut ring = Ring::new(&(0..60).map(|module| module * 31 + 3).collect::<Vec<u16>>());
+    ring.run(6 * ROUND);
+    let leader = ring.modules.iter().position(|module| module.ring().is_some()).unwrap();
+    ring.modules.rotate_left(leader);
+    ring.under_way.rotate_left(leader);
+    while ring.under_way[42].is_none() {
+        ring.run(1);
+    }
+    ring.modules = ring.modules.drain(40..44).collect();
+    ring.under_way = ring.under_way.drain(40..44).collect();
+    ring.run(100);
+    assert_eq!(ring.under_way, [None; 4]);
+    ring.run(4 * ROUND);
+    assert_eq!(ring.leaders(), [4]);
+}
+
 #[test]
 fn a_token_does_not_go_round_for_ever() {
     let mut follower = Election::new(1, 0);
