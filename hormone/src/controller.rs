@@ -333,15 +333,16 @@ impl Controller {
     fn walk_by(&mut self, standing: Standing, tell: DockSet, now: u16) -> Response {
         let is_halted = self.is_halted();
         self.ledger.set(standing, tell, now);
-        if standing.gait == STOP {
+        if self.is_halted() {
+            if standing.gait != STOP {
+                // Others may know it.
+                let _ = self.dropped();
+            }
             self.pacemaker.forget();
             self.reshaped_at = None;
             return self.rest();
         }
-        let Some(gait) = gait_named(standing.gait) else {
-            // Others may know it.
-            return self.dropped();
-        };
+        let Some(gait) = gait_named(standing.gait) else { return NOTHING };
         let gait = standing.period.of(gait);
         if !is_halted && (gait.name, gait.beat) == (self.gait().name, self.gait().beat) {
             return NOTHING;
@@ -353,9 +354,9 @@ impl Controller {
         self.rest()
     }
 
-    /// Whether the robot was ordered to stop.
+    /// Whether the robot was ordered to stop, or to walk by a gait that this program does not have.
     fn is_halted(&self) -> bool {
-        self.ledger.standing().gait == STOP
+        self.ledger.standing().gait.wrapping_sub(1) >= GAITS.len() as u8
     }
 
     /// The senses whose sensors are to be asked at `now`, for [`read`](Self::read): eight times a beat those

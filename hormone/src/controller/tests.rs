@@ -506,7 +506,7 @@ fn who_is_ordered_to_walk_by_another_gait_rests_until_it_comes() {
     assert_eq!(told(&mut leg, 10), [(now_stands, false, DockSet::of(&[Back]))]);
     assert_eq!(leg.received(Back, cp(B), BEAT).action, None, "whoever walks as before");
     assert_eq!(told(&mut leg, BEAT), [(now_stands, false, DockSet::of(&[Back]))], "is told");
-    assert_eq!(leg.received(Up, Hormone::Order(walk(11, 1)), BEAT).action, None);
+    assert_eq!(leg.received(Up, Hormone::Order(walk(11, 1)), BEAT).action, Some(Rest));
     assert_eq!((leg.status().gait, leg.status().dropped), (GaitName::FourLegs as u8, 2));
     let mut head = module(&HEAD);
     let _ = head.order(None, walk(GaitName::FourLegs as u8, 0), 10);
@@ -574,6 +574,24 @@ fn an_order_sets_the_period_and_stops_the_robot() {
         .filter(|&now| head.timer(now).is_some_and(|response| response.action.is_some()))
         .collect();
     assert_eq!(beats, [60_500, 61_000, 61_500]);
+}
+
+/// The number is that of a gait which other programs may have.
+#[test]
+fn who_is_ordered_to_walk_by_a_gait_that_it_does_not_have_rests_and_leads_nobody() {
+    let (mut head, mut leg) = (module(&HEAD), module(&LEFT_LEG));
+    assert_eq!(head.timer(BEAT).unwrap().action, Some(Straight));
+    let _ = leg.received(Back, cp(B), BEAT);
+    for module in [&mut head, &mut leg] {
+        assert_eq!(module.order(None, walk(11, 1), BEAT + 20).action, Some(Rest));
+        assert_eq!(told(module, BEAT + 20).len(), 1, "others may have it");
+        module.ledger.hear(Back, module.ledger.standing(), true, BEAT + 30);
+        assert_eq!(module.timer(3 * BEAT), None);
+    }
+    let _ = head.order(None, walk(GaitName::Centipede as u8, 2), 3 * BEAT);
+    assert_eq!(told(&mut head, 3 * BEAT).len(), 1);
+    head.ledger.hear(Back, head.ledger.standing(), true, 3 * BEAT);
+    assert_eq!(head.timer(4 * BEAT).unwrap().action, Some(Straight), "it walks on when it is ordered so");
 }
 
 #[test]
