@@ -541,9 +541,18 @@ impl Controller {
     /// summands may make up what it was before: then who is behind would wait for the old one.
     fn onward(&mut self, followed: Option<u8>) -> u8 {
         let mut rhythm = followed.unwrap_or(0).wrapping_add(self.rhythm) % RHYTHMS;
-        if followed != self.followed && rhythm == self.sent {
-            self.rhythm = self.rhythm.wrapping_add(1);
-            rhythm = (rhythm + 1) % RHYTHMS;
+        if followed != self.followed {
+            if rhythm == self.sent {
+                self.rhythm = self.rhythm.wrapping_add(1);
+                rhythm = (rhythm + 1) % RHYTHMS;
+            }
+            if self.followed.is_some()
+                && let Some(dock) = self.source
+            {
+                // It may be another's by now, attached alike, who walks in another Period.
+                let (_, beat_at) = self.pacemaker.last();
+                self.ledger.tell(DockSet::of(&[dock]), beat_at);
+            }
         }
         (self.followed, self.sent) = (followed, rhythm);
         rhythm

@@ -561,6 +561,26 @@ fn a_robot_of_which_all_were_reset_goes_on_as_it_was_ordered() {
     }
 }
 
+/// Two robots walk by one gait in two Periods. Nobody can see that another module is attached in front, be it that
+/// a spine takes the place of a spine or a tail does.
+#[test]
+fn modules_of_two_robots_that_change_places_walk_as_the_newer_order_of_both_has_it() {
+    let mut wiring = Shape::Chain.wiring(8).unwrap();
+    wiring.detach(face(3, Back)).unwrap();
+    for (period, swapped) in [(10, [1, 5]), (50, [1, 5]), (10, [3, 5]), (50, [3, 5])] {
+        for at in ["10.1", "10.2", "10.3", "10.4"] {
+            let events = format!(
+                "[[event]]\nat = 4\ncommand = [0xd1, 1, {period}]\nto = '0.Up'\n\
+                 [[event]]\nat = {at}\nswap = {swapped:?}\n"
+            );
+            for seed in 0..4 {
+                let run = run(Native::new(wiring.clone(), seed, 40 * MILLISECOND), &events, 30);
+                assert_eq!(faults(&run), [""; 0], "{period} x 50 ms, {swapped:?} at {at} s, seed {seed}");
+            }
+        }
+    }
+}
+
 /// The behaviours' clock comes round every 65.5 s: what was long ago is not to be taken for what is to come.
 #[test]
 fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {
