@@ -80,13 +80,25 @@ impl<T: Copy> Flash<[T]> {
 /// let table: &kernel::flash::Flash<[u8]> = &SQUARES;
 /// assert_eq!(table.iter().sum::<u8>(), 14);
 /// ```
+///
+/// The value is no place for unsafe code that does not say so:
+///
+/// ```compile_fail,E0133
+/// const unsafe fn promised() -> u8 { 1 }
+/// kernel::flash! {
+///     static TABLE: [u8; 1] = [promised()]; // error: call to unsafe function requires an unsafe block
+/// }
+/// ```
 #[macro_export]
 macro_rules! flash {
     ($($(#[$attribute:meta])* $visibility:vis static $name:ident: $type:ty = $value:expr;)*) => {$(
         $crate::flash_static! {
             $(#[$attribute])*
-            // SAFETY: `flash_static` places the value where `Flash` reads it.
-            $visibility static $name: $crate::flash::Flash<$type> = unsafe { $crate::flash::Flash::new($value) };
+            $visibility static $name: $crate::flash::Flash<$type> = {
+                let value: $type = $value; // outside of the unsafe block
+                // SAFETY: `flash_static` places the value where `Flash` reads it.
+                unsafe { $crate::flash::Flash::new(value) }
+            };
         }
     )*};
 }
