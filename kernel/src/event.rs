@@ -40,8 +40,8 @@ impl EventFlags {
         EventFlags { set: MaskedCell::new(0), changed: Semaphore::new(0) }
     }
 
-    /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 50 cycles a
-    /// waiting task.
+    /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 120 cycles a
+    /// waiting task, and 200 where its wait has a timeout.
     pub fn set(&self, context: &mut impl Context, flags: u8) {
         let is_task = !context.is_interrupt();
         context.mask(|masked| {

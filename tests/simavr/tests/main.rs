@@ -11,6 +11,7 @@ mod canary;
 mod concurrency;
 mod console;
 mod cores;
+mod costs;
 mod coverage;
 mod cpu_time;
 mod devices;

@@ -1,0 +1,40 @@
+//! What the documentation says of a call's cycles, where no figure of `./x bench` does.
+
+use superbot_tests_simavr::{MILLISECOND, mcu};
+
+/// The mark at the end of a stretch has this set besides the stretch's number.
+const END: u8 = 0x80;
+
+/// Of two marks the later one's own cycles.
+const MARK: u64 = 2;
+
+/// The least and the most that each stretch of `board_costs` has taken, from 1 on.
+fn measured() -> Vec<(u64, u64)> {
+    let mut mcu = mcu("board_costs");
+    mcu.run_until(20 * MILLISECOND);
+    let mut stretches = vec![(u64::MAX, 0); 11];
+    for pair in mcu.markers().windows(2) {
+        if pair[1].value == pair[0].value | END && pair[0].value & END == 0 {
+            let cycles = pair[1].cycle - pair[0].cycle - MARK;
+            let (least, most) = &mut stretches[usize::from(pair[0].value) - 1];
+            (*least, *most) = (cycles.min(*least), cycles.max(*most));
+        }
+    }
+    stretches
+}
+
+#[test]
+fn calls_take_what_the_documentation_says() {
+    let measured = measured();
+    let [_, _, _, _, _, _, _, _, nobody, waiting, timeouts] = measured[..] else { panic!("{measured:?}") };
+    // `EventFlags::set`, and docs/examples/event_flags.md: for each waiting task.
+    for (name, (_, most), said) in [("a wait", waiting, 120), ("a wait with a timeout", timeouts, 200)] {
+        let cycles = (most - nobody.1) / 4;
+        assert!(is_about(cycles, said), "{name}: {cycles}, not {said}");
+    }
+}
+
+/// Whether so many cycles are less than an eighth away from what is said.
+fn is_about(cycles: u64, said: u64) -> bool {
+    cycles.abs_diff(said) * 8 < said
+}
