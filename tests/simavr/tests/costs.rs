@@ -26,7 +26,13 @@ fn measured() -> Vec<(u64, u64)> {
 #[test]
 fn calls_take_what_the_documentation_says() {
     let measured = measured();
-    let [_, _, _, _, _, _, _, _, nobody, waiting, timeouts] = measured[..] else { panic!("{measured:?}") };
+    let [_, _, _, _, one, two, four, eight, nobody, waiting, timeouts] = measured[..] else {
+        panic!("{measured:?}")
+    };
+    // `Flash::get`, and docs/examples/flash_tables.md.
+    for (bytes, (_, most), said) in [(1, one, 10), (2, two, 50), (4, four, 70), (8, eight, 110)] {
+        assert!(is_about(most, said), "{bytes} bytes: {most}, not {said}");
+    }
     // `EventFlags::set`, and docs/examples/event_flags.md: for each waiting task.
     for (name, (_, most), said) in [("a wait", waiting, 120), ("a wait with a timeout", timeouts, 200)] {
         let cycles = (most - nobody.1) / 4;
