@@ -45,8 +45,8 @@ impl<T> Mutex<T> {
         Mutex { value: UnsafeCell::new(value), lock }
     }
 
-    /// Takes the value until the guard is dropped. At the mutex's ceiling 50 cycles, and 65 then; below it
-    /// 95, and 160 to 180 then.
+    /// Takes the value until the guard is dropped. At the mutex's ceiling 55 to 70 cycles, and 70 then; below
+    /// it 100 to 120, and 160 to 200 then.
     pub fn lock<'a>(&'a self, task: &'a mut Task) -> Guard<'a, T> {
         self.lock.take(task);
         Guard { mutex: self, task }

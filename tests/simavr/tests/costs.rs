@@ -26,9 +26,20 @@ fn measured() -> Vec<(u64, u64)> {
 #[test]
 fn calls_take_what_the_documentation_says() {
     let measured = measured();
-    let [_, _, _, _, one, two, four, eight, nobody, waiting, timeouts] = measured[..] else {
+    let [lock, unlock, lock_below, unlock_below, one, two, four, eight, nobody, waiting, timeouts] =
+        measured[..]
+    else {
         panic!("{measured:?}")
     };
+    // `Mutex::lock`, and docs/examples/mutexes.md. In a program that tries a mutex, too, it is a call more.
+    for (name, (least, most), said) in [
+        ("to lock at the ceiling", lock, 55..=70),
+        ("to unlock at the ceiling", unlock, 65..=75),
+        ("to lock below it", lock_below, 100..=120),
+        ("to unlock below it", unlock_below, 160..=200),
+    ] {
+        assert!(said.contains(&least) && said.contains(&most), "{name}: {least} to {most}, not {said:?}");
+    }
     // `Flash::get`, and docs/examples/flash_tables.md.
     for (bytes, (_, most), said) in [(1, one, 10), (2, two, 50), (4, four, 70), (8, eight, 110)] {
         assert!(is_about(most, said), "{bytes} bytes: {most}, not {said}");
