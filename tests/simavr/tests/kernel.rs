@@ -5,6 +5,7 @@ use std::path::Path;
 use simavr_harness::State;
 use superbot_tests_simavr::marks::{expect, values};
 use superbot_tests_simavr::target::{TARGETS, Target};
+use superbot_tests_simavr::{MILLISECOND, mcu};
 
 /// More cycles than any of these images needs.
 const LIMIT: u64 = 4_000_000;
@@ -149,4 +150,15 @@ fn time_goes_on_where_no_timer_is_armed() {
             assert!((11..=13).contains(&ticks), "3 ticks at {at} ms: {} cycles", twice.cycle - once.cycle);
         }
     }
+}
+
+#[test]
+fn a_handler_calls_what_the_program_calls_so() {
+    let mut mcu = mcu("board_names");
+    mcu.run_until(MILLISECOND);
+    for _ in 0..3 {
+        assert!(mcu.raise_interrupt(5));
+        mcu.run_until(mcu.cycle() + 1000);
+    }
+    assert_eq!(values(mcu.markers()), [1, 1, 1]);
 }

@@ -26,23 +26,27 @@ macro_rules! interrupt {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            extern "C" fn handler() {
-                // SAFETY: only the vector calls this, with interrupts masked.
-                let $interrupt = &mut unsafe { $crate::Interrupt::assume() };
-                $body
+            // The body sees this name alone, which is the vector's as well: no function that it may mean.
+            #[inline(always)]
+            fn $vector($interrupt: &mut $crate::Interrupt) $body
+            {
+                extern "C" fn handler() {
+                    // SAFETY: only the vector calls this, with interrupts masked.
+                    $vector(&mut unsafe { $crate::Interrupt::assume() })
+                }
+                // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler
+                // may change.
+                unsafe { core::arch::asm!(
+                    "push r31",               // 2
+                    "push r30",               // 2
+                    "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
+                    "ldi r31, hi8(gs({handler}))", // 1
+                    "rjmp {enter}",           // 2: `.lowtext` holds the kernel's entry, too
+                    handler = sym handler,
+                    enter = sym $crate::arch::kernel_enter_interrupt,
+                    options(noreturn),
+                ) }
             }
-            // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler may
-            // change.
-            unsafe { core::arch::asm!(
-                "push r31",               // 2
-                "push r30",               // 2
-                "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
-                "ldi r31, hi8(gs({handler}))", // 1
-                "rjmp {enter}",           // 2: `.lowtext` holds the kernel's entry, too
-                handler = sym handler,
-                enter = sym $crate::arch::kernel_enter_interrupt,
-                options(noreturn),
-            ) }
         }
     )*};
 }
@@ -158,46 +162,51 @@ macro_rules! trap_interrupt {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            extern "C" fn handler() {
-                // SAFETY: only the vector calls this, with interrupts masked.
-                let $interrupt = &mut unsafe { $crate::Interrupt::assume() };
-                if $crate::stepped($interrupt) {
-                    $body
+            // The body sees this name alone: see `interrupt!`.
+            #[inline(always)]
+            fn $vector($interrupt: &mut $crate::Interrupt) $body
+            {
+                extern "C" fn handler() {
+                    // SAFETY: only the vector calls this, with interrupts masked.
+                    let interrupt = &mut unsafe { $crate::Interrupt::assume() };
+                    if $crate::stepped(interrupt) {
+                        $vector(interrupt);
+                    }
                 }
+                // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt`
+                // restores all.
+                unsafe { core::arch::asm!(
+                    "push r31",               // 2
+                    "push r30",               // 2
+                    "push r0",                // 2
+                    "in r0, 0x3f",            // 1: SREG
+                    "lds r30, {stepped}",     // 2: the low byte of the task that is to make a step
+                    "lds r31, {kernel}+{running}", // 2: and of the one that runs
+                    "cpse r30, r31",          // 1, or 2
+                    "rjmp 1f",                // 2
+                    "lds r30, {stepped}+1",   // 2: the high bytes
+                    "lds r31, {kernel}+{running}+1", // 2
+                    "cpse r30, r31",          // 1, or 2
+                    "rjmp 1f",                // 2
+                    "out 0x3f, r0",           // 1
+                    "pop r0",                 // 2
+                    "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
+                    "ldi r31, hi8(gs({handler}))", // 1
+                    "rjmp {enter}",           // 2
+                    "1:",
+                    "out 0x3f, r0",           // 1
+                    "pop r0",                 // 2
+                    "pop r30",                // 2
+                    "pop r31",                // 2
+                    "reti",                   // 4: and one instruction of what was preempted
+                    handler = sym handler,
+                    stepped = sym $crate::STEPPED,
+                    kernel = sym $crate::KERNEL,
+                    running = const $crate::arch::RUNNING,
+                    enter = sym $crate::arch::kernel_enter_interrupt,
+                    options(noreturn),
+                ) }
             }
-            // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt`
-            // restores all.
-            unsafe { core::arch::asm!(
-                "push r31",               // 2
-                "push r30",               // 2
-                "push r0",                // 2
-                "in r0, 0x3f",            // 1: SREG
-                "lds r30, {stepped}",     // 2: the low byte of the task that is to make a step
-                "lds r31, {kernel}+{running}", // 2: and of the one that runs
-                "cpse r30, r31",          // 1, or 2
-                "rjmp 1f",                // 2
-                "lds r30, {stepped}+1",   // 2: the high bytes
-                "lds r31, {kernel}+{running}+1", // 2
-                "cpse r30, r31",          // 1, or 2
-                "rjmp 1f",                // 2
-                "out 0x3f, r0",           // 1
-                "pop r0",                 // 2
-                "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
-                "ldi r31, hi8(gs({handler}))", // 1
-                "rjmp {enter}",           // 2
-                "1:",
-                "out 0x3f, r0",           // 1
-                "pop r0",                 // 2
-                "pop r30",                // 2
-                "pop r31",                // 2
-                "reti",                   // 4: and one instruction of what was preempted
-                handler = sym handler,
-                stepped = sym $crate::STEPPED,
-                kernel = sym $crate::KERNEL,
-                running = const $crate::arch::RUNNING,
-                enter = sym $crate::arch::kernel_enter_interrupt,
-                options(noreturn),
-            ) }
         }
     };
 }

@@ -1,0 +1,30 @@
+//! A handler calls a function of the program that has a name which the macro might take for its own.
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use core::ptr::with_exposed_provenance_mut;
+
+use board::debug::mark;
+use tests_images as _; // the panic handler
+
+/// INT4's enable bit, in EIMSK (ATmega128 datasheet, "External Interrupts").
+const EIMSK: usize = 0x59;
+
+/// The macro has a function of this name, too.
+fn handler() {
+    mark(1);
+}
+
+kernel::interrupt! {
+    /// INT4.
+    fn __vector_5(_interrupt) { handler() }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    kernel::run(|_| {
+        // SAFETY: nothing else uses the register.
+        unsafe { with_exposed_provenance_mut::<u8>(EIMSK).write_volatile(1 << 4) }
+    })
+}
