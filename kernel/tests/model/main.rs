@@ -62,6 +62,13 @@ fn millions_of_calls_drawn_by_lot_do_what_the_reference_does() {
     println!("{calls} calls");
 }
 
+/// A script of these lots: a task blocks, an interrupt wakes it behind an equal that looks at flags once it
+/// runs, and a tick ends that one's wait before it does.
+#[test]
+fn two_interrupts_may_come_before_the_next_task_runs() {
+    play_seed(146_612_349, |_| {}).unwrap_or_else(|disagreement| panic!("{disagreement}"));
+}
+
 /// Priorities of three tasks, and the ceiling of a mutex: equals, one above two, each above another; and a
 /// ceiling that the highest is above.
 const ARRANGEMENTS: [([Priority; 3], Priority); 4] =

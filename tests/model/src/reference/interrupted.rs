@@ -13,19 +13,23 @@ impl Reference {
     /// of time; none if it should not. A task that has blocked runs until the kernel has found the next one.
     pub fn interrupted_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
+        // It has blocked, and others are yet to do what is theirs; an interrupt may have woken it behind
+        // them.
+        let mut ways = Vec::new();
         while before.running() != Some(id) {
+            if before.tasks[id].activity != Activity::Own {
+                ways.push(before.clone());
+            }
             if !before.settle_first() {
-                let is_in_call = before.tasks[id].activity != Activity::Own;
-                return if is_in_call { vec![before] } else { Vec::new() };
+                return ways;
             }
         }
+        ways.push(before.clone());
         if let Activity::Again(_) = before.tasks[id].activity {
-            let mut next = before.clone();
-            next.settle_first();
-            let later = next.interrupted_in_call(id);
-            return iter::once(before).chain(later).collect();
+            before.settle_first();
+            ways.extend(before.interrupted_in_call(id));
+            return ways;
         }
-        let mut ways = vec![before.clone()];
         let mut acted = before.clone();
         if let Activity::Acting(call) = before.tasks[id].activity {
             // It counts time from here.
