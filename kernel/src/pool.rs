@@ -196,6 +196,10 @@ impl<T: Pooled> Drop for Message<T> {
 /// ```
 /// struct Reading(u16);
 /// kernel::pool!(Reading, 8);
+///
+/// struct Parcel(u8);
+/// const SLOTS: usize = 4;
+/// kernel::pool!(Parcel, SLOTS);
 /// ```
 #[macro_export]
 macro_rules! pool {
@@ -203,9 +207,10 @@ macro_rules! pool {
         // SAFETY: the one pool over these slots, which have no other name.
         unsafe impl $crate::Pooled for $type {
             fn pool() -> &'static $crate::Pool<Self> {
-                static SLOTS: [$crate::Slot<$type>; $slots] = [const { $crate::Slot::new() }; $slots];
-                static POOL: $crate::Pool<$type> = $crate::Pool::new(&SLOTS);
-                &POOL
+                // `$slots` sees these names, so a constant of the program must not have them.
+                static __SLOTS: [$crate::Slot<$type>; $slots] = [const { $crate::Slot::new() }; $slots];
+                static __POOL: $crate::Pool<$type> = $crate::Pool::new(&__SLOTS);
+                &__POOL
             }
         }
     };
