@@ -2,6 +2,7 @@
 
 use core::ptr;
 
+use crate::arch;
 use crate::context::{Context, JobContext, Never, Task};
 use crate::control_block::ControlBlock;
 use crate::semaphore::Semaphore;
@@ -70,6 +71,7 @@ impl Task {
             set.end(self);
             return Err(JobTaken);
         }
+        let _clean_up = arch::when_dropped(|| jobs.iter().for_each(|job| job.proxy.withdraw()));
         jobs.iter().for_each(|job| job.wait(self, set));
         loop {
             let Some(signaled) = set.receive(self, |_| false) else { continue };

@@ -7,7 +7,7 @@
 use core::ptr;
 
 use crate::arch;
-use crate::context::{Context, Task};
+use crate::context::{Boot, Context, Task};
 use crate::control_block::{ControlBlock, Flag, HALTED};
 use crate::critical::{Masked, MaskedCell};
 use crate::link::Link;
@@ -25,6 +25,12 @@ pub(crate) struct ProxyWaiter {
 impl ProxyWaiter {
     pub(crate) const fn new(word: &'static Word) -> ProxyWaiter {
         ProxyWaiter { control: ControlBlock::new(), word }
+    }
+
+    /// Takes it from its queue, for a task that is dropped.
+    pub(crate) fn withdraw(&'static self) {
+        // SAFETY: a run is over, in which tasks are dropped: none runs, and no interrupt comes.
+        self.word.expel(&mut unsafe { Boot::assume() }, &self.control);
     }
 }
 

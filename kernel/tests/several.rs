@@ -193,6 +193,32 @@ fn who_is_about_to_run_jobs_and_has_taken_some_is_not_killed() {
     LOG.expect(&["Err(Busy)"]);
 }
 
+#[test]
+fn whoever_waited_by_proxy_as_a_run_ended_leaves_no_trace_in_a_queue() {
+    static WAITER: Stack<0> = Stack::new();
+    static RUNNER: Stack<0> = Stack::new();
+    static AWAITED: Semaphore = Semaphore::new(0);
+    static JOB: Job = Job::new(&AWAITED, |_| {});
+    host::run_for(
+        1,
+        |boot| {
+            WAITER.start(boot, Priority::P3, |task| task.wait_any([&AWAITED, &AWAITED])).unwrap();
+            RUNNER
+                .start(boot, Priority::P3, |task| task.run_jobs(&[&JOB]).map(|never| match never {}))
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    host::run_for(
+        1,
+        |_| {},
+        |interrupt, _| {
+            AWAITED.post(interrupt);
+            assert!(AWAITED.try_wait(interrupt), "nobody waits any more");
+        },
+    );
+}
+
 fn forever(task: &mut kernel::Task) -> kernel::Never {
     loop {
         task.delay(kernel::LONGEST);

@@ -13,6 +13,7 @@
 //! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no context, and begins anew each time |
 //! | `LINK_MARK` | what makes the highest byte of an object's address positive, if it is not by itself: see `link` |
 //! | `fits`, `init_context` | a task's body and its first context on a new stack |
+//! | `when_dropped` | what is done where a task is dropped in its midst, if the port drops tasks |
 //! | `stack` | where a task's stack lies, if the port knows; its unused bytes hold the watermark |
 //! | `load`, `flash_static!` | tables in program memory: see [`flash`](crate::flash) |
 //! | `need_tick` | without a tick, code that waits for one does not link, if the port can tell |

@@ -131,6 +131,10 @@ where
     }
 }
 
+/// A task is never dropped.
+#[inline(always)]
+pub(crate) fn when_dropped(_: impl FnMut()) -> impl Sized {}
+
 /// Has the linker ask for the tick's vector, where code is linked that waits for a tick: "undefined reference
 /// to `kernel_needs_tick_interrupt`" without one. No flash, no RAM, no cycle.
 #[inline(always)]

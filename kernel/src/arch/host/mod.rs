@@ -228,6 +228,21 @@ pub(crate) fn run_head(_: &Masked) -> ! {
     }
 }
 
+/// Does `clean_up` if the task is dropped while the result lives: at the end of a run, or as it panics.
+pub(crate) fn when_dropped(clean_up: impl FnMut()) -> impl Drop {
+    struct WhenDropped<F: FnMut()>(F);
+
+    impl<F: FnMut()> Drop for WhenDropped<F> {
+        fn drop(&mut self) {
+            if thread::panicking() {
+                (self.0)();
+            }
+        }
+    }
+
+    WhenDropped(clean_up)
+}
+
 /// The clock of tasks' times: none passes while a task runs.
 #[cfg(feature = "cpu-time")]
 pub(crate) fn clock(_: &Masked) -> u16 {
