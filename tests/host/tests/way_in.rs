@@ -94,6 +94,7 @@ fn a_number_of_inputs_and_a_package_have_to_be_such() {
     };
     says(&["fuzz", "many"], "a number of inputs");
     says(&["fuzz", "1000", "more"], "a number of inputs");
+    says(&["fuzz", "4294967297"], "up to 999999999");
     says(&["mutants"], "kernel|tasks");
     says(&["mutants", "board"], "kernel|tasks");
 }
