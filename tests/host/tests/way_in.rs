@@ -148,18 +148,23 @@ fn it_goes_to_its_own_folder_whatever_cdpath_says() {
     assert!(text.contains("no-such-program"), "it went elsewhere: {text}");
 }
 
-/// Of gdb Debian's is asked for, unless another one is named or comes by itself.
-#[test]
-fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
-    let folder = folder("gdb");
+/// Puts what a shell does into a file, as a program.
+fn write_program(path: &Path, script: &str) {
+    fs::create_dir_all(path.parent().expect("it lies in a folder")).expect("a folder can be made");
+    fs::write(path, format!("#!/bin/sh\n{script}\n")).expect("a program can be written");
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("and made one");
+}
+
+/// A folder of programs with all that the set-up looks for, and neither gdb nor apt-get; `cargo` does this.
+fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
     let programs = folder.join("programs");
-    fs::create_dir(&programs).expect("a folder can be made");
-    // All that the set-up looks for, and neither gdb nor apt-get.
     for name in ["cargo", "cc", "make", "pkg-config", "avr-gcc", "avr-objcopy"] {
-        let path = programs.join(name);
-        let says = if name == "avr-gcc" { "echo /libc" } else { "exit 0" };
-        fs::write(&path, format!("#!/bin/sh\n{says}\n")).expect("a program can be written");
-        fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("and made one");
+        let says = match name {
+            "avr-gcc" => "echo /libc",
+            "cargo" => cargo,
+            _ => "exit 0",
+        };
+        write_program(&programs.join(name), says);
     }
     for name in ["bash", "dirname"] {
         let path = std::env::var_os("PATH").expect("there is one");
@@ -167,12 +172,47 @@ fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
         let place = places.into_iter().find(|place| place.exists()).expect("it is there");
         symlink(place, programs.join(name)).expect("a link can be made");
     }
+    programs
+}
+
+/// As [`x`], where all is set up.
+fn x_set_up(path: &Path, arguments: &[&str], programs: &Path) -> Command {
+    let mut command = x(path, arguments);
+    command.env("PATH", programs).env("SUPERBOT_AVR_CARGO", "cargo");
+    command.env("SUPERBOT_MUJOCO", "there").env("LIBCLANG_PATH", "there");
+    command
+}
+
+/// The program of an earlier build is there still: what it says would be by another source.
+#[test]
+fn what_does_not_compile_tells_no_figures() {
+    let folder = folder("figures");
+    let programs = set_up_for(&folder, "exit 101");
+    let here = copy(&folder, "here");
+    for bound in ["stack", "time"] {
+        let program = folder.join(format!("here/target/debug/superbot-{bound}-bound"));
+        write_program(&program, "echo kernel: 1 2 3 4");
+    }
+    for mcu in ["master", "slave"] {
+        write_program(&folder.join(format!("here/target/images/firmware-{mcu}.elf")), "");
+    }
+    for arguments in [&["interrupts"][..], &["interrupts", "--json"], &["response", "--json"]] {
+        let output = x_set_up(&here, arguments, &programs).output().expect("bash is there");
+        let told = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(output.status.code(), Some(101), "{arguments:?}: {told}");
+        assert!(!told.contains("kernel:"), "{arguments:?}: {told}");
+    }
+}
+
+/// Of gdb Debian's is asked for, unless another one is named or comes by itself.
+#[test]
+fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
+    let folder = folder("gdb");
+    let programs = set_up_for(&folder, "exit 0");
     let here = copy(&folder, "here");
     let gdb = |arguments: &[&str], named: Option<&str>| {
-        let mut command = x(&here, &[&["gdb", "0.master"], arguments].concat());
+        let mut command = x_set_up(&here, &[&["gdb", "0.master"], arguments].concat(), &programs);
         command.env_remove("SUPERBOT_GDB").envs(named.map(|named| ("SUPERBOT_GDB", named)));
-        command.env("PATH", &programs).env("SUPERBOT_AVR_CARGO", "cargo");
-        command.env("SUPERBOT_MUJOCO", "there").env("LIBCLANG_PATH", "there");
         said(command).1
     };
     for (arguments, named) in [
