@@ -204,6 +204,23 @@ fn what_does_not_compile_tells_no_figures() {
     }
 }
 
+#[test]
+fn where_sizes_can_not_be_measured_the_file_stays_as_it_was() {
+    let folder = folder("sizes");
+    // Neither what measures an image nor what tells of its stacks.
+    let programs = set_up_for(&folder, "exit 101");
+    let here = copy(&folder, "here");
+    for mcu in ["master", "slave"] {
+        write_program(&folder.join(format!("here/target/images/firmware-{mcu}.elf")), "");
+    }
+    let file = folder.join("sizes.json");
+    fs::write(&file, "as it was").expect("a file can be written");
+    let (status, text) =
+        said(x_set_up(&here, &["size", "--json", file.to_str().expect("it is text")], &programs));
+    assert!(status.is_some_and(|status| status != 0), "{text}");
+    assert_eq!(fs::read_to_string(&file).expect("it is there"), "as it was");
+}
+
 /// Of gdb Debian's is asked for, unless another one is named or comes by itself.
 #[test]
 fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
