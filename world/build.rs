@@ -51,10 +51,10 @@ fn main() {
     println!("cargo::metadata=home={}", home.display());
 }
 
+/// Where MuJoCo is. A path leads from the workspace, which is not where Cargo runs this; an empty one is
+/// none, as for `./x`.
 fn home() -> PathBuf {
-    if let Some(home) = env::var_os("SUPERBOT_MUJOCO") {
-        return home.into();
-    }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-    root.join(format!("target/tools/mujoco-{VERSION}/mujoco"))
+    let named = env::var_os("SUPERBOT_MUJOCO").filter(|home| !home.is_empty());
+    root.join(named.unwrap_or_else(|| format!("target/tools/mujoco-{VERSION}/mujoco").into()))
 }
