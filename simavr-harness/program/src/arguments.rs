@@ -148,7 +148,7 @@ pub struct Gdb {
     pub gdb: PathBuf,
 
     /// Start no gdb, but wait for one at this port of the loopback interface.
-    #[arg(long, value_name = "PORT", conflicts_with = "gdb_arguments")]
+    #[arg(long, value_name = "PORT", conflicts_with = "gdb_arguments", allow_hyphen_values = true)]
     pub listen: Option<u16>,
 
     /// What gdb is called with besides, as in -- -batch -x FILE.
@@ -160,15 +160,15 @@ pub struct Gdb {
 #[derive(Args)]
 pub struct Centipede {
     /// How many modules the centipede has.
-    #[arg(long, default_value = "18", value_parser = modules)]
+    #[arg(long, default_value = "18", value_parser = modules, allow_hyphen_values = true)]
     pub modules: usize,
 
     /// As for sim.
-    #[arg(long, default_value = "1")]
+    #[arg(long, default_value = "1", allow_hyphen_values = true)]
     pub seed: u64,
 
     /// As for sim.
-    #[arg(long, default_value_t = usual_threads(), value_parser = threads)]
+    #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 
     /// Print one JSON object in place of the table, to a file or to the standard output (-).
@@ -186,7 +186,8 @@ pub struct Terrain {
     pub centipede: Centipede,
 
     /// How long each run takes, in simulated seconds.
-    #[arg(long, default_value = "20", value_parser = clap::value_parser!(u16).range(12..))]
+    #[arg(long, default_value = "20", value_parser = clap::value_parser!(u16).range(12..),
+        allow_hyphen_values = true)]
     pub seconds: u16,
 }
 
@@ -196,7 +197,8 @@ pub struct Period {
     pub centipede: Centipede,
 
     /// How long each run takes, in simulated seconds.
-    #[arg(long, default_value = "19", value_parser = clap::value_parser!(u16).range(7..))]
+    #[arg(long, default_value = "19", value_parser = clap::value_parser!(u16).range(7..),
+        allow_hyphen_values = true)]
     pub seconds: u16,
 
     /// Plot the figures, too, to this file.

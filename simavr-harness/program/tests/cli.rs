@@ -343,7 +343,13 @@ fn what_can_not_be_run_is_refused_with_advice() {
     assert_refused(&run(&["sim", "six-legs", "--modules", "10"]), "at least 11 modules");
     for table in ["terrain", "period"] {
         assert_refused(&run(&[table, "--modules", "1002"]), "simavr runs up to 1000 modules");
+        // What is below 0 is a number, and no option.
+        assert_refused(&run(&[table, "--modules", "-5"]), "give a number of modules from 1 to 1000000");
+        assert_refused(&run(&[table, "--threads", "-1"]), "give a number of threads from 1 to 256");
+        assert_refused(&run(&[table, "--seconds", "-3"]), "-3 is not in");
+        assert_refused(&run(&[table, "--seed", "-1"]), "invalid value '-1' for '--seed <SEED>'");
     }
+    assert_refused(&run(&["gdb", "0.master", "--listen", "-1"]), "-1 is not in");
     assert_refused(&run(&[]), "sim");
     let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
     let nowhere = nowhere.to_str().expect("the path is text");
