@@ -4,6 +4,7 @@ use std::error::Error;
 use std::fmt::Display;
 use std::fs::{File, OpenOptions, Permissions};
 use std::io::{self, Write};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
@@ -171,6 +172,10 @@ fn resolved(path: &Path) -> io::Result<PathBuf> {
 
 /// The path of what is to be in a directory that is there.
 fn in_directory(path: &Path) -> io::Result<PathBuf> {
+    // Of a path that only a directory can have `file_name` leaves out what says so.
+    if [b"/".as_slice(), b"/."].iter().any(|end| path.as_os_str().as_bytes().ends_with(end)) {
+        return Err(io::ErrorKind::NotADirectory.into());
+    }
     let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
     Ok(directory(path).canonicalize()?.join(name))
 }

@@ -605,6 +605,10 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
     assert_refused(&record("-"), "the standard output has the summary: give --record a file");
     assert_refused(&record(&at("")), "give --record another path");
     assert_refused(&record(&at("nowhere/run.html")), "give --record another path");
+    // A path of a folder that is not there, and of one that is a file.
+    for folder in ["nowhere/", "nowhere/.", "robot.toml/"] {
+        assert_refused(&record(&at(folder)), "give --record another path");
+    }
     assert_refused(&sim(&[&robot, "--record", &robot]), "is the robot file: give --record another");
     for name in ["run.json", "robot.toml"] {
         let path = at(name);
