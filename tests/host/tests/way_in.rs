@@ -166,7 +166,7 @@ fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
         };
         write_program(&programs.join(name), says);
     }
-    for name in ["bash", "dirname"] {
+    for name in ["bash", "cmp", "dirname", "realpath"] {
         let path = std::env::var_os("PATH").expect("there is one");
         let places = std::env::split_paths(&path).map(|place| place.join(name));
         let place = places.into_iter().find(|place| place.exists()).expect("it is there");
@@ -242,5 +242,28 @@ fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
     }
     for arguments in [&[][..], &["--", "--gdb"]] {
         assert!(gdb(arguments, None).contains("gdb-avr: debugs an MCU"), "{arguments:?}");
+    }
+}
+
+/// An empty variable names no gdb: it is unset, also for the program that x calls.
+#[test]
+fn an_empty_name_of_a_gdb_is_none() {
+    let folder = folder("empty");
+    let programs = set_up_for(&folder, "echo gdb is ${SUPERBOT_GDB-unset} >&2");
+    write_program(&programs.join("avr-gdb"), "exit 0");
+    let here = copy(&folder, "here");
+    let target = folder.join("here/target");
+    write_program(&target.join("debug/superbot-stack-bound"), "exit 0");
+    for mcu in ["master", "slave"] {
+        for file in ["firmware-MCU.elf", "firmware-MCU.hex", "debug/firmware-MCU.hex"] {
+            write_program(&target.join("images").join(file.replace("MCU", mcu)), "");
+        }
+    }
+    for (named, is) in [("", "unset"), ("my-gdb", "my-gdb")] {
+        let mut command = x_set_up(&here, &["gdb", "0.master"], &programs);
+        command.env("SUPERBOT_GDB", named);
+        let (status, text) = said(command);
+        assert_eq!(status, Some(0), "{text}");
+        assert_eq!(text.lines().last(), Some(&*format!("gdb is {is}")), "{text}");
     }
 }
