@@ -311,6 +311,20 @@ fn robot_files_that_can_not_be_built_are_refused_before_anything_is_written() {
     }
 }
 
+/// A job is a line: a shell would take the pieces of one with two for commands.
+#[test]
+fn a_path_with_a_line_break_is_refused() {
+    let campaign = Campaign::of("robot = \"a\\nb.toml\"\nengine = 'host'");
+    fs::write(campaign.path("a\nb.toml"), "modules = 1").unwrap();
+    let plain = Campaign::of("robot = 'chain'\nengine = 'host'");
+    let broken = plain.path("a\nb");
+    for planned in [campaign.plan(&[]), run(&["campaign", &plain.path("campaign.toml"), &broken])] {
+        assert_eq!(planned.status.code(), Some(2), "{}", said(&planned));
+        assert!(said(&planned).contains("a job has one line"), "{}", said(&planned));
+    }
+    assert!(![&campaign.directory(), &broken].into_iter().any(|path| Path::new(path).exists()));
+}
+
 #[test]
 fn robot_files_have_names_of_all_letters() {
     let campaign = Campaign::of("robot = ['ä.toml', 'ö.toml']\nengine = 'host'");

@@ -21,12 +21,17 @@ impl Jobs {
     /// The jobs of `plan`, whose results go to `directory`.
     ///
     /// # Errors
-    /// Its path is no text.
+    /// Its path, or another one in a job, is no text on one line.
     pub fn new(plan: &Plan, directory: &Path) -> Result<Self, Box<dyn Error>> {
         let directory = std::path::absolute(directory)?;
         let mut list = String::new();
         for run in &plan.runs {
-            writeln!(list, "{}", line(run, &directory)?)?;
+            let job = line(run, &directory)?;
+            if job.contains('\n') {
+                // A shell would take its pieces for commands.
+                return Err(format!("a job has one line, and this has a path with more: {job}").into());
+            }
+            writeln!(list, "{job}")?;
         }
         let plan_text = serde_json::to_string_pretty(plan)? + "\n";
         Ok(Jobs { directory, list, plan: plan_text, number: plan.runs.len() })
