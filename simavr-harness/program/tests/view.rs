@@ -180,6 +180,27 @@ fn only_who_has_the_token_is_answered_and_no_other_origin() {
 }
 
 #[test]
+fn a_request_that_does_not_come_to_its_end_keeps_nobody_waiting() {
+    let viewed = Viewed::start(&["sim", "chain", "--engine", "host"]);
+    let Viewed { host, token, .. } = &viewed;
+    let silent = ["", &format!("{token}/ask")].map(|path| {
+        let mut stream = TcpStream::connect(host).unwrap();
+        let request = format!("POST /{path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: 5000\r\n\r\n{{");
+        stream.write_all(request.as_bytes()).unwrap();
+        stream
+    });
+    thread::sleep(Duration::from_millis(200));
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    let request = format!("GET /{token}/ HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut line = String::new();
+    BufReader::new(stream).read_line(&mut line).expect("it is answered");
+    assert!(line.starts_with("HTTP/1.1 200"), "{line}");
+    drop(silent);
+}
+
+#[test]
 fn it_goes_on_for_as_long_as_any_page_wants_it_to_that_is_still_there() {
     let viewed = Viewed::start(&["sim", "--engine", "host", "--modules", "1000", "--seconds", "100"]);
     let ((plays, its_query), (_pauses, other_query)) = (viewed.listen(), viewed.listen());

@@ -96,9 +96,12 @@ impl Server {
 
     /// Serves for as long as the program runs.
     pub fn serve(self) {
-        for request in self.http.incoming_requests() {
-            // Who asked and has gone does not get it.
-            let _ = self.answer(request);
+        let server = Arc::new(self);
+        for request in server.http.incoming_requests() {
+            let server = Arc::clone(&server);
+            // Nobody waits for a page that is slow or listens, nor for the run, which may be in its step. Who
+            // asked may have gone.
+            thread::spawn(move || server.answer(request));
         }
     }
 
@@ -122,24 +125,18 @@ impl Server {
             }
             (Method::Get, "/live") => {
                 let had = query.strip_prefix("had=").and_then(|had| had.parse().ok()).unwrap_or(0);
-                let feed = Arc::clone(&self.feed);
-                thread::spawn(move || stream(request, &feed, had));
+                stream(request, &self.feed, had);
                 Ok(())
             }
             (Method::Post, "/ask") => {
                 let mut body = String::new();
                 request.as_reader().take(LONGEST).read_to_string(&mut body)?;
-                let asked = self.asked.clone();
                 let stream = query.strip_prefix("stream=").and_then(|stream| stream.parse().ok());
-                // The run may be in the middle of its step.
-                thread::spawn(move || {
-                    let (status, text) = match ask(&asked, stream, &body) {
-                        Ok(text) => (200, text),
-                        Err(text) => (409, text),
-                    };
-                    respond(request, status, &text)
-                });
-                Ok(())
+                let (status, text) = match ask(&self.asked, stream, &body) {
+                    Ok(text) => (200, text),
+                    Err(text) => (409, text),
+                };
+                respond(request, status, &text)
             }
             _ => respond(request, 404, "there is no such thing"),
         }
