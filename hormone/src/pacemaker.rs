@@ -20,7 +20,7 @@ use crate::gait::Gait;
 use crate::pace::{NUMBERS, Pace};
 
 /// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer
-/// than it is delayed without a loss on a way of up to some 200 hops.
+/// than it is delayed without a loss on a way of some hundred hops.
 const PATIENCE: u16 = 12;
 
 /// After so many beats of which not even a late hormone came, that of another leader, or of the same one by
