@@ -14,9 +14,9 @@
 //! that wait for them delay it. While there is nothing to measure there are no rounds.
 
 use avr_device::atmega128a::{ADC, TC2};
-use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore};
+use kernel::{Context, Masked, MaskedCell, Semaphore};
 
-use crate::deferred::{self, source};
+use crate::deferred::{self, Serving, source};
 use crate::gpio::Port;
 use crate::interrupts::Serves;
 use crate::joints;
@@ -331,9 +331,9 @@ pub fn begin_round(masked: &Masked) {
 /// What else there is to do as a round begins.
 #[doc(hidden)]
 #[inline(always)]
-pub fn round(interrupt: &mut Interrupt) {
-    deferred::window(interrupt);
-    let period = interrupt.mask(|masked| {
+pub fn round(serving: &mut Serving) {
+    serving.window();
+    let period = serving.interrupt.mask(|masked| {
         joints::await_next(masked);
         let period = ROUNDS.period.get(masked);
         if is_converting(masked) {
@@ -353,9 +353,9 @@ pub fn round(interrupt: &mut Interrupt) {
         }
         period
     });
-    deferred::window(interrupt);
+    serving.window();
     if let Some(period) = period {
-        period.post(interrupt);
+        period.post(serving.interrupt);
     }
 }
 
@@ -387,9 +387,9 @@ fn keep_reading(masked: &Masked, input: u8) -> u16 {
 /// A conversion of a dock's current or of an input of the multiplexer is complete.
 #[doc(hidden)]
 #[inline(always)]
-pub fn other_conversion_complete(interrupt: &mut Interrupt) {
-    deferred::window(interrupt);
-    let trip = interrupt.mask(|masked| {
+pub fn other_conversion_complete(serving: &mut Serving) {
+    serving.window();
+    let trip = serving.interrupt.mask(|masked| {
         let input = ROUNDS.input.get(masked);
         let reading = keep_reading(masked, input);
         if input >= Input::MULTIPLEXED {
@@ -407,8 +407,8 @@ pub fn other_conversion_complete(interrupt: &mut Interrupt) {
         ROUNDS.tripped.set(masked, ROUNDS.tripped.get(masked) | 1 << place);
         ROUNDS.trip.get(masked)
     });
-    deferred::window(interrupt);
+    serving.window();
     if let Some(trip) = trip {
-        trip.post(interrupt);
+        trip.post(serving.interrupt);
     }
 }

@@ -79,43 +79,57 @@ pub(crate) fn renew(masked: &Masked) {
     }
 }
 
-/// What the software interrupt has to serve now, one bit of [`source`]. Others that were raised have it come
-/// again, after those that are before it in the order of the vectors.
-///
-/// From here until [`end`] it may let [others in](window).
+/// The software interrupt as it serves a source. Others may come in a [window](Self::window), but not itself.
 #[doc(hidden)]
-#[inline(always)]
-pub fn begin(interrupt: &mut Interrupt) -> u8 {
-    interrupt.mask(|masked| {
-        joints::begin_if_due_by_call(masked);
-        let raised = RAISED.get(masked);
-        let others = raised & raised.wrapping_sub(1);
-        RAISED.set(masked, others | IS_SERVING);
-        enable(false);
-        raised & !others
-    })
+pub struct Serving<'a> {
+    pub(crate) interrupt: &'a mut Interrupt,
+    source: u8,
 }
 
-/// The software interrupt has served a source.
-#[doc(hidden)]
-#[inline(always)]
-pub fn end(interrupt: &mut Interrupt) {
-    window(interrupt);
-    interrupt.mask(|masked| {
-        let others = RAISED.get(masked) & !IS_SERVING;
-        RAISED.set(masked, others);
-        if others != 0 {
-            enable(true);
-        }
-    });
-}
+impl<'a> Serving<'a> {
+    /// Begins with what is to be served now. What else was raised has the interrupt come again, after those that
+    /// are before it in the order of the vectors.
+    ///
+    /// # Safety
+    /// Only in the software interrupt.
+    #[inline(always)]
+    pub unsafe fn begin(interrupt: &'a mut Interrupt) -> Self {
+        let source = interrupt.mask(|masked| {
+            joints::begin_if_due_by_call(masked);
+            let raised = RAISED.get(masked);
+            let others = raised & raised.wrapping_sub(1);
+            RAISED.set(masked, others | IS_SERVING);
+            enable(false);
+            raised & !others
+        });
+        Serving { interrupt, source }
+    }
 
-/// Lets others in while the software interrupt serves a source.
-#[doc(hidden)]
-#[inline(always)]
-pub fn window(interrupt: &mut Interrupt) {
-    // SAFETY: the software interrupt is not enabled, and none enables it while it serves.
-    unsafe { interrupt.window() };
+    /// Whether it is this [source] that is served.
+    #[inline(always)]
+    pub fn is(&self, source: u8) -> bool {
+        self.source & source != 0
+    }
+
+    /// Lets others in.
+    #[inline(always)]
+    pub(crate) fn window(&mut self) {
+        // SAFETY: this is the software interrupt, which is not enabled, and none enables it while it serves.
+        unsafe { self.interrupt.window() };
+    }
+
+    /// It is served.
+    #[inline(always)]
+    pub fn end(mut self) {
+        self.window();
+        self.interrupt.mask(|masked| {
+            let others = RAISED.get(masked) & !IS_SERVING;
+            RAISED.set(masked, others);
+            if others != 0 {
+                enable(true);
+            }
+        });
+    }
 }
 
 /// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked. All others wait

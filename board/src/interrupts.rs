@@ -50,54 +50,54 @@ macro_rules! deferred_interrupt {
         $crate::kernel::interrupt! {
             /// "Store Program Memory Ready".
             fn __vector_34(interrupt) {
-                let source = $crate::deferred::begin(interrupt);
+                // SAFETY: this is the software interrupt.
+                let mut serving = unsafe { $crate::deferred::Serving::begin(interrupt) };
                 'served: {
-                    $($crate::serve!($device, source, interrupt, 'served);)+
+                    $($crate::serve!($device, serving, 'served);)+
                 }
-                $crate::deferred::end(interrupt);
+                serving.end();
                 $crate::joints::begin_before_leaving(interrupt);
             }
         }
     };
 }
 
-/// What a device does where the software interrupt serves `$source`: then that is all.
+/// What a device does where the software interrupt serves a source of its own: then that is all.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! serve {
-    (Usart0, $source:ident, $interrupt:ident, $served:lifetime) => {
-        if $source & $crate::deferred::source::USART0 != 0 {
-            break $served $crate::usart::PORT0.wake($interrupt);
+    (Usart0, $serving:ident, $served:lifetime) => {
+        if $serving.is($crate::deferred::source::USART0) {
+            break $served $crate::usart::PORT0.wake(&mut $serving);
         }
     };
-    (Usart1, $source:ident, $interrupt:ident, $served:lifetime) => {
-        if $source & $crate::deferred::source::USART1 != 0 {
-            break $served $crate::usart::PORT1.wake($interrupt);
+    (Usart1, $serving:ident, $served:lifetime) => {
+        if $serving.is($crate::deferred::source::USART1) {
+            break $served $crate::usart::PORT1.wake(&mut $serving);
         }
     };
-    (SoftUart, $source:ident, $interrupt:ident, $served:lifetime) => {
-        if $source & $crate::deferred::source::SOFT_UART != 0 {
-            break $served $crate::soft_uart::PORT.wake($interrupt);
+    (SoftUart, $serving:ident, $served:lifetime) => {
+        if $serving.is($crate::deferred::source::SOFT_UART) {
+            break $served $crate::soft_uart::PORT.wake(&mut $serving);
         }
-        if $source & $crate::deferred::source::SOFT_UART_SENT != 0 {
-            $crate::deferred::window($interrupt);
-            break $served $crate::soft_uart::PORT.finish($interrupt);
-        }
-    };
-    (Twi, $source:ident, $interrupt:ident, $served:lifetime) => {
-        if $source & $crate::deferred::source::TWI != 0 {
-            break $served $crate::twi::serve($interrupt);
+        if $serving.is($crate::deferred::source::SOFT_UART_SENT) {
+            break $served $crate::soft_uart::sent(&mut $serving);
         }
     };
-    (Adc, $source:ident, $interrupt:ident, $served:lifetime) => {
-        if $source & $crate::deferred::source::ROUND != 0 {
-            break $served $crate::adc::round($interrupt);
-        }
-        if $source & $crate::deferred::source::CONVERSION != 0 {
-            break $served $crate::adc::other_conversion_complete($interrupt);
+    (Twi, $serving:ident, $served:lifetime) => {
+        if $serving.is($crate::deferred::source::TWI) {
+            break $served $crate::twi::serve(&mut $serving);
         }
     };
-    ($other:ident, $source:ident, $interrupt:ident, $served:lifetime) => {};
+    (Adc, $serving:ident, $served:lifetime) => {
+        if $serving.is($crate::deferred::source::ROUND) {
+            break $served $crate::adc::round(&mut $serving);
+        }
+        if $serving.is($crate::deferred::source::CONVERSION) {
+            break $served $crate::adc::other_conversion_complete(&mut $serving);
+        }
+    };
+    ($other:ident, $serving:ident, $served:lifetime) => {};
 }
 
 /// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0);
@@ -137,7 +137,8 @@ macro_rules! vectors {
         }
         $crate::kernel::interrupt! {
             fn $transmit_complete(interrupt) {
-                $crate::usart::transmit_complete::<$usart>(interrupt);
+                // SAFETY: this is its interrupt.
+                unsafe { $crate::usart::transmit_complete::<$usart>(interrupt) };
                 $crate::joints::begin_before_leaving(interrupt);
             }
         }

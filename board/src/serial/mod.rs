@@ -14,7 +14,7 @@ mod outbox;
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task, now};
 use tasks::device::{Receive, Transmit};
 
-use crate::deferred;
+use crate::deferred::Serving;
 use crate::guarded::Guarded;
 use crate::tick;
 use inbox::{Content, Inbox};
@@ -62,12 +62,12 @@ impl Port {
         self.inbox.store(masked, tick::present(masked), byte)
     }
 
-    /// The inbox has something for the task. Only for the software interrupt.
+    /// The inbox has something for the task.
     #[inline(always)]
-    pub fn wake(&self, interrupt: &mut Interrupt) {
-        let semaphore = interrupt.mask(|masked| self.listener.get(masked)).unwrap_or(&self.is_readable);
-        deferred::window(interrupt);
-        semaphore.post(interrupt);
+    pub fn wake(&self, serving: &mut Serving) {
+        let listener = serving.interrupt.mask(|masked| self.listener.get(masked));
+        serving.window();
+        listener.unwrap_or(&self.is_readable).post(serving.interrupt);
     }
 
     /// A byte is lost.
@@ -84,7 +84,7 @@ impl Port {
 
     /// The last stop bit is on the wire.
     #[inline(always)]
-    pub fn finish(&self, interrupt: &mut Interrupt) {
+    pub(crate) fn finish(&self, interrupt: &mut Interrupt) {
         self.is_sent.post(interrupt);
     }
 }

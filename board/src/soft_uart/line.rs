@@ -5,7 +5,7 @@ use kernel::{Context, Masked, MaskedCell, Task};
 use super::decoder::{Character, EdgeDecoder};
 use super::encoder::{Pulse, PulseEncoder};
 use super::registers;
-use crate::deferred::{self, source};
+use crate::deferred::{self, Serving, source};
 use crate::guarded::Guarded;
 use crate::interrupts::Serves;
 use crate::joints;
@@ -170,6 +170,14 @@ pub fn character_ends(masked: &Masked) {
     }
     take(masked, DECODER.get(masked).ended(!registers::expects_rising()));
     joints::begin_if_due(masked); // as at the end of `line_changes`
+}
+
+/// The last stop bit that is sent is on the wire: what the software interrupt does then.
+#[doc(hidden)]
+#[inline(always)]
+pub fn sent(serving: &mut Serving) {
+    serving.window();
+    PORT.finish(serving.interrupt);
 }
 
 /// A character has come.

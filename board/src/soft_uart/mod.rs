@@ -30,4 +30,4 @@ mod registers;
 pub use line::SoftUart;
 #[cfg(target_arch = "avr")]
 #[doc(hidden)]
-pub use line::{PORT, character_ends, line_changes, line_rises, pulse_begins};
+pub use line::{PORT, character_ends, line_changes, line_rises, pulse_begins, sent};

@@ -8,7 +8,7 @@ use super::engine::{CAPACITY, Data, Engine};
 use super::registers::{data, request, set_bit_rate, set_control, set_data, set_own_address, status, twsr};
 use super::stream::{Ended, Streams};
 use super::wires::{self, Wire};
-use crate::deferred::{self, source};
+use crate::deferred::{self, Serving, source};
 use crate::guarded::Guarded;
 use crate::interrupts::Serves;
 use crate::joints;
@@ -229,28 +229,28 @@ pub fn status_changed(masked: &Masked) {
 /// Answers the status for which the bus is held.
 #[doc(hidden)]
 #[inline(always)]
-pub fn serve(interrupt: &mut Interrupt) {
-    if !interrupt.mask(take_held) {
+pub fn serve(serving: &mut Serving) {
+    if !serving.interrupt.mask(take_held) {
         return; // the task has freed the bus meanwhile
     }
     let status = status();
-    deferred::window(interrupt);
-    let turned = interrupt.mask(|masked| {
+    serving.window();
+    let turned = serving.interrupt.mask(|masked| {
         let streams = STREAMS.get(masked);
         set_control(masked, streams.turn(status)?);
         joints::begin_if_due_by_call(masked); // the kernel takes as long again
         Some(if streams.has_ended() { PACKETS.signal.get(masked) } else { None })
     });
-    deferred::window(interrupt);
+    serving.window();
     let signal = turned.unwrap_or_else(|| {
-        settle(interrupt);
-        deferred::window(interrupt);
-        let signal = answer(interrupt, status, false);
-        deferred::window(interrupt);
+        settle(serving.interrupt);
+        serving.window();
+        let signal = answer(serving.interrupt, status, false);
+        serving.window();
         signal
     });
     if let Some(signal) = signal {
-        signal.post(interrupt);
+        signal.post(serving.interrupt);
     }
 }
 
@@ -273,8 +273,8 @@ pub(super) fn settle(interrupt: &mut Interrupt) {
     interrupt.mask(|masked| PACKETS.settle_by_call(masked));
 }
 
-/// Answers `status`, once what has ended is [settled](settle). `transaction_waits`: whether one wants the bus when no packet has it. Returns what is to be
-/// posted.
+/// Answers `status`, once what has ended is [settled](settle). `transaction_waits`: whether one wants the bus
+/// when no packet has it. Returns what is to be posted.
 #[inline(always)]
 pub(super) fn answer(
     interrupt: &mut Interrupt,

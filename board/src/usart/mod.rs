@@ -95,9 +95,12 @@ pub fn data_register_empty<U: Usart>(masked: &Masked) {
 }
 
 /// The interrupt "USART, Tx Complete".
+///
+/// # Safety
+/// Only that interrupt: it lets others in.
 #[doc(hidden)]
 #[inline(always)]
-pub fn transmit_complete<U: Usart>(interrupt: &mut Interrupt) {
+pub unsafe fn transmit_complete<U: Usart>(interrupt: &mut Interrupt) {
     U::set_control(RECEIVING);
     // SAFETY: this interrupt is off until a task sends again, and none runs before the end of this one.
     unsafe { interrupt.window() };
