@@ -84,7 +84,7 @@ impl Port {
 
     /// The last stop bit is on the wire.
     #[inline(always)]
-    pub(crate) fn finish(&self, interrupt: &mut Interrupt) {
+    pub fn finish(&self, interrupt: &mut Interrupt) {
         self.is_sent.post(interrupt);
     }
 }
