@@ -106,7 +106,7 @@ mod stack {
     pub static BRIDGE: Stack<153> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();
     pub static AC_SEND: Stack<122> = Stack::new();
-    pub static HORMONE: Stack<394> = Stack::new();
+    pub static HORMONE: Stack<395> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }
 
