@@ -97,7 +97,7 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<286> = Stack::new();
+    pub static RECEIVE: Stack<{ if cfg!(feature = "trial") { 285 } else { 286 } }> = Stack::new();
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
