@@ -64,8 +64,8 @@ pub(crate) fn waits(masked: &Masked, source: u8) -> bool {
     RAISED.get(masked) & source != 0
 }
 
-/// Whether the software interrupt has nothing to serve, and is off. A write to the EEPROM begins only then: as
-/// long as that lasts the chip may keep SPMCSR as it is ("EEPROM Write Prevents Writing to SPMCSR").
+/// Whether the software interrupt has nothing to serve, and is off. A write to the EEPROM begins only then:
+/// as long as that lasts the chip may keep SPMCSR as it is ("EEPROM Write Prevents Writing to SPMCSR").
 #[inline(always)]
 pub(crate) fn is_free(masked: &Masked) -> bool {
     RAISED.get(masked) == 0
@@ -87,8 +87,8 @@ pub struct Serving<'a> {
 }
 
 impl<'a> Serving<'a> {
-    /// Begins with what is to be served now. What else was raised has the interrupt come again, after those that
-    /// are before it in the order of the vectors.
+    /// Begins with what is to be served now. What else was raised has the interrupt come again, after those
+    /// that are before it in the order of the vectors.
     ///
     /// # Safety
     /// Only in the software interrupt.

@@ -185,8 +185,8 @@ fn begin_write(masked: &Masked) -> bool {
     if !deferred::is_free(masked) {
         return false;
     }
-    // SAFETY: two bits of EECR, and the EEPROM touches no memory. EEWE counts only within four cycles of EEMWE:
-    // interrupts are masked.
+    // SAFETY: two bits of EECR, and the EEPROM touches no memory. EEWE counts only within four cycles of
+    // EEMWE: interrupts are masked.
     unsafe {
         asm!(
             "sbi 0x1c, 2", // 2 cycles: EEMWE
