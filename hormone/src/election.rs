@@ -13,8 +13,8 @@
 //! the beat may be its own, of when it was the head. Where somebody leads, the token ends there.
 //!
 //! All that a token passes give way to it, so one whose candidate is gone must not go round for long: it ends
-//! at the first module that it comes to again, where it has passed more than twice as many as before. One that
-//! has passed some more is the next one, in a ring that has grown.
+//! at the first module that it comes to again, where it has passed more than twice as many as before. One
+//! that has passed some more is the next one, in a ring that has grown.
 //!
 //! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
 //! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.

@@ -3,8 +3,8 @@
 //! Every module keeps it, and the robot numbers its orders. A module tells the order to each neighbour that
 //! appears, to the one that its beats come from where that may be another, and to all when a newer one comes,
 //! again and again until the neighbour says that it knows. So a module that was reset, or is attached anew,
-//! learns it before its first beat, and no loss on the way leaves a part of the robot behind. Where two robots
-//! become one, the newer order wins.
+//! learns it before its first beat, and no loss on the way leaves a part of the robot behind. Where two
+//! robots become one, the newer order wins.
 //!
 //! A module also has its order kept without power. What it recalls when it starts is older than any order that
 //! was given while the robot had power: so it counts where all were reset.

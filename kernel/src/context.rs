@@ -47,8 +47,8 @@ pub(crate) use sealed::Private;
 /// A caller of the kernel: [`Task`], [`Interrupt`], [`JobContext`], or [`Boot`] before there are any.
 pub trait Context: sealed::Sealed {
     /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency. Of two that follow
-    /// each other with no instruction between them it is the sum: behind the first no interrupt comes yet, but
-    /// in a [window](Task::window).
+    /// each other with no instruction between them it is the sum: behind the first no interrupt comes yet,
+    /// but in a [window](Task::window).
     ///
     /// Each call of a task ends with interrupts enabled, whatever they were before; this one, too. So a task
     /// makes none inside of another crate's critical section: that ends there, and the compiler says nothing.
@@ -135,8 +135,8 @@ impl Interrupt {
     /// The vector of this handler must not come again meanwhile.
     #[inline(always)]
     pub unsafe fn window(&mut self) {
-        // SAFETY: this is an ISR's context, no critical section of which is under way, as that would borrow it;
-        // others run on its stack once each, by the caller's promise.
+        // SAFETY: this is an ISR's context, no critical section of which is under way, as that would borrow
+        // it; others run on its stack once each, by the caller's promise.
         unsafe { arch::isr_window() };
     }
 }

@@ -34,8 +34,8 @@ impl<T: Copy, const N: usize> Flash<[T; N]> {
         N == 0
     }
 
-    /// A copy of element `index`, or `None` past the end. About 10 cycles for a byte; for a longer element 10 a
-    /// byte, and 30 more.
+    /// A copy of element `index`, or `None` past the end. About 10 cycles for a byte; for a longer element 10
+    /// a byte, and 30 more.
     pub fn get(&self, index: usize) -> Option<T> {
         arch::load(&self.0, index)
     }

@@ -170,8 +170,8 @@ impl Timer {
         }
     }
 
-    /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted since it was started,
-    /// or another has disarmed it.
+    /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted since it was
+    /// started, or another has disarmed it.
     ///
     /// Linear in the number of armed timers, in steps.
     pub fn cancel(&'static self, context: &mut impl ThreadContext) -> bool {

@@ -561,8 +561,8 @@ fn a_robot_of_which_all_were_reset_goes_on_as_it_was_ordered() {
     }
 }
 
-/// Two robots walk by one gait in two Periods. Nobody can see that another module is attached in front, be it that
-/// a spine takes the place of a spine or a tail does.
+/// Two robots walk by one gait in two Periods. Nobody can see that another module is attached in front, be it
+/// that a spine takes the place of a spine or a tail does.
 #[test]
 fn modules_of_two_robots_that_change_places_walk_as_the_newer_order_of_both_has_it() {
     let mut wiring = Shape::Chain.wiring(8).unwrap();

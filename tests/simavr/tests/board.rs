@@ -92,8 +92,8 @@ fn tasks_share_the_eeprom_and_sleep_while_it_writes() {
     assert_eq!(mcu.eeprom().iter().filter(|byte| **byte != 0xff).count(), 8);
 }
 
-/// As the chip may have it, SPMCSR can't be written while the EEPROM is. A frame that comes as a write begins, or
-/// meanwhile, still wakes its task, and the software interrupt that does so comes once.
+/// As the chip may have it, SPMCSR can't be written while the EEPROM is. A frame that comes as a write
+/// begins, or meanwhile, still wakes its task, and the software interrupt that does so comes once.
 #[test]
 fn a_frame_that_comes_while_the_eeprom_is_written_is_not_forgotten() {
     const WRITE: u64 = 135_168;

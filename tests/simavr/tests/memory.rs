@@ -56,8 +56,8 @@ fn periods(engine: &Engine) -> [u16; MODULES] {
     })
 }
 
-/// What a write to the EEPROM does to the software interrupt only the chip tells. Joints that move meanwhile miss
-/// two periods of three then, and no more; the order is kept, and nobody starts over.
+/// What a write to the EEPROM does to the software interrupt only the chip tells. Joints that move meanwhile
+/// miss two periods of three then, and no more; the order is kept, and nobody starts over.
 fn a_robot_bears(disturbance: WhileWriting) {
     let mut engine = chain();
     for index in 0..MODULES {

@@ -73,7 +73,7 @@ fn wait(task: &mut Task, answer: &'static Semaphore, ticks: u16) -> Never {
     }
 }
 
-/// The external interrupt: takes up to some 2000 cycles, lets others in, and answers one of the tasks at times.
+/// The external interrupt: takes some 2000 cycles at most, opens a window, and answers a task at times.
 #[inline(never)]
 fn handle(interrupt: &mut Interrupt) {
     let has_window = interrupt.mask(|masked| HAS_WINDOW.replace(masked, true));
