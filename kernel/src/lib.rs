@@ -55,7 +55,7 @@ pub use proxy::Elapsed;
 pub use queue::{Full, Queue};
 pub use semaphore::Semaphore;
 #[doc(hidden)]
-pub use step::{STEPPED, stepped};
+pub use step::{GOES_ON, STEPPED, stepped};
 pub use task::{Stack, StartError, run, running};
 pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, now};
 #[doc(hidden)]

@@ -3,7 +3,8 @@
 //! The AVR runs one instruction after `reti` before it takes the next interrupt (ATmega128 datasheet, "Reset
 //! and Interrupt Handling"). So the task is made the head, an interrupt that stays pending is armed, the
 //! *trap*, and wherever that finds another than the task at work it returns: the kernel gets on by an
-//! instruction at a time. When it finds the task, that has made its step.
+//! instruction at a time. When it finds the task, it lets that go on by one, too, and then the step is made:
+//! the kernel returns to a task by `sei` and `ret`, behind which an interrupt comes at once.
 //!
 //! The trap goes before all other interrupts. One that came first would return to the task, and let it run
 //! for another instruction.
@@ -24,6 +25,10 @@ use crate::traversal;
 /// The task that the trap waits for. Public for the assembly of its vector only.
 #[doc(hidden)]
 pub static STEPPED: MaskedCell<Option<&'static ControlBlock>> = MaskedCell::new(None);
+
+/// Not 0 while the task makes an instruction. Public for the same.
+#[doc(hidden)]
+pub static GOES_ON: MaskedCell<u8> = MaskedCell::new(0);
 
 /// The priority to give back to the task that makes a step.
 static PRIORITY: MaskedCell<Option<Priority>> = MaskedCell::new(None);

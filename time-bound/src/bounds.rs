@@ -31,6 +31,9 @@ pub struct Interrupt {
     pub masked: u64,
     /// The longest stretch with interrupts masked after that; 0 if there is none.
     pub masked_again: u64,
+    /// The longest of all these that `reti` ends: behind that no interrupt comes before an instruction more of
+    /// what was interrupted. 0 if there is none.
+    pub masked_last: u64,
 }
 
 impl Interrupt {
@@ -81,12 +84,14 @@ fn interrupt(
 ) -> Result<Interrupt, BTreeSet<Problem>> {
     let longest = timer.function(entry)?;
     let masked = stretcher.function(entry, true)?.longest;
-    match (longest.whole, masked.into) {
+    let whole = masked.whole.map(|whole| whole + response);
+    match (longest.whole, whole.max(masked.into.map(|first| first + response))) {
         (Some(cycles), Some(first)) if longest.into.is_none() => Ok(Interrupt {
             vector,
             cycles: cycles + response,
-            masked: first + response,
-            masked_again: masked.between.unwrap_or(0),
+            masked: first,
+            masked_again: masked.between.max(masked.out_of).unwrap_or(0),
+            masked_last: whole.max(masked.out_of).unwrap_or(0),
         }),
         _ => Err([Problem::NoEnd { vector }].into()),
     }
@@ -151,6 +156,7 @@ impl Bounds {
                 known.cycles = known.cycles.max(interrupt.cycles);
                 known.masked = known.masked.max(interrupt.masked);
                 known.masked_again = known.masked_again.max(interrupt.masked_again);
+                known.masked_last = known.masked_last.max(interrupt.masked_last);
             }
             None => self.interrupts.push(interrupt),
         }

@@ -73,9 +73,9 @@ impl<'a> Costed<'a> {
         self.most(|_| true, 0)
     }
 
-    /// What it takes of interrupts with lower vectors, and so many cycles more for each run.
-    pub fn interrupts_before(&self, vector: u8, more: u64) -> u64 {
-        self.most(|run| run.vector.is_some_and(|other| other < vector), more)
+    /// What it takes of interrupts with such vectors, and so many cycles more for each run.
+    pub fn interrupts_of(&self, is_such: impl Fn(u8) -> bool, more: u64) -> u64 {
+        self.most(|run| run.vector.is_some_and(&is_such), more)
     }
 
     fn most(&self, counts: impl Fn(&&Runs) -> bool, more: u64) -> u64 {

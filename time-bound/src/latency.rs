@@ -2,20 +2,22 @@
 //!
 //! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with
 //! the lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for
-//! all with lower vectors that come until it is accepted. No task runs meanwhile, but for an instruction
-//! behind each of them; and where that one masks interrupts, up to where they are enabled. A flag is a bit:
-//! what sets it again before that has no interrupt of its own.
+//! all with lower vectors that come until it is accepted. Behind `reti` an instruction more runs of what was
+//! interrupted; and where that one masks interrupts, all up to where they are enabled. Behind `sei` and `ret`,
+//! by which the kernel returns, none does. A flag is a bit: what sets it again before its interrupt is accepted
+//! has none of its own.
 
 use serde::Serialize;
 
 use crate::bounds::{Bounds, Interrupt};
 use crate::costed::{BETWEEN, Costed, PATIENCE, Runs, all_of};
+use crate::releases::Deadline;
 
 /// How long an interrupt waits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Latency {
     pub vector: u8,
-    /// What masks interrupts as its flag is set, and once more behind a return, in cycles.
+    /// What masks interrupts as its flag is set, and once more behind `reti`, in cycles.
     pub blocking: u64,
     /// From its flag to its acceptance, at most; `None` if it may wait for ever.
     pub latency: Option<u64>,
@@ -26,15 +28,17 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Of an interrupt, of whose [`Deadline`](crate::releases::Deadline) this is `takes` and `within`.
+    /// Of an interrupt, and of its deadline, if it has one, with what it takes to do what is due then.
     pub(crate) fn of(
         interrupt: &Interrupt,
         costed: &[Costed],
         bounds: &Bounds,
-        due: Option<(u64, u64)>,
+        due: Option<(u64, &Deadline)>,
     ) -> Self {
-        let (blocking, latency) = Self::waits(interrupt, costed, bounds);
         let (takes, deadline) = due.unzip();
+        let excluded = deadline.map_or(&[][..], |deadline| &deadline.excludes);
+        let (blocking, latency) = Self::waits(interrupt, excluded, costed, bounds);
+        let deadline = deadline.map(|deadline| deadline.within);
         Latency { vector: interrupt.vector, blocking, latency, takes, deadline }
     }
 
@@ -44,17 +48,29 @@ impl Latency {
         Some(self.deadline?.cast_signed() - done.cast_signed())
     }
 
-    fn waits(interrupt: &Interrupt, costed: &[Costed], bounds: &Bounds) -> (u64, Option<u64>) {
+    fn waits(
+        interrupt: &Interrupt,
+        excluded: &[u8],
+        costed: &[Costed],
+        bounds: &Bounds,
+    ) -> (u64, Option<u64>) {
         let vector = interrupt.vector;
-        let not_before = bounds.interrupts.iter().filter(|other| other.vector >= vector);
-        let handlers = not_before.map(|other| longest_run(other.vector, costed).min(other.masked));
-        let masked = bounds.masked_by_instructions() + BETWEEN;
-        let blocking = (handlers.max().unwrap_or(0) + BETWEEN).max(masked) + masked;
+        let longest = |masks: fn(&Interrupt) -> u64| {
+            let not_before = bounds.interrupts.iter().filter(|other| other.vector >= vector);
+            not_before.map(|other| longest_run(other.vector, costed).min(masks(other))).max().unwrap_or(0)
+        };
+        let by_instructions = bounds.masked_by_instructions();
+        let behind_return = match longest(|other| other.masked_last) {
+            0 => 0,
+            last => last + BETWEEN + by_instructions,
+        };
+        let blocking = longest(|other| other.masked).max(by_instructions).max(behind_return) + BETWEEN;
         let mut latency = blocking;
         while latency < PATIENCE {
             // One that comes as it is about to be accepted still goes before.
+            let goes_before = |other: u8| other < vector && !excluded.contains(&other);
             let before = |one: &Costed| {
-                all_of(one.times_without_tasks(latency + 1), one.interrupts_before(vector, BETWEEN))
+                all_of(one.times_without_tasks(latency + 1), one.interrupts_of(goes_before, BETWEEN))
             };
             let next = blocking + costed.iter().map(before).sum::<u64>();
             if next <= latency {

@@ -65,18 +65,19 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
 }
 
 fn table(bounds: &Bounds) -> String {
-    let mut lines = vec!["cycles  masked  again  interrupt".to_owned()];
+    let mut lines = vec!["cycles  masked  again  last  interrupt".to_owned()];
     for interrupt in &bounds.interrupts {
-        let Interrupt { vector, cycles, masked, masked_again } = interrupt;
-        lines.push(format!("{cycles:6}  {masked:6}  {masked_again:5}  {vector} {}", interrupt.name()));
+        let Interrupt { vector, cycles, masked, masked_again, masked_last } = interrupt;
+        let masked = format!("{masked:6}  {masked_again:5}  {masked_last:4}");
+        lines.push(format!("{cycles:6}  {masked}  {vector} {}", interrupt.name()));
     }
-    lines.push("cycles                 job".to_owned());
+    lines.push("cycles                       job".to_owned());
     for Job { function, address, cycles } in &bounds.jobs {
-        lines.push(format!("{cycles:6}                 {function}, at {address:#x}"));
+        lines.push(format!("{cycles:6}                       {function}, at {address:#x}"));
     }
-    lines.push("        masked         task".to_owned());
+    lines.push("        masked               task".to_owned());
     for Task { name, masked } in &bounds.tasks {
-        lines.push(format!("{masked:14}         {name}"));
+        lines.push(format!("{masked:14}               {name}"));
     }
     lines.join("\n") + "\n"
 }

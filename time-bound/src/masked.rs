@@ -12,7 +12,8 @@ use crate::ways::{Longest, Ways};
 /// How long a function masks interrupts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stretches {
-    /// Ways with interrupts masked: what cuts them is that interrupts are enabled and masked again.
+    /// Ways with interrupts masked: what cuts them is that interrupts are enabled and masked again. `reti` cuts
+    /// none: such a way is one to the return.
     pub longest: Longest,
     /// How it may return: with interrupts enabled, masked.
     returns: [bool; 2],
@@ -134,6 +135,7 @@ impl<'a> Stretcher<'a> {
             (Masking::Nothing, _) => mode,
             (Masking::Masks, Mode::Enabled) => Mode::Masked,
             (Masking::Masks, _) => mode,
+            (Masking::Enables, _) if node.next.is_empty() => mode,
             (Masking::Enables, _) => Mode::Enabled,
             // It is what the function began with that is read, or else what is restored first.
             (Masking::Reads(register), Mode::Masked) if begins == Mode::Enabled => Mode::Nested(register),

@@ -125,6 +125,9 @@ pub struct Deadline {
     pub why: String,
     /// What it has run by then.
     pub until: Run,
+    /// Interrupts that do not come while this one waits, by vector.
+    #[serde(default)]
+    pub excludes: Vec<u8>,
 }
 
 fn one() -> u16 {

@@ -138,7 +138,7 @@ impl Responses {
         let mut due = BTreeMap::new();
         for deadline in &releases.deadlines {
             match costs.of(&deadline.until) {
-                Ok(takes) => drop(due.insert(deadline.vector, (takes, deadline.within))),
+                Ok(takes) => drop(due.insert(deadline.vector, (takes, deadline))),
                 Err(more) => problems.extend(more),
             }
             if !bounds.interrupts.iter().any(|interrupt| interrupt.vector == deadline.vector) {

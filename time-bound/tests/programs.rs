@@ -51,7 +51,9 @@ fn each_bound_is_exact() {
         .interrupts
         .iter()
         .map(|interrupt| {
-            (interrupt.vector, interrupt.cycles - 11, interrupt.masked - 11, interrupt.masked_again)
+            let [cycles, masked] = [interrupt.cycles, interrupt.masked].map(|cycles| cycles - 11);
+            let last = interrupt.masked_last.saturating_sub(11);
+            (interrupt.vector, cycles, masked, interrupt.masked_again, last)
         })
         .collect();
     let masks = 1 + 1 + 11 + 1 + 4;
@@ -59,10 +61,11 @@ fn each_bound_is_exact() {
     assert_eq!(
         found,
         [
-            (1, 44, 44, 0),
-            (2, 71, 71, 0),
-            (3, 2 + 1 + 4 + masks + 4, 2, 12),
-            (4, 1 + long + 2 + 4, 1 + long + 2 + 4, 0)
+            (1, 44, 44, 0, 44),
+            (2, 71, 71, 0, 71),
+            (3, 2 + 1 + 4 + masks + 4, 2, 12, 0),
+            (4, 1 + long + 2 + 4, 1 + long + 2 + 4, 0, 1 + long + 2 + 4),
+            (5, 1 + 1 + 4, 2, 0, 0)
         ]
     );
     let tasks: Vec<_> = bounds.tasks.iter().map(|task| (task.name.as_str(), task.masked)).collect();
@@ -173,10 +176,13 @@ fn the_program_prints_a_table_or_json_and_fails_without_a_bound() {
     let (none, notes) = (file("none", ""), file("notes", NOTES));
     let table = run(&[&elf, &none, &notes]);
     let text = String::from_utf8(table.stdout).expect("text");
-    assert!(table.status.success() && text.contains("    55      55      0  1 INT0\n"), "{text}");
+    assert!(table.status.success() && text.contains("    55      55      0    55  1 INT0\n"), "{text}");
     let json = run(&[&elf, &none, &notes, Path::new("--json")]);
     let text = String::from_utf8(json.stdout).expect("text");
-    assert!(text.contains(r#"{"vector":1,"cycles":55,"masked":55,"masked_again":0}"#), "{text}");
+    assert!(
+        text.contains(r#"{"vector":1,"cycles":55,"masked":55,"masked_again":0,"masked_last":55}"#),
+        "{text}"
+    );
 
     let without = run(&[&elf, &none, &none]);
     let errors = String::from_utf8(without.stderr).expect("text");

@@ -198,6 +198,9 @@ fn an_interrupt_waits_for_the_longest_handler_and_for_those_before_it() {
     assert_eq!(latency(200, 2), (blocking, Some(blocking + INTERRUPT)));
     assert_eq!(latency(100, 2), (blocking, Some(blocking + 3 * INTERRUPT)));
     assert_eq!(latency(50, 2), (blocking, None), "there is always another");
+    // That of the last enables interrupts before it returns.
+    let blocking = 2 + 11 + BETWEEN;
+    assert_eq!(latency(200, 5), (blocking, Some(blocking + INTERRUPT)));
 }
 
 #[test]

@@ -44,7 +44,12 @@ impl Watch {
     pub fn of(image: &Image) -> Result<Self, NotTraceable> {
         let program = interpreter::decode(image.flash());
         let mut meanings: Vec<Meaning> = program.iter().map(meaning).collect();
-        for (name, meaning) in [("save", Meaning::Save), ("kernel_run_head", Meaning::Switch)] {
+        let of_kernel = [
+            ("save", Meaning::Save),
+            ("kernel_run_head", Meaning::Switch),
+            ("preempted_goes_on", Meaning::Return),
+        ];
+        for (name, meaning) in of_kernel {
             let Some(Place::Flash(address)) = image.symbol(name).map(|symbol| symbol.place) else {
                 return Err(NotTraceable(name));
             };

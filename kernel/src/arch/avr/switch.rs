@@ -176,31 +176,30 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "breq idle",                          // 1: the idle task has none
             "movw r22, r30",                      // 1: r23:r22 = the head
             "movw r30, r24",                      // 1: Z = the lowest byte of the context
-            "ld r17, Z",                          // 2
-            "ldd r16, Z+1",                       // 2
-            "ldd r15, Z+2",                       // 2
-            "ldd r14, Z+3",                       // 2
-            "ldd r13, Z+4",                       // 2
-            "ldd r12, Z+5",                       // 2
-            "ldd r11, Z+6",                       // 2
-            "ldd r10, Z+7",                       // 2
-            "ldd r9, Z+8",                        // 2
-            "ldd r8, Z+9",                        // 2
-            "ldd r7, Z+10",                       // 2
-            "ldd r6, Z+11",                       // 2
-            "ldd r5, Z+12",                       // 2
-            "ldd r4, Z+13",                       // 2
-            "ldd r3, Z+14",                       // 2
-            "ldd r2, Z+15",                       // 2
-            "adiw r24, 15",                       // 2: as if they had been popped
+            "ld r17, Z+",                         // 2: and on up
+            "ld r16, Z+",                         // 2
+            "ld r15, Z+",                         // 2
+            "ld r14, Z+",                         // 2
+            "ld r13, Z+",                         // 2
+            "ld r12, Z+",                         // 2
+            "ld r11, Z+",                         // 2
+            "ld r10, Z+",                         // 2
+            "ld r9, Z+",                          // 2
+            "ld r8, Z+",                          // 2
+            "ld r7, Z+",                          // 2
+            "ld r6, Z+",                          // 2
+            "ld r5, Z+",                          // 2
+            "ld r4, Z+",                          // 2
+            "ld r3, Z+",                          // 2
+            "ld r2, Z",                           // 2: Z = the free byte below what `pop` takes next
             "cli",                                // 1: an interrupt from here on would lay a context behind this one
             "sts {kernel}+{running}, r22",        // 2
             "sts {kernel}+{running}+1, r23",      // 2
-            "out 0x3e, r25",                      // 1: SPH
-            "out 0x3d, r24",                      // 1: SPL
+            "out 0x3e, r31",                      // 1: SPH
+            "out 0x3d, r30",                      // 1: SPL
             // RAMPZ, which the context holds in bit 7 of SREG.
             #[cfg(target_feature = "elpm")]
-            "ldd r25, Z+29",                      // 2: SREG
+            "ldd r25, Z+14",                      // 2: SREG
             #[cfg(all(target_feature = "elpm", not(target_feature = "eijmpcall")))]
             "clr r24",                            // 1
             #[cfg(all(target_feature = "elpm", not(target_feature = "eijmpcall")))]
@@ -218,13 +217,13 @@ unsafe extern "C" fn kernel_switch() -> ! {
             #[cfg(target_feature = "eijmpcall")]
             "andi r25, 0x7f",                     // 1: SREG as `reti` wants it
             #[cfg(target_feature = "eijmpcall")]
-            "ldd r18, Z+33",                      // 2: above the highest bits of PC
+            "ldd r18, Z+18",                      // 2: above the highest bits of PC
             #[cfg(target_feature = "eijmpcall")]
             "mov r24, r18",                       // 1
             #[cfg(target_feature = "eijmpcall")]
             "andi r24, 0x0f",                     // 1: PC as `reti` wants it
             #[cfg(target_feature = "eijmpcall")]
-            "std Z+33, r24",                      // 2
+            "std Z+18, r24",                      // 2
             #[cfg(target_feature = "eijmpcall")]
             "swap r18",                           // 1
             #[cfg(target_feature = "eijmpcall")]
@@ -234,7 +233,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             #[cfg(target_feature = "eijmpcall")]
             "mov r24, r18",                       // 1
             #[cfg(target_feature = "elpm")]
-            "std Z+29, r25",                      // 2
+            "std Z+14, r25",                      // 2
             #[cfg(target_feature = "elpm")]
             "out 0x3b, r24",                      // 1: RAMPZ
             #[cfg(feature = "fault-early-enable")]
@@ -308,7 +307,9 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "pop r0",                             // 2
             "pop r30",                            // 2
             "pop r31",                            // 2
-            "reti",                               // 4: and I set
+            "sei",                                // 1: takes effect after the next instruction,
+            "preempted_goes_on:",
+            "ret",                                // 4: so what waits comes before a `cli` of what it preempted
             // The interrupt stays on the kernel's stack.
             "stay:",
             #[cfg(feature = "tickless")]

@@ -173,7 +173,7 @@ macro_rules! trap_interrupt {
                         $vector(interrupt);
                     }
                 }
-                // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_interrupt`
+                // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_with_status`
                 // restores all.
                 unsafe { core::arch::asm!(
                     "push r31",               // 2
@@ -188,8 +188,10 @@ macro_rules! trap_interrupt {
                     "lds r31, {kernel}+{running}+1", // 2
                     "cpse r30, r31",          // 1, or 2
                     "rjmp 1f",                // 2
-                    "out 0x3f, r0",           // 1
-                    "pop r0",                 // 2
+                    "lds r30, {goes_on}",     // 2: has it made an instruction since it was found here?
+                    "com r30",                // 1
+                    "sts {goes_on}, r30",     // 2
+                    "brne 1f",                // 1, or 2: no, it does now
                     "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
                     "ldi r31, hi8(gs({handler}))", // 1
                     "rjmp {enter}",           // 2
@@ -201,9 +203,10 @@ macro_rules! trap_interrupt {
                     "reti",                   // 4: and one instruction of what was preempted
                     handler = sym handler,
                     stepped = sym $crate::STEPPED,
+                    goes_on = sym $crate::GOES_ON,
                     kernel = sym $crate::KERNEL,
                     running = const $crate::arch::RUNNING,
-                    enter = sym $crate::arch::kernel_enter_interrupt,
+                    enter = sym $crate::arch::kernel_enter_with_status,
                     options(noreturn),
                 ) }
             }

@@ -24,6 +24,8 @@ const ASK_TICK: u8 = 0x63;
 const OUT_SPH: u16 = 0xbe0e;
 const OUT_SPL: u16 = 0xbe0d;
 const OUT_REGISTER: u16 = 0xfe0f;
+/// By which a tick returns that only counts, and behind which no interrupt comes at once.
+const RETI: u16 = 0x9518;
 
 /// A task's context as an interrupt found it.
 #[derive(Clone)]
@@ -130,7 +132,8 @@ impl<'k> Watch<'k> {
         }
         mcu.raise_interrupt(vector);
         if before && !mcu.interrupts_enabled() {
-            self.accept(mcu, vector);
+            let found = self.accept(mcu, vector);
+            self.interrupted.extend(found);
         }
     }
 
@@ -146,7 +149,11 @@ impl<'k> Watch<'k> {
         let (marks, enabled) = (mcu.markers().len(), mcu.interrupts_enabled());
         let accepted = mcu.step();
         if let Some(accepted) = accepted {
-            self.accept(mcu, accepted.vector);
+            // It may have come behind a return, before what that led to had an instruction.
+            if let Some(found) = self.accept(mcu, accepted.vector) {
+                self.check_return(mcu, found.pc, found.stack_pointer, found.status)?;
+                self.interrupted.push(found);
+            }
         } else if !mcu.is_alive() {
             return Err(format!("{:?}", mcu.state()));
         }
@@ -155,7 +162,13 @@ impl<'k> Watch<'k> {
         self.interrupted.retain(|found| self.kernel.is_started(mcu, found.task));
         self.check_stack(mcu, instruction)?;
         self.check_resumed(mcu)?;
-        self.check_return(mcu)?;
+        if accepted.is_none() {
+            let status = mcu.read(SREG).unwrap_or(0);
+            let has_returned = self.check_return(mcu, mcu.pc(), mcu.stack_pointer(), status)?;
+            if has_returned && instruction != RETI && !self.raised.is_empty() {
+                return Err("the kernel has returned from an interrupt, and another still waits".to_owned());
+            }
+        }
         self.marked = mcu.markers().get(marks).map(|marker| marker.value);
         if let Some(mark) = self.marked {
             self.note(mcu, mark)?;
@@ -176,8 +189,8 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// Notes what the interrupt `vector`, just accepted, has found.
-    fn accept(&mut self, mcu: &Mcu, vector: u8) {
+    /// What the interrupt `vector`, just accepted, has found; `None` where it goes on nowhere.
+    fn accept(&mut self, mcu: &Mcu, vector: u8) -> Option<Interrupted> {
         self.accepted += 1;
         if let Some(index) = self.raised.iter().position(|&(waiting, _)| waiting == vector) {
             let (_, since) = self.raised.swap_remove(index);
@@ -188,13 +201,13 @@ impl<'k> Watch<'k> {
         let below = mcu.stack_pointer();
         let stack_pointer = below.wrapping_add(mcu.part().return_address);
         if task == self.kernel.idle && stack_pointer == mcu.part().ram_end {
-            return; // has nothing to go on with: it is begun anew
+            return None; // has nothing to go on with: it is begun anew
         }
         let byte = |address| mcu.read(address).unwrap_or(0);
         let pc = (1..=mcu.part().return_address)
             .fold(0, |pc, offset| pc << 8 | u32::from(byte(below.wrapping_add(offset))));
         let only_counts = vector == self.kernel.target.tick.vector && self.kernel.ticks_left(mcu) != 1;
-        self.interrupted.push(Interrupted {
+        Some(Interrupted {
             task,
             is_kernel: self.kernel.is_kernel_stack(stack_pointer),
             pc: pc * 2,
@@ -202,7 +215,7 @@ impl<'k> Watch<'k> {
             registers: std::array::from_fn(|register| byte(register as u16)),
             status: byte(SREG) | INTERRUPTS_ENABLED,
             is_switch_due: only_counts && self.kernel.head(mcu) != task,
-        });
+        })
     }
 
     /// SP lies in the stack that is in use, and no task's stack takes more than one context of an interrupt.
@@ -266,11 +279,11 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// Where an interrupted task goes on, every register is as it was, and it is the one to run.
-    fn check_return(&mut self, mcu: &Mcu) -> Result<(), String> {
-        let (pc, stack_pointer) = (mcu.pc(), mcu.stack_pointer());
+    /// Where an interrupted task goes on, every register is as it was, and it is the one to run. Returns
+    /// whether one does.
+    fn check_return(&mut self, mcu: &Mcu, pc: u32, stack_pointer: u16, status: u8) -> Result<bool, String> {
         let goes_on = |found: &Interrupted| found.pc == pc && found.stack_pointer == stack_pointer;
-        let Some(index) = self.interrupted.iter().position(goes_on) else { return Ok(()) };
+        let Some(index) = self.interrupted.iter().position(goes_on) else { return Ok(false) };
         let found = self.interrupted.swap_remove(index);
         let byte = |address| mcu.read(address).unwrap_or(0);
         for (register, &before) in found.registers.iter().enumerate() {
@@ -281,15 +294,16 @@ impl<'k> Watch<'k> {
                 ));
             }
         }
-        if byte(SREG) != found.status {
-            return Err(format!("SREG was {:#x} and is {:#x}", found.status, byte(SREG)));
+        if status != found.status {
+            return Err(format!("SREG was {:#x} and is {status:#x}", found.status));
         }
         let checked = if found.is_switch_due || found.is_kernel {
             self.kernel.check_lists(mcu)
         } else {
             self.kernel.check(mcu)
         };
-        checked.map_err(|wrong| format!("after an interrupt: {wrong}"))
+        checked.map_err(|wrong| format!("after an interrupt: {wrong}"))?;
+        Ok(true)
     }
 }
 
