@@ -4,27 +4,21 @@ use kernel::{Context, Masked, MaskedCell, Task};
 
 use super::decoder::{Character, EdgeDecoder};
 use super::encoder::{Pulse, PulseEncoder};
-use super::registers;
+use super::{BIT, registers};
 use crate::deferred::{self, Serving, source};
 use crate::guarded::Guarded;
 use crate::interrupts::Serves;
 use crate::joints;
 use crate::serial::{Line, Port, Receiver, Transmitter};
-use crate::superbot::{BAUD, CLOCK_HZ};
-
-/// A bit in clocks: 417.
-const BIT: u16 = {
-    let bit = (CLOCK_HZ + BAUD / 2) / BAUD;
-    assert!(bit <= 0xffff / 12, "a character and more must fit the timer");
-    bit as u16
-};
+#[cfg(doc)]
+use crate::superbot::BAUD;
 
 /// Clocks from the call to the first start bit: the first pulse must be set by then.
 const LEAD: u16 = BIT;
 
 /// Whether the timer makes pulses. At other times it takes the times of edges.
 static IS_SENDING: MaskedCell<bool> = MaskedCell::new(false);
-static DECODER: Guarded<EdgeDecoder<BIT>> = Guarded::new(EdgeDecoder::new());
+static DECODER: Guarded<EdgeDecoder> = Guarded::new(EdgeDecoder::new());
 static ENCODER: Guarded<PulseEncoder<BIT>> = Guarded::new(PulseEncoder::new());
 
 /// What tasks and interrupts share.

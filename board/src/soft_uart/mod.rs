@@ -19,6 +19,8 @@
 //! Timer and pins do one thing at a time: the line is half duplex, and hears nothing while it sends. A dock
 //! of infrared would hear itself.
 
+use tasks::superbot::{BAUD, CLOCK_HZ};
+
 pub mod decoder;
 pub mod encoder;
 #[cfg(target_arch = "avr")]
@@ -31,3 +33,10 @@ pub use line::SoftUart;
 #[cfg(target_arch = "avr")]
 #[doc(hidden)]
 pub use line::{PORT, character_ends, line_changes, line_rises, pulse_begins, sent};
+
+/// A bit in clocks: 417.
+pub const BIT: u16 = {
+    let bit = (CLOCK_HZ + BAUD / 2) / BAUD;
+    assert!(bit <= 0xffff / 12, "a character and more must fit the timer");
+    bit as u16
+};

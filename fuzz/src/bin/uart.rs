@@ -1,15 +1,14 @@
 //! Edges at any times: the next character after a pause is understood.
 #![no_main]
 
+use board::soft_uart::BIT;
 use board::soft_uart::decoder::{Character, EdgeDecoder};
 use board::soft_uart::encoder::{Pulse, PulseEncoder};
 use libfuzzer_sys::fuzz_target;
 
-const BIT: u16 = 417;
-
 fuzz_target!(|input: &[u8]| {
     let [byte, noise @ ..] = input else { return };
-    let decoder = EdgeDecoder::<BIT>::new();
+    let decoder = EdgeDecoder::new();
     let mut time = 0u16;
     for edge in noise.chunks_exact(2) {
         let [low, high] = edge else { continue };

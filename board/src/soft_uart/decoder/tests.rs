@@ -4,11 +4,6 @@ use super::*;
 use crate::soft_uart::encoder::{Pulse, PulseEncoder};
 use std::vec::Vec;
 
-/// As on the board, where the clock wraps within 16 characters.
-const BIT: u16 = 417;
-
-type Decoder = EdgeDecoder<BIT>;
-
 /// The edges of `bytes`, sent back to back from `start` on, with bits of `bit` ticks.
 fn edges<const SENT: u16>(start: u64, bytes: &[u8]) -> Vec<(u64, bool)> {
     let mut rest = bytes.iter().copied();
@@ -22,7 +17,7 @@ fn edges<const SENT: u16>(start: u64, bytes: &[u8]) -> Vec<(u64, bool)> {
     edges
 }
 
-fn edge(decoder: &Decoder, time: u16, is_high: bool) -> Option<Event> {
+fn edge(decoder: &EdgeDecoder, time: u16, is_high: bool) -> Option<Event> {
     if is_high {
         decoder.rise(time);
         return None;
@@ -33,7 +28,7 @@ fn edge(decoder: &Decoder, time: u16, is_high: bool) -> Option<Event> {
 /// What a decoder makes of `edges`, if it is asked `late` ticks after the time that is set for a character's
 /// end.
 fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
-    let decoder = Decoder::new();
+    let decoder = EdgeDecoder::new();
     let (mut end, mut characters) = (None, Vec::new());
     let mut level = true;
     for (time, is_high) in edges.iter().copied().chain([(1 << 60, true)]) {
@@ -45,8 +40,8 @@ fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
         characters.extend(event.and_then(|event| event.ended));
         if event.is_some() {
             assert!(!is_high);
-            end = Some(time + u64::from(Decoder::END));
-            assert_eq!(decoder.ends_at(), (time + u64::from(Decoder::END)) as u16);
+            end = Some(time + u64::from(EdgeDecoder::END));
+            assert_eq!(decoder.ends_at(), (time + u64::from(EdgeDecoder::END)) as u16);
         }
     }
     characters
@@ -102,7 +97,7 @@ fn a_pulse_shorter_than_half_a_bit_is_no_start_bit() {
 
 #[test]
 fn a_glitch_that_is_over_when_it_is_looked_at_is_nothing() {
-    let decoder = Decoder::new();
+    let decoder = EdgeDecoder::new();
     decoder.rise(10);
     assert!(!decoder.is_busy());
     assert_eq!(decoder.ended(true), None);
@@ -115,7 +110,7 @@ fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (noise >> 8) % below
     };
-    let decoder = Decoder::new();
+    let decoder = EdgeDecoder::new();
     let mut time = 0;
     for _ in 0..20_000 {
         for _ in 0..random(9) {
@@ -125,7 +120,7 @@ fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
         // The line is high for a character's time, and the end of what is on it was looked at.
         decoder.rise(time as u16);
         decoder.ended(true);
-        time += u64::from(Decoder::END) + u64::from(random(100_000));
+        time += u64::from(EdgeDecoder::END) + u64::from(random(100_000));
         let byte = random(256) as u8;
         for (at, is_high) in edges::<BIT>(time, &[byte]) {
             edge(&decoder, at as u16, is_high);
@@ -140,7 +135,7 @@ fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
 fn an_edge_that_was_missed_came_a_bit_after_the_one_before() {
     for byte in 0..=255 {
         let sent = edges::<BIT>(0, &[byte]);
-        let decoder = Decoder::new();
+        let decoder = EdgeDecoder::new();
         let mut timed = sent.iter().copied().peekable();
         while let Some((time, is_high)) = timed.next() {
             let event = edge(&decoder, time as u16, is_high);
