@@ -472,23 +472,18 @@ impl Mcu {
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;
         }
-        let before_timers = self.cycle();
-        let to_next_timer = self.cpu.process_timers();
-        if self.cycle() < before_timers {
-            self.complete_reset(before_timers);
-            self.open_window(OpenedBy::Start, 0);
-            self.drop_turn();
-        }
-        if let Some(spm) = self.spm.as_ref().filter(|_| self.spm_waits) {
-            spm.get().refresh(self.cpu); // a write may have ended
-        }
+        let to_next_timer = self.process_timers();
         self.watch_window();
         self.watch_turn();
         match self.cpu.core() {
             Core::Running => {}
             Core::Sleeping if self.cpu.interrupts_enabled() => {
-                let left = limit.saturating_sub(self.cycle());
-                self.cpu.set_cycle(self.cycle() + to_next_timer.min(left));
+                let slept = to_next_timer.min(limit.saturating_sub(self.cycle()));
+                self.cpu.set_cycle(self.cycle() + slept);
+                // Nothing is due once the turn is over: who acts from outside then would be first.
+                if slept == to_next_timer {
+                    self.process_timers();
+                }
             }
             Core::Sleeping => self.ended = Some(State::Done),
             Core::Stopped => self.crash(),
@@ -503,6 +498,21 @@ impl Mcu {
             self.crash();
         }
         accepted
+    }
+
+    /// Does what is due by now. Returns the cycles to what comes next.
+    fn process_timers(&mut self) -> u64 {
+        let before = self.cycle();
+        let to_next = self.cpu.process_timers();
+        if self.cycle() < before {
+            self.complete_reset(before);
+            self.open_window(OpenedBy::Start, 0);
+            self.drop_turn();
+        }
+        if let Some(spm) = self.spm.as_ref().filter(|_| self.spm_waits) {
+            spm.get().refresh(self.cpu); // a write may have ended
+        }
+        to_next
     }
 
     fn crash(&mut self) {

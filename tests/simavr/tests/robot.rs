@@ -83,6 +83,37 @@ fn the_outcome_depends_on_the_seed_only() {
     assert_ne!(other.1, expected.1, "other frames are lost");
 }
 
+/// A stop is where somebody may act from outside, or look.
+#[test]
+fn where_a_run_is_stopped_changes_nothing_of_it() {
+    const END: u64 = SECOND / 2;
+    let outcome = |seed, stops: &[u64]| {
+        let mut chain = Chain::new(MODULES, seed);
+        chain.lose_frames(0.1);
+        for stop in stops {
+            chain.run(stop - chain.cycle());
+        }
+        let of_module = |module| {
+            let module = chain.robot().module(module).expect("it is there");
+            Controller::ALL.map(|controller| module.mcu(controller).awake_cycles())
+        };
+        (chain.robot().state_hash(), (0..MODULES).map(of_module).collect::<Vec<_>>())
+    };
+    let mut noise = 12_345u32;
+    for seed in 0..40 {
+        let mut stops: Vec<_> = (0..40)
+            .map(|_| {
+                noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                u64::from(noise) * END >> 32
+            })
+            .chain([END])
+            .collect();
+        stops.sort();
+        stops.dedup();
+        assert_eq!(outcome(seed, &stops), outcome(seed, &[END]), "seed {seed}");
+    }
+}
+
 /// Where one frame is lost in the tests below: from a spine to the next, and back.
 const SENDER: Face = Face { module: 1, dock: Dock::Back };
 const RECEIVER: Face = Face { module: 2, dock: Dock::Front };
