@@ -58,6 +58,15 @@ pub(crate) fn raise(masked: &Masked, source: u8) {
     }
 }
 
+/// Has the software interrupt not serve `source`, if it has not yet.
+pub(crate) fn withdraw(masked: &Masked, source: u8) {
+    let others = RAISED.get(masked) & !source;
+    RAISED.set(masked, others);
+    if others == 0 {
+        enable(false);
+    }
+}
+
 /// Whether `source` was raised and is not served yet.
 #[inline(always)]
 pub(crate) fn waits(masked: &Masked, source: u8) -> bool {

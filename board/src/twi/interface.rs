@@ -32,10 +32,6 @@ static PACKETS: Packets = Packets {
     signal: MaskedCell::new(None),
 };
 
-/// Whether the bus is held for a status that the engine has to answer. Not so any more where the bus was
-/// [freed](Bus::free).
-static IS_HELD: MaskedCell<bool> = MaskedCell::new(false);
-
 /// How far the vector may go.
 static STREAMS: Guarded<Streams> = Guarded::new(Streams::new());
 
@@ -153,7 +149,7 @@ impl Bus for Interface {
     /// is free.
     fn free(&mut self, task: &mut Task) {
         task.mask(|masked| {
-            IS_HELD.set(masked, false);
+            deferred::withdraw(masked, source::TWI);
             set_control(masked, 0); // the pins are the port's, and let go
         });
         for _ in 0..9 {
@@ -220,7 +216,6 @@ pub fn status_changed(masked: &Masked) {
         }
         None => {
             set_control(masked, HELD);
-            IS_HELD.set(masked, true);
             deferred::raise(masked, source::TWI);
         }
     }
@@ -230,9 +225,6 @@ pub fn status_changed(masked: &Masked) {
 #[doc(hidden)]
 #[inline(always)]
 pub fn serve(serving: &mut Serving) {
-    if !serving.interrupt.mask(take_held) {
-        return; // the task has freed the bus meanwhile
-    }
     let status = status();
     serving.window();
     let turned = serving.interrupt.mask(|masked| {
@@ -252,13 +244,6 @@ pub fn serve(serving: &mut Serving) {
     if let Some(signal) = signal {
         signal.post(serving.interrupt);
     }
-}
-
-#[inline(always)]
-fn take_held(masked: &Masked) -> bool {
-    let is_held = IS_HELD.get(masked);
-    IS_HELD.set(masked, false);
-    is_held
 }
 
 /// The state of the packets.
