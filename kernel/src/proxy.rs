@@ -28,7 +28,10 @@ impl WaitSet {
         let timer = Timer::new();
         // SAFETY: the timer is disarmed before this returns, or when the task is killed.
         let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
-        let _clean_up = arch::when_dropped(|| proxies.iter().for_each(ProxyWaiter::withdraw));
+        let _clean_up = arch::when_dropped(|| {
+            timer.withdraw();
+            proxies.iter().for_each(ProxyWaiter::withdraw);
+        });
         task.mask(|masked| self.set_proxies(masked, proxies));
         let at_once = proxies.iter().position(|proxy| {
             task.mask(|masked| self.claim(masked, &proxy.control));

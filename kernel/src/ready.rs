@@ -49,13 +49,17 @@ impl ReadyQueue {
         }
     }
 
-    /// As at the start: only the idle task.
+    /// As at the start: only the idle task. Those that were ready are parked.
     #[allow(dead_code, reason = "a port for tests starts the kernel again and again")]
     pub(crate) fn reset(&self, masked: &Masked) {
         self.head.set(masked, &IDLE);
         self.running.set(masked, &IDLE);
         self.level.set(masked, LEVELS);
-        self.last.iter().for_each(|last| last.set(masked, Link::NONE));
+        for last in &self.last {
+            while let Some(task) = dequeue(masked, last) {
+                task.link.set(masked, Link::PARKED);
+            }
+        }
     }
 
     /// The highest queue that is not empty, and its first task. One comparison a queue: 4 cycles, where a
@@ -207,6 +211,7 @@ unsafe fn assume_not_halted(level: u8) {
 /// Takes the running task from its queue, and returns it; its link is to be set. [`dispatch`] must follow.
 #[inline(always)]
 pub(crate) fn leave(masked: &Masked) -> &'static ControlBlock {
+    arch::may_block();
     let task = running(masked);
     // SAFETY: a task that runs is not halted.
     unsafe { assume_not_halted(task.level.get(masked)) };

@@ -7,7 +7,7 @@ use core::ptr;
 
 use crate::KERNEL;
 use crate::arch;
-use crate::context::{Context, Interrupt, Task, ThreadContext};
+use crate::context::{Boot, Context, Interrupt, Task, ThreadContext};
 use crate::control_block::ControlBlock;
 use crate::critical::{Masked, MaskedCell};
 use crate::link::{END, Link};
@@ -47,7 +47,10 @@ impl Timers {
     /// As at the start.
     #[allow(dead_code, reason = "a port for tests starts the kernel again and again")]
     pub(crate) fn reset(&self, masked: &Masked) {
-        self.first.set(masked, None);
+        while let Some(first) = self.first.get(masked) {
+            self.first.set(masked, first.link.get(masked));
+            first.target.set(masked, Target::NOTHING);
+        }
         TICKS.set(masked, 0);
         NEXT_DEADLINE.set(masked, Ticks::MAX);
     }
@@ -247,6 +250,12 @@ impl Timer {
         Some(Arming::Done)
     }
 
+    /// Disarms the timer, for a task that is dropped.
+    pub(crate) fn withdraw(&'static self) {
+        // SAFETY: a run is over, or the task has failed, which ends it: no task runs, and no interrupt comes.
+        self.cancel(&mut unsafe { Boot::assume() });
+    }
+
     /// Takes the timer from the list. Returns whether it was there.
     fn disarm(&'static self, context: &mut impl ThreadContext) -> bool {
         disarm_first(context, |timer, _| ptr::eq(timer, self))
@@ -309,6 +318,7 @@ impl Task {
         let timer = Timer::new();
         // SAFETY: this returns only after the timer has expired, after the task was killed, which disarms it.
         let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
+        let _clean_up = arch::when_dropped(|| timer.withdraw());
         let is_ahead = timer.arm_for_task(self, deadline);
         if is_ahead && timer.block(self) {
             arch::switch(self);

@@ -27,10 +27,12 @@ impl ProxyWaiter {
         ProxyWaiter { control: ControlBlock::new(), word }
     }
 
-    /// Takes it from its queue, for a task that is dropped.
+    /// Takes it from its queue, for a task that is dropped. A job's is free for another task then.
     pub(crate) fn withdraw(&'static self) {
         // SAFETY: a run is over, in which tasks are dropped: none runs, and no interrupt comes.
-        self.word.expel(&mut unsafe { Boot::assume() }, &self.control);
+        let boot = &mut unsafe { Boot::assume() };
+        self.word.expel(boot, &self.control);
+        boot.mask(|masked| self.control.free(masked));
     }
 }
 

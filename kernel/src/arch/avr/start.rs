@@ -13,6 +13,10 @@ use crate::critical::Masked;
 use crate::stack_watermark::WATERMARK;
 use crate::task;
 
+/// Every task goes on.
+#[inline(always)]
+pub(crate) fn may_block() {}
+
 /// Resumes the head; idles while no task is ready.
 pub(crate) fn run_head(_: &Masked) -> ! {
     // SAFETY: interrupts are masked, and nothing of what ran is needed again: a task that has ended, or

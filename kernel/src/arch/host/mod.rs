@@ -19,10 +19,9 @@ use std::vec::Vec;
 use corosensei::{Coroutine, Yielder};
 
 use crate::context::{Boot, Context, Interrupt, Never, Task};
-use crate::control_block::ControlBlock;
+use crate::control_block::{ControlBlock, Flag, Priority};
 use crate::critical::Masked;
-use crate::task;
-use crate::{IDLE, KERNEL, ready, timer};
+use crate::{IDLE, KERNEL, ready, task, timer, wait};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
 
@@ -35,13 +34,18 @@ pub(crate) const LINK_MARK: usize = 1 << (usize::BITS - 8);
 const FIRST_TASK: usize = 2;
 
 std::thread_local! {
-    /// The coroutines of this run. A control block's `stack_pointer` is the index of its own, plus
-    /// [`FIRST_TASK`].
-    static TASKS: RefCell<Vec<Option<TaskCoroutine>>> = const { RefCell::new(Vec::new()) };
+    /// The tasks of this run. A control block's `stack_pointer` is the index of its own, plus [`FIRST_TASK`].
+    static TASKS: RefCell<Vec<HostTask>> = const { RefCell::new(Vec::new()) };
     /// The interrupt that is to occur inside of a kernel call.
     static ARRIVAL: RefCell<Option<Arrival>> = const { RefCell::new(None) };
     /// How the running task gives control back.
     static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(std::ptr::null()) };
+}
+
+struct HostTask {
+    control: &'static ControlBlock,
+    /// Taken out while it runs.
+    coroutine: Option<TaskCoroutine>,
 }
 
 struct Arrival {
@@ -53,9 +57,14 @@ struct Arrival {
 /// One kernel at a time: its state is static, and tests run on many threads.
 static ONE_KERNEL: Mutex<()> = Mutex::new(());
 
+/// What runs as the tasks of a run that is over are dropped: it may do all but block.
+static UNDERTAKER: ControlBlock = ControlBlock::new();
+
 /// Runs the kernel for `ticks` ticks: `init` starts the tasks, `on_tick` stands for the interrupts.
 ///
-/// The tasks are dropped at the end; the statics they used keep their state, so each run wants its own.
+/// At the end the tasks are killed and dropped: their stacks are free, they wait for nothing any more, and no
+/// timer is armed. The statics they used keep their state otherwise. What they drop then may make kernel
+/// calls, but none that blocks: that ends the program.
 pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut(&mut Interrupt, u32)) {
     let mut passed = 0;
     run(init, |interrupt| {
@@ -75,7 +84,7 @@ pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut
 /// A task that panics ends the run, and the caller gets the panic.
 pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
     let _one_kernel = ONE_KERNEL.lock().unwrap_or_else(PoisonError::into_inner);
-    reset();
+    end_run(); // one whose end has failed
     let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: no task runs.
         init(&mut unsafe { Boot::assume() });
@@ -88,7 +97,7 @@ pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt)
         }
     }));
     // Now, while no other kernel can run: the tasks are dropped, and what they hold goes back.
-    reset();
+    end_run();
     if let Err(panic) = outcome {
         panic::resume_unwind(panic);
     }
@@ -136,10 +145,35 @@ pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'sta
     ARRIVAL.set(Some(Arrival { sections, handler: Box::new(handler) }));
 }
 
-/// Forgets the tasks of the run before.
-fn reset() {
-    TASKS.take();
-    // SAFETY: no task runs, and no other thread: the caller holds `ONE_KERNEL`.
+/// Kills the tasks of this run, drops them, and leaves the kernel as at the start. What is dropped may start
+/// others.
+fn end_run() {
+    ARRIVAL.take();
+    while TASKS.with_borrow(|tasks| !tasks.is_empty()) {
+        // SAFETY: no task runs.
+        let boot = &mut unsafe { Boot::assume() };
+        boot.mask(|masked| KERNEL.ready.reset(masked));
+        let controls = TASKS.with_borrow(|tasks| tasks.iter().map(|task| task.control).collect::<Vec<_>>());
+        // As long as all have their stacks, which may hold what others wait for.
+        for control in &controls {
+            boot.mask(|masked| {
+                control.set_flag(masked, Flag::Killed);
+                control.halt(masked);
+            });
+            wait::withdraw(boot, control);
+        }
+        for task in TASKS.take() {
+            boot.mask(|masked| {
+                KERNEL.ready.reset(masked);
+                UNDERTAKER.set_priority(masked, Priority::P0);
+                ready::wake(masked, &UNDERTAKER);
+                KERNEL.ready.running.set(masked, &UNDERTAKER);
+            });
+            drop(task);
+        }
+        controls.iter().for_each(|control| boot.mask(|masked| control.free(masked)));
+    }
+    // SAFETY: no task runs.
     let masked = unsafe { Masked::assume() };
     KERNEL.ready.reset(&masked);
     KERNEL.timers.reset(&masked);
@@ -157,10 +191,10 @@ fn run_ready() {
         }
         let index = head.stack_pointer.get(&masked) - FIRST_TASK;
         // Taken out while it runs, so that it may start others.
-        let mut task =
-            TASKS.with_borrow_mut(|tasks| tasks[index].take().expect("a task is resumed once at a time"));
-        task.resume(());
-        TASKS.with_borrow_mut(|tasks| tasks[index] = Some(task));
+        let coroutine = TASKS.with_borrow_mut(|tasks| tasks[index].coroutine.take());
+        let mut coroutine = coroutine.expect("a task is resumed once at a time");
+        coroutine.resume(());
+        TASKS.with_borrow_mut(|tasks| tasks[index].coroutine = Some(coroutine));
     }
 }
 
@@ -204,6 +238,11 @@ pub(crate) fn switch(_: &mut Task) {
 
 pub(crate) fn switch_from_call(_: &mut Task) {
     suspend();
+}
+
+/// A task that is dropped, or that failed, has nobody to go on with it.
+pub(crate) fn may_block() {
+    assert!(!thread::panicking(), "a task that is dropped blocks");
 }
 
 /// Gives control back to [`run_ready`], until that resumes the task.
@@ -265,7 +304,7 @@ pub(crate) const fn fits(_body: usize, _bytes: usize) -> bool {
 /// # Safety
 /// As on the AVR.
 pub(crate) unsafe fn init_context<F, R, const BYTES: usize>(
-    _: &'static ControlBlock,
+    control: &'static ControlBlock,
     _: *mut [MaybeUninit<u8>; BYTES],
     body: F,
 ) -> usize
@@ -280,7 +319,7 @@ where
         task::finish(task)
     });
     TASKS.with_borrow_mut(|tasks| {
-        tasks.push(Some(coroutine));
+        tasks.push(HostTask { control, coroutine: Some(coroutine) });
         tasks.len() - 1 + FIRST_TASK
     })
 }

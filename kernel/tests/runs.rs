@@ -1,0 +1,232 @@
+//! One run of the kernel on the host after another: what a run leaves behind.
+
+use std::env;
+use std::panic;
+use std::process::Command;
+use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
+
+use kernel::{Boot, Job, JobContext, Mutex, Never, Priority, Semaphore, Stack, Task, TaskState, Timer, host};
+
+/// Runs `body` as the one task, for `ticks` ticks.
+fn run_task(stack: &'static Stack<0>, ticks: u32, body: impl FnOnce(&mut Task) -> Never + Send + 'static) {
+    host::run_for(ticks, |boot| stack.start(boot, Priority::P3, body).expect("the stack is free"), |_, _| {});
+}
+
+fn wait_for_ever(task: &mut Task) -> Never {
+    static NEVER: Semaphore = Semaphore::new(0);
+    loop {
+        NEVER.wait(task);
+    }
+}
+
+#[test]
+fn a_timer_that_is_armed_as_a_run_ends_is_armed_no_more() {
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static TIMER: Timer = Timer::new();
+    static DUE: Semaphore = Semaphore::new(0);
+    static CAME: AtomicU16 = AtomicU16::new(0);
+    for stack in &STACKS {
+        run_task(stack, 5, |task| {
+            assert!(!TIMER.is_running(task));
+            TIMER.start(task, 2, &DUE);
+            DUE.wait(task);
+            CAME.fetch_add(1, Relaxed);
+            TIMER.start(task, 100, &DUE);
+            wait_for_ever(task)
+        });
+    }
+    assert_eq!(CAME.load(Relaxed), 2);
+}
+
+#[test]
+fn a_task_that_waits_as_a_run_ends_takes_no_signal_of_the_next() {
+    static WAITERS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static STACK: Stack<0> = Stack::new();
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    let start = |boot: &mut Boot| {
+        for stack in &WAITERS {
+            stack.start(boot, Priority::P1, |task| SIGNAL.wait(task)).expect("the stack is free");
+        }
+    };
+    host::run_for(1, start, |_, _| {});
+    run_task(&STACK, 1, |task| {
+        assert!(WAITERS.iter().all(|stack| stack.task().state(task) == TaskState::NotStarted));
+        SIGNAL.post(task);
+        assert!(SIGNAL.try_wait(task));
+        wait_for_ever(task)
+    });
+}
+
+#[test]
+fn jobs_run_again_in_the_next_run() {
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    static JOB: Job = Job::new(&SIGNAL, count);
+    static COUNT: AtomicU16 = AtomicU16::new(0);
+    fn count(_: &mut JobContext) {
+        COUNT.fetch_add(1, Relaxed);
+    }
+    for stack in &STACKS {
+        host::run_for(
+            3,
+            |boot| {
+                stack
+                    .start(boot, Priority::P3, |task| {
+                        let _ = task.run_jobs(&[&JOB]);
+                        panic!("the job is free");
+                    })
+                    .expect("the stack is free");
+            },
+            |interrupt, _| SIGNAL.post(interrupt),
+        );
+    }
+    // The third signal of each is given as the run ends.
+    assert_eq!(COUNT.load(Relaxed), 6);
+}
+
+/// Makes calls of the kernel where its task is dropped.
+struct Parting<'a>(&'a mut Task, fn(&mut Task));
+
+impl Drop for Parting<'_> {
+    fn drop(&mut self) {
+        (self.1)(self.0);
+    }
+}
+
+#[test]
+fn a_task_that_is_dropped_may_make_calls_that_do_not_block() {
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static STACK: Stack<0> = Stack::new();
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    static SHARED: Mutex<u16> = Mutex::new(Priority::P1, 0);
+    fn part(task: &mut Task) {
+        *SHARED.lock(task) += 1;
+        SIGNAL.post(task);
+        task.yield_now();
+    }
+    for _ in 0..2 {
+        host::run_for(
+            1,
+            |boot| {
+                for stack in &STACKS {
+                    let body = |task: &mut Task| {
+                        let parting = Parting(task, part);
+                        wait_for_ever(parting.0)
+                    };
+                    stack.start(boot, Priority::P5, body).expect("the stack is free");
+                }
+            },
+            |_, _| {},
+        );
+    }
+    run_task(&STACK, 1, |task| {
+        assert_eq!(SHARED.with(task, |shared| *shared), 4);
+        assert_eq!((0..9).filter(|_| SIGNAL.try_wait(task)).count(), 4);
+        wait_for_ever(task)
+    });
+}
+
+#[test]
+fn a_task_that_is_dropped_may_start_another() {
+    static STACK: Stack<0> = Stack::new();
+    static STARTED: Stack<0> = Stack::new();
+    static OTHER: Stack<0> = Stack::new();
+    static DROPPED: AtomicU16 = AtomicU16::new(0);
+    struct Counts;
+    impl Drop for Counts {
+        fn drop(&mut self) {
+            DROPPED.fetch_add(1, Relaxed);
+        }
+    }
+    fn part(task: &mut Task) {
+        let counts = Counts;
+        let body = move |task: &mut Task| {
+            let _counts = &counts;
+            wait_for_ever(task)
+        };
+        STARTED.start(task, Priority::P7, body).expect("the stack is free");
+        assert_eq!(STARTED.task().state(task), TaskState::Ready);
+    }
+    for round in 1..3 {
+        run_task(&STACK, 1, |task| {
+            OTHER.start(task, Priority::P3, wait_for_ever).expect("the stack is free");
+            let parting = Parting(task, part);
+            wait_for_ever(parting.0)
+        });
+        assert_eq!(DROPPED.load(Relaxed), round);
+    }
+}
+
+#[test]
+fn a_mutex_is_free_when_the_task_that_has_it_was_dropped() {
+    static HOLDER: Stack<0> = Stack::new();
+    static FAILING: Stack<0> = Stack::new();
+    static STACK: Stack<0> = Stack::new();
+    static FAIL: Semaphore = Semaphore::new(0);
+    static SHARED: Mutex<u16> = Mutex::new(Priority::P2, 0);
+    let failed = panic::catch_unwind(|| {
+        host::run_for(
+            1,
+            |boot| {
+                let fail = |task: &mut Task| {
+                    FAIL.wait(task);
+                    panic!("on purpose");
+                };
+                FAILING.start(boot, Priority::P0, fail).expect("the stack is free");
+                let hold = |task: &mut Task| {
+                    let mut guard = SHARED.lock(task);
+                    *guard += 1;
+                    host::interrupt(|interrupt| FAIL.post(interrupt));
+                    *guard += 1;
+                };
+                HOLDER.start(boot, Priority::P4, hold).expect("the stack is free");
+            },
+            |_, _| {},
+        );
+    });
+    assert!(failed.is_err());
+    run_task(&STACK, 1, |task| {
+        assert_eq!(SHARED.try_lock(task).as_deref(), Some(&1));
+        wait_for_ever(task)
+    });
+}
+
+/// A delay that an interrupt's failure ends leaves no timer behind on its task's stack, which is gone.
+#[test]
+fn a_delay_that_fails_leaves_no_timer() {
+    static FAILING: Stack<0> = Stack::new();
+    static STACK: Stack<0> = Stack::new();
+    for section in 1..6 {
+        let failed = panic::catch_unwind(|| {
+            run_task(&FAILING, 1, move |task| {
+                host::interrupted(section, |_| panic!("on purpose"), || task.delay(9));
+                wait_for_ever(task)
+            });
+        });
+        // The last section ends as the task has blocked.
+        assert!(failed.is_err(), "section {section}");
+        run_task(&STACK, 20, |task| {
+            task.delay(10);
+            wait_for_ever(task)
+        });
+    }
+}
+
+#[test]
+fn a_task_that_blocks_where_it_is_dropped_ends_the_program() {
+    const CHILD: &str = "SUPERBOT_TEST_BLOCKS_IN_DROP";
+    static STACK: Stack<0> = Stack::new();
+    if env::var_os(CHILD).is_some() {
+        run_task(&STACK, 1, |task| {
+            let parting = Parting(task, |task| task.delay(1));
+            wait_for_ever(parting.0)
+        });
+        return;
+    }
+    let mut child = Command::new(env::current_exe().expect("this program"));
+    let child =
+        child.args(["--exact", "a_task_that_blocks_where_it_is_dropped_ends_the_program", "--nocapture"]);
+    let output = child.env(CHILD, "").output().expect("it runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && errors.contains("a task that is dropped blocks"), "{errors}");
+}
