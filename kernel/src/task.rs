@@ -139,7 +139,7 @@ pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
             core::hint::spin_loop();
         }
     }
-    arch::disable_interrupts();
+    arch::begin();
     // SAFETY: interrupts are masked until `run_head` starts the first task, and no task runs as this is the
     // first call; `boot` is gone by then.
     let boot = &mut unsafe { Boot::assume() };

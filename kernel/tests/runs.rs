@@ -1,11 +1,14 @@
 //! One run of the kernel on the host after another: what a run leaves behind.
 
-use std::env;
-use std::panic;
+use std::panic::{self, AssertUnwindSafe};
 use std::process::Command;
 use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
+use std::time::Duration;
+use std::{env, thread};
 
-use kernel::{Boot, Job, JobContext, Mutex, Never, Priority, Semaphore, Stack, Task, TaskState, Timer, host};
+use kernel::{
+    Boot, Job, JobContext, Message, Mutex, Never, Priority, Semaphore, Stack, Task, TaskState, Timer, host,
+};
 
 /// Runs `body` as the one task, for `ticks` ticks.
 fn run_task(stack: &'static Stack<0>, ticks: u32, body: impl FnOnce(&mut Task) -> Never + Send + 'static) {
@@ -229,4 +232,64 @@ fn a_task_that_blocks_where_it_is_dropped_ends_the_program() {
     let output = child.env(CHILD, "").output().expect("it runs");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && errors.contains("a task that is dropped blocks"), "{errors}");
+}
+
+/// What `body` panics with.
+fn panic_of(body: impl FnOnce()) -> String {
+    let panic = panic::catch_unwind(AssertUnwindSafe(body)).expect_err("it panics");
+    match panic.downcast::<String>() {
+        Ok(message) => *message,
+        Err(panic) => panic.downcast::<&str>().map_or_else(|_| String::new(), |message| message.to_string()),
+    }
+}
+
+#[test]
+fn what_is_no_task_is_interrupted_by_nothing() {
+    static STACK: Stack<0> = Stack::new();
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    let outside = panic_of(|| host::interrupt(|interrupt| SIGNAL.post(interrupt)));
+    assert!(outside.contains("no kernel runs on this thread"), "{outside}");
+    let in_thread = panic_of(|| {
+        run_task(&STACK, 1, |task| {
+            let thread = thread::spawn(|| panic_of(|| host::interrupt(|interrupt| SIGNAL.post(interrupt))));
+            let message = thread.join().expect("it panics no more");
+            assert!(!SIGNAL.try_wait(task));
+            panic!("{message}");
+        });
+    });
+    assert!(in_thread.contains("no kernel runs on this thread"), "{in_thread}");
+    let idle = panic_of(|| {
+        let wait = |boot: &mut Boot| {
+            STACK.start(boot, Priority::P3, |task| SIGNAL.wait(task)).expect("the stack is free");
+        };
+        host::run(wait, |_| {
+            host::interrupt(|interrupt| SIGNAL.post(interrupt));
+            false
+        });
+    });
+    assert!(idle.contains("outside"), "{idle}");
+}
+
+#[test]
+fn a_thread_runs_one_kernel_at_a_time() {
+    let nested = panic_of(|| host::run_for(1, |_| host::run_for(1, |_| {}, |_, _| {}), |_, _| {}));
+    assert!(nested.contains("this thread runs a kernel already"), "{nested}");
+    let no_mcu = panic_of(|| kernel::run(|_| {}));
+    assert!(no_mcu.contains("host::run"), "{no_mcu}");
+}
+
+/// A message is dropped without a context, so it may be where another thread runs the kernel.
+#[test]
+fn a_message_goes_back_while_no_other_thread_runs_the_kernel() {
+    struct Parcel(#[expect(dead_code, reason = "only its place counts")] u16);
+    kernel::pool!(Parcel, 1);
+    thread::scope(|scope| {
+        let start = |boot: &mut Boot| {
+            let message = Message::new(boot, Parcel(1)).ok().expect("the one buffer is free");
+            let thread = scope.spawn(|| drop(message));
+            thread::sleep(Duration::from_millis(100));
+            assert!(!thread.is_finished());
+        };
+        host::run_for(1, start, |_, _| {});
+    });
 }

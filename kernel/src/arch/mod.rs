@@ -9,6 +9,7 @@
 //! | `critical` | a critical section where the caller's context is not known; interrupts stay as they were |
 //! | `switch` | saves the running task's context and resumes the head; returns when the task runs again |
 //! | `switch_from_call` | the same where a switch is rare: it preserves what a call does |
+//! | `begin` | masks interrupts for `run`, which the kernel starts with, if the port starts it so |
 //! | `may_block` | called where the running task blocks; fails if the port could not go on with it |
 //! | `run_head` | resumes the head; what ran is forgotten |
 //! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no context, and begins anew each time |

@@ -47,7 +47,7 @@ mod vectors;
 
 pub(crate) use flash::load;
 pub(crate) use interrupts::{critical, disable_interrupts, enable_interrupts, irq_window, isr_window};
-pub(crate) use start::{fits, init_context, may_block, need_tick, run_head, stack, when_dropped};
+pub(crate) use start::{begin, fits, init_context, may_block, need_tick, run_head, stack, when_dropped};
 #[doc(hidden)]
 pub use switch::{RUNNING, kernel_enter_interrupt, kernel_enter_with_status};
 pub(crate) use switch::{switch, switch_from_call};

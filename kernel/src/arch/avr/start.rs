@@ -13,6 +13,12 @@ use crate::critical::Masked;
 use crate::stack_watermark::WATERMARK;
 use crate::task;
 
+/// From here on until the first task interrupts are masked.
+#[inline(always)]
+pub(crate) fn begin() {
+    super::disable_interrupts();
+}
+
 /// Every task goes on.
 #[inline(always)]
 pub(crate) fn may_block() {}

@@ -12,7 +12,8 @@ use std::cell::{Cell, RefCell};
 use std::mem::MaybeUninit;
 use std::ops::Range;
 use std::panic::{self, AssertUnwindSafe};
-use std::sync::{Mutex, PoisonError};
+use std::ptr;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::vec::Vec;
 
@@ -38,8 +39,10 @@ std::thread_local! {
     static TASKS: RefCell<Vec<HostTask>> = const { RefCell::new(Vec::new()) };
     /// The interrupt that is to occur inside of a kernel call.
     static ARRIVAL: RefCell<Option<Arrival>> = const { RefCell::new(None) };
-    /// How the running task gives control back.
-    static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(std::ptr::null()) };
+    /// How the running task gives control back; null while none runs.
+    static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(ptr::null()) };
+    /// Whether this thread has the [`OneKernel`].
+    static HAS_KERNEL: Cell<bool> = const { Cell::new(false) };
 }
 
 struct HostTask {
@@ -54,8 +57,26 @@ struct Arrival {
     handler: Box<dyn FnOnce(&mut Interrupt)>,
 }
 
-/// One kernel at a time: its state is static, and tests run on many threads.
-static ONE_KERNEL: Mutex<()> = Mutex::new(());
+/// The right to the kernel: its state is static, and tests run on many threads.
+struct OneKernel {
+    _lock: MutexGuard<'static, ()>,
+}
+
+impl OneKernel {
+    /// Waits until no other thread has it.
+    fn take() -> Self {
+        static LOCK: Mutex<()> = Mutex::new(());
+        let lock = LOCK.lock().unwrap_or_else(PoisonError::into_inner);
+        HAS_KERNEL.set(true);
+        OneKernel { _lock: lock }
+    }
+}
+
+impl Drop for OneKernel {
+    fn drop(&mut self) {
+        HAS_KERNEL.set(false);
+    }
+}
 
 /// What runs as the tasks of a run that is over are dropped: it may do all but block.
 static UNDERTAKER: ControlBlock = ControlBlock::new();
@@ -83,7 +104,8 @@ pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut
 ///
 /// A task that panics ends the run, and the caller gets the panic.
 pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
-    let _one_kernel = ONE_KERNEL.lock().unwrap_or_else(PoisonError::into_inner);
+    assert!(!HAS_KERNEL.get(), "this thread runs a kernel already");
+    let _kernel = OneKernel::take();
     end_run(); // one whose end has failed
     let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: no task runs.
@@ -114,6 +136,7 @@ pub fn tick(interrupt: &mut Interrupt) {
 /// An interrupt in the midst of a task: runs `handler`, then a task that became ready by it and outranks this
 /// one.
 pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
+    assert!(HAS_KERNEL.get(), "no kernel runs on this thread");
     // SAFETY: the calling task does nothing else meanwhile, as on the MCU.
     handler(&mut unsafe { Interrupt::assume() });
     if critical(ready::is_due) {
@@ -148,6 +171,7 @@ pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'sta
 /// Kills the tasks of this run, drops them, and leaves the kernel as at the start. What is dropped may start
 /// others.
 fn end_run() {
+    YIELDER.set(ptr::null()); // a task that has failed leaves its own
     ARRIVAL.take();
     while TASKS.with_borrow(|tasks| !tasks.is_empty()) {
         // SAFETY: no task runs.
@@ -194,6 +218,7 @@ fn run_ready() {
         let coroutine = TASKS.with_borrow_mut(|tasks| tasks[index].coroutine.take());
         let mut coroutine = coroutine.expect("a task is resumed once at a time");
         coroutine.resume(());
+        YIELDER.set(ptr::null());
         TASKS.with_borrow_mut(|tasks| tasks[index].coroutine = Some(coroutine));
     }
 }
@@ -228,6 +253,8 @@ fn end_section() -> Option<Arrival> {
 }
 
 pub(crate) fn critical<R>(body: impl FnOnce(&Masked) -> R) -> R {
+    // A message may be dropped on any thread.
+    let _kernel = (!HAS_KERNEL.get()).then(OneKernel::take);
     // SAFETY: what stands for interrupts runs only between critical sections.
     body(&unsafe { Masked::assume() })
 }
@@ -243,6 +270,10 @@ pub(crate) fn switch_from_call(_: &mut Task) {
 /// A task that is dropped, or that failed, has nobody to go on with it.
 pub(crate) fn may_block() {
     assert!(!thread::panicking(), "a task that is dropped blocks");
+}
+
+pub(crate) fn begin() {
+    panic!("on the host `host::run` runs the kernel");
 }
 
 /// Gives control back to [`run_ready`], until that resumes the task.
