@@ -131,11 +131,12 @@ impl<'a> Stretcher<'a> {
             let modes = [Mode::Enabled, masked].into_iter().zip(returns);
             return Ok(modes.filter(|(_, returns)| *returns).map(|(mode, _)| mode).collect());
         }
+        let is_return_from_interrupt = node.masking == Masking::Enables && node.next.is_empty();
         let after = match (node.masking, mode) {
             (Masking::Nothing, _) => mode,
             (Masking::Masks, Mode::Enabled) => Mode::Masked,
             (Masking::Masks, _) => mode,
-            (Masking::Enables, _) if node.next.is_empty() => mode,
+            (Masking::Enables, _) if is_return_from_interrupt => mode,
             (Masking::Enables, _) => Mode::Enabled,
             // It is what the function began with that is read, or else what is restored first.
             (Masking::Reads(register), Mode::Masked) if begins == Mode::Enabled => Mode::Nested(register),
@@ -153,6 +154,8 @@ impl<'a> Stretcher<'a> {
             (true, true) => ways.go_on((place, false), cycles, node),
             (true, false) => ways.end(place, cycles),
             (false, true) => ways.begin(place, 0, node),
+            // `reti`: as if it masked them, since behind it an instruction runs in any case.
+            (false, false) if is_return_from_interrupt => ways.begin(place, cycles, node),
             (false, false) => {}
         }
         Ok(vec![after])
