@@ -88,6 +88,28 @@ impl<T: Copy> MaskedCell<T> {
     }
 }
 
+/// A [`MaskedCell`] that only the kernel changes, and that others may read: for the assembly of their vectors
+/// it stands where they could store what they like.
+#[repr(transparent)]
+pub struct KernelCell<T>(MaskedCell<T>);
+
+impl<T: Copy> KernelCell<T> {
+    pub(crate) const fn new(value: T) -> Self {
+        KernelCell(MaskedCell::new(value))
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&self, masked: &Masked, value: T) {
+        self.0.set(masked, value);
+    }
+
+    /// A copy of the value.
+    #[inline(always)]
+    pub fn get(&self, masked: &Masked) -> T {
+        self.0.get(masked)
+    }
+}
+
 impl MaskedCell<u16> {
     /// Counts one more, up to `u16::MAX`, where a count stays.
     #[inline(always)]

@@ -44,7 +44,7 @@ pub use control_block::Priority;
 pub use cpu_time::charge_in_turn;
 #[cfg(feature = "cpu-time")]
 pub use cpu_time::{idle_time, total_time};
-pub use critical::{Masked, MaskedCell};
+pub use critical::{KernelCell, Masked, MaskedCell};
 pub use event::EventFlags;
 pub use fifo::Fifo;
 pub use job::{Job, JobTaken};

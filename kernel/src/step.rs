@@ -17,18 +17,19 @@ use crate::arch;
 use crate::context::{Context, Interrupt, Task};
 use crate::control::{Refused, TaskHandle};
 use crate::control_block::{ControlBlock, Flag, Priority};
-use crate::critical::{Masked, MaskedCell};
+use crate::critical::{KernelCell, Masked, MaskedCell};
 use crate::link::Link;
 use crate::ready;
 use crate::traversal;
 
 /// The task that the trap waits for. Public for the assembly of its vector only.
 #[doc(hidden)]
-pub static STEPPED: MaskedCell<Option<&'static ControlBlock>> = MaskedCell::new(None);
+pub static STEPPED: KernelCell<Option<&'static ControlBlock>> = KernelCell::new(None);
 
-/// Not 0 while the task makes an instruction. Public for the same.
+/// Not 0 while the task makes an instruction; so 0 wherever the trap is disabled, which only its handler does.
+/// Public for the same.
 #[doc(hidden)]
-pub static GOES_ON: MaskedCell<u8> = MaskedCell::new(0);
+pub static GOES_ON: KernelCell<u8> = KernelCell::new(0);
 
 /// The priority to give back to the task that makes a step.
 static PRIORITY: MaskedCell<Option<Priority>> = MaskedCell::new(None);

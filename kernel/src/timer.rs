@@ -9,7 +9,7 @@ use crate::KERNEL;
 use crate::arch;
 use crate::context::{Boot, Context, Interrupt, Task, ThreadContext};
 use crate::control_block::ControlBlock;
-use crate::critical::{Masked, MaskedCell};
+use crate::critical::{KernelCell, Masked, MaskedCell};
 use crate::link::{END, Link};
 use crate::ready;
 use crate::semaphore::Semaphore;
@@ -23,13 +23,20 @@ pub type Ticks = u16;
 pub const LONGEST: Ticks = 0x7fff;
 
 /// The present tick. A static of its own, as the tick's vector counts it; other vectors may read it.
-pub static TICKS: MaskedCell<Ticks> = MaskedCell::new(0);
+///
+/// ```compile_fail,E0624
+/// # use kernel::{Context, TICKS, Task};
+/// fn body(task: &mut Task) {
+///     task.mask(|masked| TICKS.set(masked, 0)); // error: method `set` is private
+/// }
+/// ```
+pub static TICKS: KernelCell<Ticks> = KernelCell::new(0);
 
 /// The deadline of the first timer, at which the tick becomes an interrupt like any other. While timers
 /// expire, and where none is armed, it lies in the past, or is the present tick. A static of its own, as the
 /// tick's vector compares it.
 #[doc(hidden)]
-pub static NEXT_DEADLINE: MaskedCell<Ticks> = MaskedCell::new(Ticks::MAX);
+pub static NEXT_DEADLINE: KernelCell<Ticks> = KernelCell::new(Ticks::MAX);
 
 /// A link to a timer; of a list its first.
 type Slot = MaskedCell<Option<&'static Timer>>;
@@ -390,8 +397,11 @@ fn compare_with_first(masked: &Masked) {
 ///
 /// On the AVR the vector of [`tick_interrupt!`](crate::tick_interrupt!) does this in assembly, in 39 cycles
 /// where a handler takes 120; `tests/simavr/tests/tick.rs` holds it against this function.
+///
+/// # Safety
+/// Only for what drives the tick: time would run ahead of the deadlines that [`expire`] is to see.
 #[doc(hidden)]
-pub fn count_tick(masked: &Masked) -> bool {
+pub unsafe fn count_tick(masked: &Masked) -> bool {
     let now = TICKS.get(masked).wrapping_add(1);
     TICKS.set(masked, now);
     now == NEXT_DEADLINE.get(masked)

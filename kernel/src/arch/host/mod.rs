@@ -127,7 +127,8 @@ pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt)
 
 /// One tick of the clock, for an interrupt to call.
 pub fn tick(interrupt: &mut Interrupt) {
-    if interrupt.mask(timer::count_tick) {
+    // SAFETY: this is the tick's interrupt.
+    if interrupt.mask(|masked| unsafe { timer::count_tick(masked) }) {
         // SAFETY: this is the tick's interrupt.
         unsafe { timer::expire() };
     }
