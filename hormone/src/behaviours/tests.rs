@@ -231,7 +231,13 @@ fn joints_are_told_again_once_there_is_room_and_then_what_is_new_alone() {
 }
 
 #[test]
-fn a_joint_that_has_stalled_is_told_again_after_a_while_also_where_no_beat_comes() {
+fn a_joint_that_has_failed_is_told_again_after_a_while_also_where_no_beat_comes() {
+    for state in [State::Stalled, State::BrokenPotentiometer] {
+        is_told_again(state);
+    }
+}
+
+fn is_told_again(state: State) {
     let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_400);
     behaviours.receive(now, leg(), &mut here);
     behaviours.receive(now, beat(A, Dock::Back), &mut here);
@@ -248,7 +254,7 @@ fn a_joint_that_has_stalled_is_told_again_after_a_while_also_where_no_beat_comes
             .collect::<Vec<_>>()
     };
     let before = [Axis::Front, Axis::Roll, Axis::Back].map(|axis| turned(&here, axis).len());
-    let report = Report::Joint(Axis::Roll, State::Stalled).to_payload();
+    let report = Report::Joint(Axis::Roll, state).to_payload();
     let joint = Address::here(TaskCode::joint(Axis::Roll));
     behaviours.receive(now, letter(TaskCode::HORMONE, joint, &report), &mut here);
     behaviours.poll(now, &mut here);
