@@ -207,7 +207,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             #[cfg(all(target_feature = "elpm", not(target_feature = "eijmpcall")))]
             "rol r24",                            // 1
             #[cfg(all(target_feature = "elpm", not(target_feature = "eijmpcall")))]
-            "lsr r25",                            // 1: SREG as `reti` wants it
+            "lsr r25",                            // 1: SREG without I, which `sei` sets
             #[cfg(target_feature = "eijmpcall")]
             "clr r18",                            // 1
             #[cfg(target_feature = "eijmpcall")]
@@ -215,13 +215,13 @@ unsafe extern "C" fn kernel_switch() -> ! {
             #[cfg(target_feature = "eijmpcall")]
             "brtc 1f",                            // 1, or 2
             #[cfg(target_feature = "eijmpcall")]
-            "andi r25, 0x7f",                     // 1: SREG as `reti` wants it
+            "andi r25, 0x7f",                     // 1: SREG without I, which `sei` sets
             #[cfg(target_feature = "eijmpcall")]
             "ldd r18, Z+18",                      // 2: above the highest bits of PC
             #[cfg(target_feature = "eijmpcall")]
             "mov r24, r18",                       // 1
             #[cfg(target_feature = "eijmpcall")]
-            "andi r24, 0x0f",                     // 1: PC as `reti` wants it
+            "andi r24, 0x0f",                     // 1: PC as `ret` wants it
             #[cfg(target_feature = "eijmpcall")]
             "std Z+18, r24",                      // 2
             #[cfg(target_feature = "eijmpcall")]
@@ -243,7 +243,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             ".global kernel_enter_interrupt",
             "kernel_enter_interrupt:",
             "push r0",                            // 2
-            "in r0, 0x3f",                        // 1: SREG; I is clear in it, `reti` sets it
+            "in r0, 0x3f",                        // 1: SREG; I is clear in it, and set in the end
             // The same from a vector that has done so much.
             ".global kernel_enter_with_status",
             "kernel_enter_with_status:",
