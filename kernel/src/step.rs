@@ -26,7 +26,7 @@ use crate::traversal;
 #[doc(hidden)]
 pub static STEPPED: KernelCell<Option<&'static ControlBlock>> = KernelCell::new(None);
 
-/// Not 0 while the task makes an instruction; so 0 wherever the trap is disabled, which only its handler does.
+/// Not 0 while the task makes an instruction; 0 where the trap is disabled, which only its handler does.
 /// Public for the same.
 #[doc(hidden)]
 pub static GOES_ON: KernelCell<u8> = KernelCell::new(0);

@@ -31,8 +31,8 @@ pub struct Interrupt {
     pub masked: u64,
     /// The longest stretch with interrupts masked after that; 0 if there is none.
     pub masked_again: u64,
-    /// The longest of all these that `reti` ends: behind that no interrupt comes before an instruction more of
-    /// what was interrupted. 0 if there is none.
+    /// The longest of all these that `reti` ends: behind that no interrupt comes before an instruction more
+    /// of what was interrupted. 0 if there is none.
     pub masked_last: u64,
 }
 

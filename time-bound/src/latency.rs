@@ -3,9 +3,9 @@
 //! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with
 //! the lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for
 //! all with lower vectors that come until it is accepted. Behind `reti` an instruction more runs of what was
-//! interrupted; and where that one masks interrupts, all up to where they are enabled. Behind `sei` and `ret`,
-//! by which the kernel returns, none does. A flag is a bit: what sets it again before its interrupt is accepted
-//! has none of its own.
+//! interrupted; and where that one masks interrupts, all up to where they are enabled. Behind `sei` and
+//! `ret`, by which the kernel returns, none does. A flag is a bit: what sets it again before its interrupt is
+//! accepted has none of its own.
 
 use serde::Serialize;
 

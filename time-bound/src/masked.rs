@@ -12,8 +12,8 @@ use crate::ways::{Longest, Ways};
 /// How long a function masks interrupts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stretches {
-    /// Ways with interrupts masked: what cuts them is that interrupts are enabled and masked again. `reti` cuts
-    /// none: such a way is one to the return.
+    /// Ways with interrupts masked: what cuts them is that interrupts are enabled and masked again. `reti`
+    /// cuts none: such a way is one to the return.
     pub longest: Longest,
     /// How it may return: with interrupts enabled, masked.
     returns: [bool; 2],

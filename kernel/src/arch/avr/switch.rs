@@ -309,7 +309,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "pop r31",                            // 2
             "sei",                                // 1: takes effect after the next instruction,
             "preempted_goes_on:",
-            "ret",                                // 4: so what waits comes before a `cli` of what it preempted
+            "ret",                                // 4: so what waits comes before what was preempted
             // The interrupt stays on the kernel's stack.
             "stay:",
             #[cfg(feature = "tickless")]

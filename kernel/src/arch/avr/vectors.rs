@@ -173,8 +173,8 @@ macro_rules! trap_interrupt {
                         $vector(interrupt);
                     }
                 }
-                // SAFETY: the hardware comes here, and either nothing is changed, or `kernel_enter_with_status`
-                // restores all.
+                // SAFETY: the hardware comes here, and either nothing is changed, or
+                // `kernel_enter_with_status` restores all.
                 unsafe { core::arch::asm!(
                     "push r31",               // 2
                     "push r30",               // 2
