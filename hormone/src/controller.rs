@@ -67,6 +67,9 @@ struct Part {
 /// neighbour is away that is reset, or that a dock is blind for a moment.
 const OPEN_AFTER: u16 = 1_000;
 
+/// After so many beats without a hormone it is time to ask the neighbour that they came by. One may be late.
+const DOUBTFUL: u8 = 2;
+
 /// The state of HORMONE.
 ///
 /// A module whose type no rule covers keeps still. One of type [`ModuleType::Other`] besides passes a
@@ -182,6 +185,12 @@ impl Controller {
             return Some(self.rest());
         }
         self.status.made_good = self.status.made_good.wrapping_add(1);
+        if self.pacemaker.missed() == DOUBTFUL
+            && let Some(dock) = self.source
+        {
+            // It may be another's by now, attached alike, who was ordered to stop.
+            self.ledger.tell(DockSet::of(&[dock]), now);
+        }
         let response = self.relay(data);
         Some(Response { event: Some(Event::MadeGood(data)), ..response })
     }

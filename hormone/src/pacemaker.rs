@@ -105,6 +105,11 @@ impl Pacemaker {
         self.missed < MOST_MISSED
     }
 
+    /// Beats since the last hormone.
+    pub fn missed(&self) -> u8 {
+        self.missed
+    }
+
     /// Follows no rhythm from now on. The timer runs on.
     pub fn forget(&mut self) {
         self.missed = MOST_MISSED;

@@ -581,6 +581,31 @@ fn modules_of_two_robots_that_change_places_walk_as_the_newer_order_of_both_has_
     }
 }
 
+/// Nobody sees that another tail is attached, and where the robot stands no hormone comes by which it could find
+/// out itself. An order to stop counts as 16.
+#[test]
+fn a_module_that_walks_and_one_that_stands_change_places_and_both_robots_do_what_is_newer() {
+    let mut wiring = Shape::Chain.wiring(8).unwrap();
+    wiring.detach(face(3, Back)).unwrap();
+    let other_stops = order(1, 1, 0).replace("0.Up", "4.Up");
+    let other_walks = "[[event]]\nat = 2\ncommand = [0xd2, 2, 50]\nto = '4.Up'\n";
+    for (before, standing) in [(String::new(), 8), (other_stops, 0)] {
+        for at in ["10.1", "10.3", "10.5", "10.7", "10.9"] {
+            let swap = format!("[[event]]\nat = {at}\nswap = [3, 7]\n");
+            let events = order(1, 1, 0) + &before + other_walks + &swap;
+            for seed in 0..4 {
+                let run = run(Native::new(wiring.clone(), seed, 40 * MILLISECOND), &events, 16);
+                assert_eq!(faults(&run), [""; 0], "{events}, seed {seed}");
+                assert_eq!(
+                    count_of(&run.robot, |status| status.action == Action::Rest),
+                    standing,
+                    "{events}"
+                );
+            }
+        }
+    }
+}
+
 /// The behaviours' clock comes round every 65.5 s: what was long ago is not to be taken for what is to come.
 #[test]
 fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {

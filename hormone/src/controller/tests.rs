@@ -27,11 +27,14 @@ fn module(neighbours: &Neighbours) -> Controller {
 /// A module finds these neighbours, which know how the robot walks.
 fn attach(controller: &mut Controller, neighbours: &Neighbours, now: u16) -> Response {
     let response = controller.topology(neighbours, now);
-    let stands = controller.ledger.standing();
-    for dock in connected(neighbours).iter() {
-        controller.ledger.hear(dock, stands, true, now);
-    }
+    connected(neighbours).iter().for_each(|dock| knows(controller, dock, now));
     response
+}
+
+/// The neighbour at `dock` says that it knows what stands.
+fn knows(controller: &mut Controller, dock: Dock, now: u16) {
+    let stands = controller.ledger.standing();
+    controller.ledger.hear(dock, stands, true, now);
 }
 
 /// Of the first beat, or of the second.
@@ -164,6 +167,7 @@ fn no_hormone_goes_back_to_where_it_came_from() {
     assert_eq!(sent(spine.received(Back, cp(A), 0)), None);
     for beat in [1, 2, 3] {
         assert_eq!(spine.timer(beat * BEAT + 12).unwrap().send, None, "nor what is made good for it");
+        knows(&mut spine, Back, beat * BEAT + 12);
     }
     assert_eq!(sent(spine.received(Front, cp(A), 1_600)), by(A, &[Back]));
     let mut branch = module(&BRANCH);
@@ -194,9 +198,25 @@ fn after_eight_beats_without_a_hormone_a_leg_rests() {
     while let Some(wait) = leg.next_due(now) {
         now += wait;
         actions.extend(leg.timer(now).and_then(|response| response.action));
+        knows(&mut leg, Back, now);
     }
     assert_eq!(actions, [Holding, Swing, Holding, Swing, Holding, Swing, Holding, Rest]);
     assert_eq!(leg.status().action, Rest);
+}
+
+/// It may be another leg by now that is attached there, or another branch, and one of both was ordered to stop.
+#[test]
+fn after_two_beats_without_a_hormone_a_leg_asks_where_they_came_from_what_stands() {
+    let mut leg = module(&LEFT_LEG);
+    let stands = leg.ledger.standing();
+    let _ = leg.received(Back, cp(A), 0);
+    assert_eq!(told(&mut leg, BEAT + 12), [], "one may be late");
+    let _ = leg.received(Back, nth(2), 2 * BEAT);
+    assert_eq!(told(&mut leg, 3 * BEAT + 12), [], "not in a row");
+    assert_eq!(told(&mut leg, 4 * BEAT + 12), [(stands, false, DockSet::of(&[Back]))]);
+    let halt = Standing::none(0).next(STOP, Period::OWN).unwrap();
+    assert_eq!(leg.received(Back, Hormone::Standing(halt, false), 4 * BEAT + 20).action, Some(Rest));
+    assert_eq!(leg.next_due(4 * BEAT + 20), Some(0), "it says that it knows");
 }
 
 #[test]
@@ -211,6 +231,7 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
         let data = if beat == 3 { B } else { A };
         assert_eq!(leg.received(Up, other(data), beat * BEAT - 400).action, None, "it may be lost, or late");
         assert_eq!(leg.timer(beat * BEAT + 12).unwrap().action, Some(action));
+        knows(&mut leg, Back, beat * BEAT + 12);
     }
     assert_eq!(leg.received(Up, other(B), 2_100).action, Some(Holding));
     let third = Hormone::Pace(Pace { number: 2, rhythm: 0x11, ..pace(A) });
