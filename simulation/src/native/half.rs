@@ -271,8 +271,9 @@ impl<const N: usize, const IS_SLAVE: bool> Surroundings for Around<'_, N, IS_SLA
         self.hands.panels[joint].position.map(to_angle)
     }
 
-    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) {
+    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) -> bool {
         let message = Message::new(Address::here(to), Address::here(from), &payload);
         self.hands.sent.extend(message.map(Letter::of));
+        true
     }
 }

@@ -204,7 +204,8 @@ impl<const N: usize> Devices<N> {
     fn turn(&mut self, axis: Axis, angle: i16, speed: u8, client: TaskCode, around: &mut impl Surroundings) {
         let device = TaskCode::joint(axis);
         let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else {
-            return around.report(device, client, Report::Refused(device));
+            around.report(device, client, Report::Refused(device));
+            return;
         };
         self.note_search();
         if let Some(joint) = self.joints.get_mut(index) {
@@ -241,11 +242,12 @@ impl<const N: usize> Devices<N> {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             let Some(state) = around.state(index) else { continue };
             let is_news = state != joint.told && state != State::Moving;
-            joint.told = state;
             let pushes = joint.is_searching && state == State::Stalled;
-            if is_news && !pushes && !self.docks.searches_with(index) {
-                let report = Report::Joint(joint.axis, state);
-                around.report(TaskCode::joint(joint.axis), joint.client, report);
+            let is_due = is_news && !pushes && !self.docks.searches_with(index);
+            let report = Report::Joint(joint.axis, state);
+            // What finds no room is told the next time.
+            if !is_due || around.report(TaskCode::joint(joint.axis), joint.client, report) {
+                joint.told = state;
             }
         }
     }

@@ -34,7 +34,7 @@ impl Sensors {
                 *place = Some(Reading { sensor, client });
                 around.look(Quantity::Sensor(sensor));
             }
-            None => around.report(sensor.task(), client, Report::Refused(sensor.task())),
+            None => _ = around.report(sensor.task(), client, Report::Refused(sensor.task())),
         }
     }
 

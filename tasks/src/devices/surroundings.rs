@@ -52,13 +52,13 @@ pub trait Surroundings: Cells {
     /// Where a joint is, in 0.1 degree, as far as that is known.
     fn angle(&mut self, joint: usize) -> Option<i16>;
 
-    /// Sends `payload` to another task of the module, on behalf of the device's task `from`. What finds no
-    /// room is lost.
-    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload);
+    /// Sends `payload` to another task of the module, on behalf of the device's task `from`. Returns whether
+    /// there was room; else it is lost.
+    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) -> bool;
 
-    /// Reports to `client`, on behalf of the device's task `from`.
-    fn report(&mut self, from: TaskCode, client: TaskCode, report: Report) {
-        self.send(from, client, report.to_payload());
+    /// Reports to `client`, on behalf of the device's task `from`. Returns whether there was room.
+    fn report(&mut self, from: TaskCode, client: TaskCode, report: Report) -> bool {
+        self.send(from, client, report.to_payload())
     }
 
     /// Passes a request on to another device.

@@ -179,11 +179,13 @@ impl<P: Peripherals, const N: usize> Surroundings for Here<'_, P, N> {
     }
 
     #[inline(never)] // called from many places, each copy would take flash
-    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) {
+    fn send(&mut self, from: TaskCode, to: TaskCode, payload: Payload) -> bool {
         let Desk { office, counters, .. } = self.desk;
         let message = Message::new(Address::here(to), Address::here(from), &payload);
-        if message.map(|message| office.deliver(self.task, message, Source::Task)) != Ok(Ok(())) {
-            counters.unsent.count(self.task);
+        if message.map(|message| office.deliver(self.task, message, Source::Task)) == Ok(Ok(())) {
+            return true;
         }
+        counters.unsent.count(self.task);
+        false
     }
 }

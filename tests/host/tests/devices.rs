@@ -264,6 +264,13 @@ impl Client<'_> {
         .collect()
     }
 
+    /// Has all buffers in use until the next look at what is told.
+    fn fill(&mut self) {
+        let payload = Report::Charger(charger::State::Off).to_payload();
+        let message = || Message::new(Address::here(HORMONE), Address::here(HORMONE), &payload);
+        while self.office.deliver(self.task, message().expect("it is short"), Source::Task).is_ok() {}
+    }
+
     fn world(&self) -> MutexGuard<'_, World> {
         at(&self.world)
     }
@@ -525,6 +532,22 @@ fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
         let arrived = Told::Report(Report::Joint(axis, State::Arrived));
         assert_eq!(told, [(HORMONE, arrived)], "who asked for its turn");
         assert!((client.world().joint.degrees() + 5.0).abs() < 1.0);
+    });
+}
+
+/// HORMONE has it turn again for that report alone.
+#[test]
+fn a_joint_that_stalls_while_there_is_no_room_is_told_of_once_there_is() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 30 });
+        client.world().joint.surroundings.is_blocked = true;
+        client.fill();
+        client.task.delay(2_000);
+        let told = client.reports(100);
+        assert_eq!(told.last(), Some(&Report::Joint(Axis::Back, State::Stalled)));
+        assert_eq!(client.reports(1_000), [], "once");
     });
 }
 
