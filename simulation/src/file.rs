@@ -102,7 +102,7 @@ impl Scenario {
             forecast.take(&event.change).map_err(|error| at(span.clone(), &error))?;
         }
         let timeline = events.into_iter().map(|(_, event)| event).collect();
-        Ok(Scenario { wiring, terrain, images, timeline })
+        Ok(Scenario { wiring, terrain, images, timeline, file: text.to_owned() })
     }
 }
 

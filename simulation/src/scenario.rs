@@ -18,6 +18,8 @@ pub struct Scenario {
     pub images: Vec<OtherImages>,
     /// In the order of time.
     pub timeline: Vec<Event>,
+    /// All this as a robot file.
+    pub file: String,
 }
 
 /// A change and its time.

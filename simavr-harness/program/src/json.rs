@@ -190,7 +190,8 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     Builder::new().permissions(permissions).tempfile_in(directory(path))
 }
 
-fn is_same(one: &Path, other: &Path) -> bool {
+/// Whether both are one file.
+pub fn is_same(one: &Path, other: &Path) -> bool {
     match (one.canonicalize(), other.canonicalize()) {
         (Ok(one), Ok(other)) => one == other,
         _ => false,

@@ -285,7 +285,8 @@ pub fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
         Source::Shape(shape) => {
             let modules = options.modules.unwrap_or(shape.usual_modules());
             let wiring = shape.wiring(modules).map_err(|error| format!("{error}; see --modules"))?;
-            Ok(Scenario { wiring, terrain: None, images: Vec::new(), timeline: Vec::new() })
+            let file = format!("shape = \"{}\"\nmodules = {modules}\n", shape.name());
+            Ok(Scenario { wiring, terrain: None, images: Vec::new(), timeline: Vec::new(), file })
         }
         Source::File(path) => {
             if options.modules.is_some() {

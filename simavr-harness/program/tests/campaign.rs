@@ -313,6 +313,21 @@ fn robot_files_that_can_not_be_built_are_refused_before_anything_is_written() {
 
 /// A job is a line: a shell would take the pieces of one with two for commands.
 #[test]
+fn a_campaign_file_is_not_overwritten_by_what_the_campaign_writes() {
+    let campaign = Campaign::of(FILE);
+    fs::create_dir(campaign.directory()).unwrap();
+    for name in ["jobs", "campaign.json", "slurm.sh"] {
+        let file = format!("{}/{name}", campaign.directory());
+        fs::write(&file, FILE).unwrap();
+        let refused = run(&["campaign", &file, &campaign.directory()]);
+        assert_eq!(refused.status.code(), Some(2), "{name}");
+        assert!(said(&refused).contains("would be overwritten"), "{}", said(&refused));
+        assert_eq!(campaign.file(name), FILE);
+        fs::remove_file(&file).unwrap();
+    }
+}
+
+#[test]
 fn a_path_with_a_line_break_is_refused() {
     let campaign = Campaign::of("robot = \"a\\nb.toml\"\nengine = 'host'");
     fs::write(campaign.path("a\nb.toml"), "modules = 1").unwrap();

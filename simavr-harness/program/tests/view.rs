@@ -157,6 +157,23 @@ fn a_run_that_is_looked_at_is_the_same_run() {
 }
 
 #[test]
+fn a_robot_that_comes_through_a_pipe_is_read_once() {
+    let directory = tempfile::tempdir().unwrap();
+    let pipe = directory.path().join("robot.toml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let writer = pipe.clone();
+    thread::spawn(move || {
+        for robot in ["shape = \"chain\"\nmodules = 3\n", "this is no robot"] {
+            std::fs::write(&writer, robot).unwrap();
+            thread::sleep(Duration::from_secs(1)); // so that who reads finds the end
+        }
+    });
+    let viewed = Viewed::start(&["sim".as_ref(), pipe.as_os_str(), "--engine".as_ref(), "host".as_ref()]);
+    let timeline = viewed.ask(r#"{"timeline": null}"#);
+    assert!(timeline.contains("shape = \"chain\"\nmodules = 3\n"), "{timeline}");
+}
+
+#[test]
 fn only_who_has_the_token_is_answered_and_no_other_origin() {
     let viewed = Viewed::start(&["sim", "chain", "--engine", "host"]);
     let Viewed { host, token, .. } = &viewed;
@@ -332,7 +349,7 @@ fn what_is_saved_is_what_happened_and_still_can_also_when_the_run_is_over() {
     let happens =
         "[[event]]\nat = 0.0\ndetach = \"1.Back\"\n\n[[event]]\nat = 0.6\nreset = 2\nmcu = \"both\"\n";
     for text in [begun, ended] {
-        assert!(text.ends_with(&format!("\nmodules = 3\nshape = \"chain\"\n\n{happens}")), "{text}");
+        assert!(text.ends_with(&format!("\nshape = \"chain\"\nmodules = 3\n\n{happens}")), "{text}");
         let again = command::run(&[&["sim", &file(&text)], &options[..]].concat());
         let again: Value = serde_json::from_slice(&again.stdout).expect(&text);
         assert_eq!(again["state_hash"], report["state_hash"], "{text}");

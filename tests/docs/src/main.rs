@@ -4,6 +4,8 @@
 //! A page names the command in a comment before the block or the table: `<!-- ./x response -->`. Where a
 //! picture follows, the command writes that; `--check` leaves it out.
 //!
+//! A command that fails is named at the end, and the others run all the same.
+//!
 //! Exit status: 1 where a page differs and `--check` was given, 2 where a command fails or a page can't be
 //! read.
 
@@ -15,7 +17,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::{env, fs};
 
 use figures::{Stale, gone};
-use page::Page;
+use page::{Page, Shown};
 
 /// The sources.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -41,7 +43,7 @@ fn run(root: &Path) -> Result<bool, String> {
     if let Some(unknown) = named.iter().find(|name| !all.contains(name)) {
         return Err(format!("there is no page {}; name README.md, or one in docs/", unknown.display()));
     }
-    let mut changed = Vec::new();
+    let (mut changed, mut failed) = (Vec::new(), Vec::new());
     for path in all.iter().filter(|path| named.is_empty() || named.contains(path)) {
         let mut page = read(root, path)?;
         let before = page.text();
@@ -50,11 +52,9 @@ fn run(root: &Path) -> Result<bool, String> {
                 continue;
             }
             eprintln!("docs: {}: {}", path.display(), shown.command);
-            let printed = printed_by(root, &shown.command)
-                .map_err(|error| format!("{}: `{}` {error}", path.display(), shown.command))?;
-            if !shown.is_picture {
-                let replaced = page.replace(&shown, &printed);
-                changed.extend(replaced.map_err(|error| format!("{}: {error}", path.display()))?);
+            match refresh(root, &mut page, &shown) {
+                Ok(figures) => changed.extend(figures),
+                Err(error) => failed.push(format!("{}: {error}", path.display())),
             }
         }
         if !is_check && page.text() != before {
@@ -71,7 +71,13 @@ fn run(root: &Path) -> Result<bool, String> {
             println!("{}:{line}: {figure} has changed, look whether this has: {text}", path.display());
         }
     }
-    Ok(changed.is_empty() || !is_check)
+    if failed.is_empty() { Ok(changed.is_empty() || !is_check) } else { Err(failed.join("\ndocs: ")) }
+}
+
+/// Puts what a command prints now in its place. Returns what has changed: what stood there, and what does now.
+fn refresh(root: &Path, page: &mut Page, shown: &Shown) -> Result<Vec<(String, String)>, String> {
+    let printed = printed_by(root, &shown.command).map_err(|error| format!("`{}` {error}", shown.command))?;
+    if shown.is_picture { Ok(Vec::new()) } else { page.replace(shown, &printed) }
 }
 
 /// The pages that may show what commands print, from the root.

@@ -83,6 +83,13 @@ fn a_message_comes_for_a_task_whose_time_is_up_and_that_has_not_left_its_line() 
     }
 }
 
+#[test]
+fn behind_the_greatest_seed_comes_the_first_one() {
+    let subject = Subject::new(ATMEGA128, image("model"));
+    let played = |sequences| Campaign { first_seed: u64::MAX, sequences }.run(&subject).seeds;
+    assert_eq!((played(1), played(2)), (1, 16));
+}
+
 /// Plays these steps.
 fn play(setup: &Setup, steps: &[Step]) {
     let subject = Subject::new(ATMEGA128, image("model"));

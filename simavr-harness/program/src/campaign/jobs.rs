@@ -4,6 +4,7 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use super::super::json::is_same;
 use super::plan::{Plan, Planned};
 
 /// The most tasks of an array that Slurm takes unless it is set up otherwise (MaxArraySize).
@@ -37,11 +38,19 @@ impl Jobs {
         Ok(Jobs { directory, list, plan: plan_text, number: plan.runs.len() })
     }
 
-    /// Writes all but the results.
+    /// Writes all but the results, and not over the campaign's `file`.
     ///
     /// # Errors
-    /// It can't be written.
-    pub fn write(&self) -> Result<(), Box<dyn Error>> {
+    /// It can't be written, or would be written there.
+    pub fn write(&self, file: &Path) -> Result<(), Box<dyn Error>> {
+        let written = [self.list_path(), plan_path(&self.directory), self.slurm_path()];
+        if written.iter().any(|path| is_same(path, file)) {
+            let file = file.display();
+            return Err(format!(
+                "{file} would be overwritten by the campaign's own: move it, or name another DIR"
+            )
+            .into());
+        }
         let results = results(&self.directory);
         std::fs::create_dir_all(&results)
             .map_err(|error| format!("can't make {}: {error}", results.display()))?;

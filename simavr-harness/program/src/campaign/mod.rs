@@ -30,7 +30,7 @@ pub use report::run as report;
 pub fn run(options: &Campaign) -> Result<bool, Box<dyn Error>> {
     let plan = Plan::of_file(&options.file, &options.images)?;
     let jobs = Jobs::new(&plan, &options.directory)?;
-    jobs.write()?;
+    jobs.write(&options.file)?;
     print(count(&results::read(&options.directory, &plan)?))?;
     if !options.run {
         print(jobs.advice(options.jobs)?)?;

@@ -17,6 +17,8 @@ use super::results::{Row, cell};
 enum Kind {
     Truth,
     Whole,
+    /// Whole numbers from 0 to 2^64 - 1, as seeds are.
+    Unsigned,
     Number,
     Text,
 }
@@ -39,6 +41,8 @@ pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Erro
         match kind {
             Kind::Truth => put::<BoolType>(&mut to, values().map(|value| value?.as_bool()))?,
             Kind::Whole => put::<Int64Type>(&mut to, values().map(|value| value?.as_i64()))?,
+            // The same 64 bits, of which the column's type says what they mean.
+            Kind::Unsigned => put::<Int64Type>(&mut to, values().map(|value| Some(value?.as_u64()? as i64)))?,
             Kind::Number => put::<DoubleType>(&mut to, values().map(|value| value?.as_f64()))?,
             Kind::Text => {
                 let text = |value: &Value| ByteArray::from(cell(Some(value)).into_bytes());
@@ -60,6 +64,8 @@ fn kind(rows: &[Row], column: &str) -> Kind {
         Kind::Truth
     } else if values().all(Value::is_i64) {
         Kind::Whole
+    } else if values().all(Value::is_u64) {
+        Kind::Unsigned
     } else if values().all(Value::is_number) {
         Kind::Number
     } else {
@@ -71,6 +77,7 @@ fn field(name: &str, kind: Kind) -> Result<TypePtr, Box<dyn Error>> {
     let (physical, logical) = match kind {
         Kind::Truth => (Physical::BOOLEAN, None),
         Kind::Whole => (Physical::INT64, None),
+        Kind::Unsigned => (Physical::INT64, Some(LogicalType::integer(64, false))),
         Kind::Number => (Physical::DOUBLE, None),
         Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
@@ -107,18 +114,25 @@ mod tests {
     fn what_is_written_is_read_again_with_its_types() {
         let row = |value: Value| value.as_object().expect("an object").clone();
         let rows = [
-            row(json!({ "run": "a", "right": true, "seed": 1, "hop": 2, "mixed": 1 })),
-            row(json!({ "run": "b", "right": null, "seed": 2, "hop": 2.5, "mixed": "one" })),
+            row(json!({ "run": "a", "right": true, "seed": 1, "hop": 2, "mixed": 1, "far": u64::MAX })),
+            row(json!({ "run": "b", "right": null, "seed": 2, "hop": 2.5, "mixed": "one", "far": 3 })),
         ];
-        let columns = ["run", "right", "seed", "hop", "mixed"].map(String::from);
+        let columns = ["run", "right", "seed", "hop", "mixed", "far"].map(String::from);
         let file = parquet(&columns, &rows).expect("it can be written");
         let reader = SerializedFileReader::new(bytes::Bytes::from(file)).expect("it is Parquet");
         let read = reader.get_row_iter(None).expect("it has rows").map(|row| row.expect("a row"));
         let read: Vec<Vec<(String, Field)>> = read.map(|row| row.into_columns()).collect();
         let text = |text: &str| Field::Str(text.into());
         let expected = [
-            [text("a"), Field::Bool(true), Field::Long(1), Field::Double(2.0), text("1")],
-            [text("b"), Field::Null, Field::Long(2), Field::Double(2.5), text("one")],
+            [
+                text("a"),
+                Field::Bool(true),
+                Field::Long(1),
+                Field::Double(2.0),
+                text("1"),
+                Field::ULong(u64::MAX),
+            ],
+            [text("b"), Field::Null, Field::Long(2), Field::Double(2.5), text("one"), Field::ULong(3)],
         ];
         let expected = expected.map(|row| columns.clone().into_iter().zip(row).collect::<Vec<_>>());
         assert_eq!(read, expected);

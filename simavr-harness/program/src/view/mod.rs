@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use simulation::{Change, Event, Forecast, Run, Scenario, Wiring};
 
-use super::arguments::{Sim, Source};
+use super::arguments::Sim;
 use super::display::Display;
 use super::output::say;
 use super::record::{EVERY, subject};
@@ -69,7 +69,7 @@ impl View {
             until: BTreeMap::new(),
             waited: Duration::ZERO,
             inspectors: BTreeMap::new(),
-            robot: robot(options)?,
+            robot: robot(scenario)?,
             wiring: scenario.wiring.clone(),
         }))
     }
@@ -245,18 +245,10 @@ impl View {
 }
 
 /// The robot as a robot file without events.
-fn robot(options: &Sim) -> Result<String, Box<dyn Error>> {
-    let robot = match &options.robot {
-        Source::Shape(shape) => {
-            let modules = options.modules.unwrap_or(shape.usual_modules());
-            format!("shape = \"{}\"\nmodules = {modules}\n", shape.name())
-        }
-        Source::File(path) => {
-            let mut file: toml::Table = toml::from_str(&std::fs::read_to_string(path)?)?;
-            file.remove("event");
-            toml::to_string(&file)?
-        }
-    };
+fn robot(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
+    let mut robot: toml::Table = toml::from_str(&scenario.file)?;
+    robot.remove("event");
+    let robot = toml::to_string(&robot)?;
     let arguments: Vec<_> = std::env::args_os().skip(2).collect();
     let arguments: Vec<_> = arguments.iter().map(|argument| quoted(&argument.to_string_lossy())).collect();
     Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))

@@ -1,7 +1,6 @@
 //! Many scripts drawn by lot.
 
 use std::fmt;
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
@@ -65,29 +64,28 @@ impl Campaign {
     /// Plays all sequences, on all cores; ends where one fails.
     pub fn run(self, subject: &Subject) -> Total {
         let mut total = Total::default();
-        for first in (self.first_seed..).step_by(BATCH as usize) {
-            // A single sequence is asked for to play one seed again.
-            let seeds = first..first + if self.sequences == 1 { 1 } else { BATCH };
-            total = total.and(play(subject, seeds));
-            if total.counts.sequences >= self.sequences || !total.failures.is_empty() {
-                break;
-            }
+        // A single sequence is asked for to play one seed again.
+        let batch = if self.sequences == 1 { 1 } else { BATCH };
+        while total.counts.sequences < self.sequences && total.failures.is_empty() {
+            let first = self.first_seed.wrapping_add(total.seeds);
+            total = total.and(play(subject, first, batch));
         }
         total
     }
 }
 
-/// Plays these seeds, on all cores.
-fn play(subject: &Subject, seeds: Range<u64>) -> Total {
-    let next_seed = AtomicU64::new(seeds.start);
+/// Plays `count` seeds from `first` on, with 0 behind the greatest, on all cores.
+fn play(subject: &Subject, first: u64, count: u64) -> Total {
+    let next = AtomicU64::new(0);
     let work = || {
         let mut total = Total::default();
         let mut player = Player::new(subject);
         loop {
-            let seed = next_seed.fetch_add(1, Ordering::Relaxed);
-            if seed >= seeds.end {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
                 return Total { counts: player.counts, ..total };
             }
+            let seed = first.wrapping_add(index);
             total.seeds += 1;
             if let Err(disagreement) = play_seed(&mut player, seed, |_| {}) {
                 total.failures.push(Failure { mcu: subject.target().part.name, seed, disagreement });
