@@ -230,6 +230,7 @@ impl Analog {
     }
 
     /// The reading that was asked for, 0 to 1023, once it is there.
+    #[inline(never)] // else what is computed of the value is computed while interrupts are masked
     pub fn seen(&mut self, context: &mut impl Context, input: Input) -> Option<u16> {
         context.mask(|masked| {
             let is_awaited = if let Some(bit) = input.multiplexed_bit() {

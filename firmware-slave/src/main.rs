@@ -77,7 +77,7 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<168> = Stack::new();
-    pub static DEVICES: Stack<314> = Stack::new();
+    pub static DEVICES: Stack<321> = Stack::new();
     pub static BRIDGE: Stack<153> = Stack::new();
     pub static CONSOLE: Stack<618> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
