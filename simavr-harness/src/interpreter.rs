@@ -2,7 +2,8 @@
 //! MCUs that run the program.
 //!
 //! It does to the instance what simavr's own interpreter would, cycle by cycle, and leaves to that what is
-//! rare: SLEEP, WDR, ELPM, accesses beyond memory, whatever is no instruction.
+//! rare: SLEEP, WDR, ELPM, accesses beyond memory, stores to the CPU's registers by their addresses, whatever
+//! is no instruction.
 
 use std::cell::Cell;
 
@@ -533,7 +534,8 @@ impl Core<'_> {
     fn store(&self, now: &mut Now, address: u16, value: u8) -> Option<()> {
         match self.ram(address) {
             Some(place) => place.set(value),
-            None if address < IO_START => self.set(address as u8, value),
+            // A register: where `st X` has written X itself, simavr writes it anew as it was.
+            None if address < IO_START => return None,
             None => self.store_io(now, address, value)?,
         }
         Some(())

@@ -104,7 +104,7 @@ fn where_a_run_is_stopped_changes_nothing_of_it() {
         let mut stops: Vec<_> = (0..40)
             .map(|_| {
                 noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                u64::from(noise) * END >> 32
+                (u64::from(noise) * END) >> 32
             })
             .chain([END])
             .collect();
