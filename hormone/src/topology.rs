@@ -161,6 +161,8 @@ impl Link {
         let silence = self.silence(now);
         if self.is_lossy() {
             self.silences = self.silences - self.silences / MEAN_OVER + silence.min(LOSSY_TIMEOUT);
+        } else if self.heard.is_some() {
+            self.silences = FEW_SILENCES;
         }
         self.row = if probe.is_odd == self.heard_odd { 0 } else { (self.row + 1).min(WHOLE_ROW) };
         self.heard_odd = probe.is_odd;
@@ -257,7 +259,7 @@ impl Topology {
             if link.lossy_until.is_some_and(|until| reached(until, now)) {
                 if link.loses_few() {
                     link.lossy_until = None;
-                    link.silences = FEW_SILENCES;
+                    link.silences = link.silences.min(FEW_SILENCES); // the other end may call it lossy yet
                 } else {
                     link.lossy_until = Some(now); // what is over stays over, though the clock comes round
                 }
@@ -402,6 +404,20 @@ mod tests {
         assert_eq!(topology.expire(last.wrapping_add(LOSS_TIMEOUT)), DockSet::of(&[Front]));
         assert_eq!(topology.neighbour(Front), None);
         assert!(topology.expire(last.wrapping_add(LOSS_TIMEOUT)).is_empty(), "lost only once");
+    }
+
+    /// Each end counts the time of a new link from the first probe that it has heard itself.
+    #[test]
+    fn a_good_link_that_the_other_end_calls_lossy_yet_is_none() {
+        let mut topology = Topology::new();
+        let asking = Probe { wants_more: true, ..ATTACHED };
+        let mut now = 0;
+        for silence in [QUICK; 26].into_iter().chain([12]) {
+            now += silence;
+            topology.heard(Front, asking, now);
+            topology.expire(now);
+        }
+        assert_eq!(topology.expire(now + LOSS_TIMEOUT), DockSet::of(&[Front]));
     }
 
     #[test]
