@@ -581,8 +581,8 @@ fn modules_of_two_robots_that_change_places_walk_as_the_newer_order_of_both_has_
     }
 }
 
-/// Nobody sees that another tail is attached, and where the robot stands no hormone comes by which it could find
-/// out itself. An order to stop counts as 16.
+/// Nobody sees that another tail is attached, and where the robot stands no hormone comes by which it could
+/// find out itself. An order to stop counts as 16.
 #[test]
 fn a_module_that_walks_and_one_that_stands_change_places_and_both_robots_do_what_is_newer() {
     let mut wiring = Shape::Chain.wiring(8).unwrap();

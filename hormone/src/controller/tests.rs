@@ -204,7 +204,8 @@ fn after_eight_beats_without_a_hormone_a_leg_rests() {
     assert_eq!(leg.status().action, Rest);
 }
 
-/// It may be another leg by now that is attached there, or another branch, and one of both was ordered to stop.
+/// It may be another leg by now that is attached there, or another branch, and one of both was ordered to
+/// stop.
 #[test]
 fn after_two_beats_without_a_hormone_a_leg_asks_where_they_came_from_what_stands() {
     let mut leg = module(&LEFT_LEG);

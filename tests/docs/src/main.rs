@@ -74,7 +74,8 @@ fn run(root: &Path) -> Result<bool, String> {
     if failed.is_empty() { Ok(changed.is_empty() || !is_check) } else { Err(failed.join("\ndocs: ")) }
 }
 
-/// Puts what a command prints now in its place. Returns what has changed: what stood there, and what does now.
+/// Puts what a command prints now in its place. Returns what has changed: what stood there, and what does
+/// now.
 fn refresh(root: &Path, page: &mut Page, shown: &Shown) -> Result<Vec<(String, String)>, String> {
     let printed = printed_by(root, &shown.command).map_err(|error| format!("`{}` {error}", shown.command))?;
     if shown.is_picture { Ok(Vec::new()) } else { page.replace(shown, &printed) }
