@@ -53,8 +53,10 @@ impl Watch {
             let Some(Place::Flash(address)) = image.symbol(name).map(|symbol| symbol.place) else {
                 return Err(NotTraceable(name));
             };
-            if let Some(word) = meanings.get_mut(address as usize / 2) {
-                *word = meaning;
+            // A SLEEP there, or a store, is none of the kernel's labels: it would be overlooked.
+            match meanings.get_mut(address as usize / 2) {
+                Some(word) if *word == Meaning::Nothing => *word = meaning,
+                _ => return Err(NotTraceable(name)),
             }
         }
         Ok(Self { program, meanings })

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use simavr_harness::{Controller, Engine, Face, Holder, Image, Images, Mcu, Robot, RobotBuilder};
+use simavr_harness::{Controller, Engine, Face, Holder, Image, Images, Mcu, Place, Robot, RobotBuilder};
 use simulation::{Random, Robot as _};
 use superbot_tests_simavr::{MILLISECOND, images};
 use tasks::dock::Dock;
@@ -100,4 +100,28 @@ fn no_flipped_bit_breaks_the_simulator() {
         }
     }
     assert!(refused < number.unwrap_or(IMAGES) / 4, "{refused} images were refused");
+}
+
+/// Where a flipped bit had a label lie on the SLEEP of the idle loop, the trace had the CPU awake for ever.
+#[test]
+fn an_image_whose_label_lies_on_its_sleep_can_not_be_traced() {
+    const LABEL: &str = "kernel_run_head";
+    let file = std::fs::read(images().join("firmware-master.elf")).expect("./x build leaves it");
+    let slave = Arc::new(Image::load(images().join("firmware-slave.elf")).expect("it is an image"));
+    let place = |image: &Image, name: &str| match image.symbol(name)?.place {
+        Place::Flash(address) => Some(address),
+        _ => None,
+    };
+    let whole = Image::parse(&file).expect("it is an image");
+    let sleep = place(&whole, "idle").expect("there is one") + 2; // behind SEI
+    let label = place(&whole, LABEL).expect("there is one").to_le_bytes();
+    let moved = file.windows(4).enumerate().filter(|(_, bytes)| *bytes == label).find_map(|(at, _)| {
+        let mut file = file.clone();
+        file[at..at + 4].copy_from_slice(&sleep.to_le_bytes());
+        Image::parse(&file).ok().filter(|image| place(image, LABEL) == Some(sleep))
+    });
+    let images = Images { master: Arc::new(moved.expect("a symbol says where it lies")), slave };
+    let mut robot = robot(images, 1).expect("it can be built");
+    assert!(mcu(&mut robot, Controller::Slave).trace().is_ok());
+    assert!(mcu(&mut robot, Controller::Master).trace().is_err());
 }
