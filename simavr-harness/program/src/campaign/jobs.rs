@@ -43,8 +43,13 @@ impl Jobs {
     /// # Errors
     /// It can't be written, or would be written there.
     pub fn write(&self, file: &Path) -> Result<(), Box<dyn Error>> {
-        let written = [self.list_path(), plan_path(&self.directory), self.slurm_path()];
-        if written.iter().any(|path| is_same(path, file)) {
+        let slurm = self.slurm()?;
+        let files = [
+            (self.list_path(), &self.list),
+            (plan_path(&self.directory), &self.plan),
+            (self.slurm_path(), &slurm),
+        ];
+        if files.iter().any(|(path, _)| is_same(path, file)) {
             let file = file.display();
             return Err(format!(
                 "{file} would be overwritten by the campaign's own: move it, or name another DIR"
@@ -54,9 +59,7 @@ impl Jobs {
         let results = results(&self.directory);
         std::fs::create_dir_all(&results)
             .map_err(|error| format!("can't make {}: {error}", results.display()))?;
-        super::write(&self.list_path(), &self.list)?;
-        super::write(&plan_path(&self.directory), &self.plan)?;
-        super::write(&self.slurm_path(), &self.slurm()?)
+        files.iter().try_for_each(|(path, content)| super::write(path, content))
     }
 
     /// How GNU parallel runs the list, or goes on with it; `at_once` so many jobs, or one for each core. Its
