@@ -6,6 +6,7 @@ use core::num::{NonZeroU8, NonZeroU16};
 
 use tasks::devices::memory::Record;
 use tasks::dock::{Dock, DockSet};
+use tasks::docking::latch;
 
 use crate::action::{Action, Posture};
 use crate::case::{Case, Source};
@@ -67,6 +68,10 @@ struct Part {
 /// neighbour is away that is reset, or that a dock is blind for a moment.
 const OPEN_AFTER: u16 = 1_000;
 
+/// How long a robot that is a ring already when it is to become one has to stay so until that counts, in
+/// milliseconds: a latch may be opening, and half a second later its neighbour has been missed.
+const CLOSED_AFTER: u16 = latch::LONGEST_MS + 500;
+
 /// After so many beats without a hormone it is time to ask the neighbour that they came by. One may be late.
 const DOUBTFUL: u8 = 2;
 
@@ -100,7 +105,8 @@ pub struct Controller {
     election: Election,
     helm: Helm,
     ledger: Ledger,
-    /// When the robot will have taken another shape, if all stays as it is.
+    /// When the robot will have taken another shape, if all stays as it is; a ring only if a token comes back
+    /// later than that.
     reshaped_at: Option<u16>,
     status: Status,
 }
@@ -170,7 +176,10 @@ impl Controller {
             return Some(response);
         }
         if self.reshaped_at.is_some_and(|at| reached(at, now)) {
-            return Some(self.reshaped(now));
+            self.reshaped_at = None;
+            if !self.is_in_ring() {
+                return Some(self.reshaped(now));
+            }
         }
         if self.is_leader() {
             let data = self.pacemaker.lead(now)?;
@@ -260,7 +269,7 @@ impl Controller {
         if let Some(token) = passed_on {
             return self.send(Hormone::Token(token), BACK);
         }
-        if is_own && self.once().is_some() {
+        if is_own && self.once().is_some() && self.reshaped_at.is_none() {
             // The chain has closed.
             return self.reshaped(now);
         }
@@ -359,7 +368,7 @@ impl Controller {
         self.status.gait = gait.name;
         self.rhythm = self.rhythm.wrapping_add(1);
         self.pacemaker = Pacemaker::new(gait, now);
-        self.expect_shape(now);
+        self.expect_shape(true, now);
         self.rest()
     }
 
@@ -514,15 +523,16 @@ impl Controller {
             // Nobody leads any more, unless this was for a moment.
             self.election.stand(now);
         }
-        self.expect_shape(now);
+        self.expect_shape(false, now);
         self.rest()
     }
 
     /// Looks whether the robot has the shape that its gait makes of it. That it is a ring, only a token shows
-    /// that comes back; that it is none any more, that it has a head.
-    fn expect_shape(&mut self, now: u16) {
-        let is_there = self.once().is_some() && !self.is_in_ring();
-        self.reshaped_at = is_there.then(|| now.wrapping_add(OPEN_AFTER));
+    /// that comes back; that it is none any more, that it has a head. What it `was` already may be about to
+    /// change.
+    fn expect_shape(&mut self, was: bool, now: u16) {
+        let after = if self.is_in_ring() { was.then_some(CLOSED_AFTER) } else { Some(OPEN_AFTER) };
+        self.reshaped_at = self.once().and(after).map(|after| now.wrapping_add(after));
     }
 
     /// The robot has taken another shape.

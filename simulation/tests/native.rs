@@ -473,6 +473,22 @@ fn a_chain_that_is_disturbed_while_it_closes_or_opens_does_so_all_the_same() {
     }
 }
 
+/// Its latch goes on opening, and opens while all still are a ring.
+#[test]
+fn a_ring_that_is_ordered_to_close_while_it_opens_closes() {
+    for later in (200..400_u32).step_by(4) {
+        let at = f64::from(400 + later) / 100.0;
+        let events = format!(
+            "{}{}[[event]]\nat = {at}\ncommand = [0xd8, 3, 255]\nto = '2.Up'\n",
+            order(1, 1, GaitName::RollingTrack as u8),
+            order(4, 2, GaitName::OpenRing as u8)
+        );
+        let run = run(robot(Shape::Ring, 6, later.into()), &events, 20);
+        assert_eq!(count_of(&run.robot, |status| status.action == Action::Roll), 6, "{events}");
+        assert_eq!(faults(&run), [""; 0], "{events}");
+    }
+}
+
 #[test]
 fn a_robot_that_is_ordered_to_stop_while_it_takes_another_shape_stands() {
     for tenths in (0..50_u32).step_by(3) {

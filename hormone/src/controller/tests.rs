@@ -653,19 +653,43 @@ fn a_head_that_gets_a_neighbour_in_front_rolls_once_its_token_comes_back() {
     assert!(spine.is_leader());
 }
 
+/// The leader of a ring of six in which each of its tokens comes back at once, and what it walks by at `to`.
+fn in_ring(leader: &mut Controller, from: u16, to: u16) -> u8 {
+    for now in from..=to {
+        if let Some(Outgoing { hormone: Hormone::Token(own), .. }) =
+            leader.timer(now).and_then(|said| said.send)
+        {
+            let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), now);
+        }
+    }
+    leader.status().gait
+}
+
 /// It led a ring that was cut elsewhere, and has not found that out.
 #[test]
 fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
     let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
     let _ = attach(&mut leader, &SPINE, 0);
-    let own = leader.election.round(2_000).unwrap();
-    let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_010);
+    let _ = in_ring(&mut leader, 0, 2_099);
     let _ = leader.order(None, walk(GaitName::CloseRing as u8, 1), 2_100);
+    let late = 2_100 + CLOSED_AFTER;
+    (2_100..=late).for_each(|now| _ = leader.timer(now));
     let candidate = Token { rank: 1, hops: 3 };
-    let _ = leader.received(Front, Hormone::Token(candidate), 2_200);
+    let _ = leader.received(Front, Hormone::Token(candidate), late);
     assert_eq!(leader.status().gait, GaitName::CloseRing as u8);
-    let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_300);
-    assert_eq!(leader.status().gait, GaitName::RollingTrack as u8);
+    assert_eq!(in_ring(&mut leader, late + 1, late + 2_000), GaitName::RollingTrack as u8);
+}
+
+/// It led a ring that it was about to open.
+#[test]
+fn a_ring_that_is_to_close_is_closed_once_no_latch_can_be_opening_any_more() {
+    let mut leader = Controller::new(GaitName::OpenRing.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let _ = in_ring(&mut leader, 0, 2_099);
+    let _ = leader.order(None, walk(GaitName::CloseRing as u8, 1), 2_100);
+    let late = 2_100 + CLOSED_AFTER;
+    assert_eq!(in_ring(&mut leader, 2_100, late - 1), GaitName::CloseRing as u8);
+    assert_eq!(in_ring(&mut leader, late, late + 2_000), GaitName::RollingTrack as u8);
 }
 
 #[test]

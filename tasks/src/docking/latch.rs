@@ -3,8 +3,11 @@
 /// How often a motor is stepped, in ms.
 pub const PERIOD_MS: u16 = 4;
 
-/// A latch that has not arrived after this many periods, 2 s, never will.
-const TIME_OUT: u16 = 2_000 / PERIOD_MS;
+/// A latch that has not arrived after this many milliseconds never will.
+pub const LONGEST_MS: u16 = 2_000;
+
+/// The same in periods.
+const TIME_OUT: u16 = LONGEST_MS / PERIOD_MS;
 
 /// Periods in a row with too much current that mean a jam: 40 ms, longer than a motor takes to start.
 const JAM: u8 = 40 / PERIOD_MS as u8;
