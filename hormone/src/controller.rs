@@ -68,8 +68,8 @@ struct Part {
 /// neighbour is away that is reset, or that a dock is blind for a moment.
 const OPEN_AFTER: u16 = 1_000;
 
-/// How long a robot that is a ring already when it is to become one has to stay so until that counts, in
-/// milliseconds: a latch may be opening, and half a second later its neighbour has been missed.
+/// How long after the order to become a ring no token shows that the robot is one, in milliseconds: it may be
+/// one already, of which a latch is opening, and half a second after that its neighbour has been missed.
 const CLOSED_AFTER: u16 = latch::LONGEST_MS + 500;
 
 /// After so many beats without a hormone it is time to ask the neighbour that they came by. One may be late.
@@ -105,8 +105,8 @@ pub struct Controller {
     election: Election,
     helm: Helm,
     ledger: Ledger,
-    /// When the robot will have taken another shape, if all stays as it is; a ring only if a token comes back
-    /// later than that.
+    /// When the robot will have taken another shape, if it has a head until then; and until when no token
+    /// shows that it is a ring.
     reshaped_at: Option<u16>,
     status: Status,
 }
@@ -368,7 +368,10 @@ impl Controller {
         self.status.gait = gait.name;
         self.rhythm = self.rhythm.wrapping_add(1);
         self.pacemaker = Pacemaker::new(gait, now);
-        self.expect_shape(true, now);
+        self.reshaped_at = gait.once.map(|once| match once.becomes {
+            ModuleType::Spine => now.wrapping_add(CLOSED_AFTER),
+            _ => now.wrapping_add(OPEN_AFTER),
+        });
         self.rest()
     }
 
@@ -523,16 +526,10 @@ impl Controller {
             // Nobody leads any more, unless this was for a moment.
             self.election.stand(now);
         }
-        self.expect_shape(false, now);
+        if self.once().is_some() && !self.is_in_ring() {
+            self.reshaped_at = Some(now.wrapping_add(OPEN_AFTER));
+        }
         self.rest()
-    }
-
-    /// Looks whether the robot has the shape that its gait makes of it. That it is a ring, only a token shows
-    /// that comes back; that it is none any more, that it has a head. What it `was` already may be about to
-    /// change.
-    fn expect_shape(&mut self, was: bool, now: u16) {
-        let after = if self.is_in_ring() { was.then_some(CLOSED_AFTER) } else { Some(OPEN_AFTER) };
-        self.reshaped_at = self.once().and(after).map(|after| now.wrapping_add(after));
     }
 
     /// The robot has taken another shape.
