@@ -166,7 +166,7 @@ fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
         };
         write_program(&programs.join(name), says);
     }
-    for name in ["bash", "cmp", "dirname", "realpath"] {
+    for name in ["bash", "cmp", "dirname"] {
         let path = std::env::var_os("PATH").expect("there is one");
         let places = std::env::split_paths(&path).map(|place| place.join(name));
         let place = places.into_iter().find(|place| place.exists()).expect("it is there");
@@ -201,6 +201,31 @@ fn what_does_not_compile_tells_no_figures() {
         let told = String::from_utf8_lossy(&output.stdout);
         assert_eq!(output.status.code(), Some(101), "{arguments:?}: {told}");
         assert!(!told.contains("kernel:"), "{arguments:?}: {told}");
+    }
+}
+
+/// Cargo's configuration may name another folder, as for all that somebody builds; a relative one is below that of x.
+#[test]
+fn what_it_has_built_it_finds_wherever_cargo_builds() {
+    let folder = folder("built");
+    let to = "${CARGO_TARGET_DIR-$CARGO_BUILD_TARGET_DIR}";
+    let programs = set_up_for(&folder, &format!("echo builds to {to} >&2"));
+    let here = copy(&folder, "here");
+    let root = folder.join("here").canonicalize().expect("it is there");
+    for mcu in ["master", "slave"] {
+        write_program(&root.join(format!("target/images/firmware-{mcu}.elf")), "");
+    }
+    let elsewhere = folder.join("elsewhere");
+    for (named, is) in
+        [(None, root.join("target")), (Some("there"), root.join("there")), (Some(""), root.join("target"))]
+    {
+        write_program(&is.join("debug/superbot-stack-bound"), &format!("echo by {} >&2", is.display()));
+        let mut command = x_set_up(&here, &["stacks"], &programs);
+        command
+            .env("CARGO_BUILD_TARGET_DIR", &elsewhere)
+            .envs(named.map(|named| ("CARGO_TARGET_DIR", named)));
+        let one = format!("builds to {0}\nby {0}\n", is.display());
+        assert_eq!(said(command), (Some(0), one.repeat(2)));
     }
 }
 
