@@ -7,7 +7,11 @@ use super::line::Line;
 use super::request::Topic;
 use crate::inspector::{LOOK, WORKS};
 use crate::question::{self, Question, WORDS};
+use tasks::bridge::protocol::BridgeCounters;
+use tasks::devices::task as devices;
 use tasks::dock::{Dock, DockSet};
+use tasks::link::counters::LinkCounters;
+use tasks::motor::task as motor;
 use tasks::router::Mcu;
 
 /// What is to be done next for a report.
@@ -53,6 +57,17 @@ const fn word(text: &str) -> Word {
         index += 1;
     }
     word
+}
+
+/// The same of several.
+const fn words<const N: usize>(texts: [&str; N]) -> [Word; N] {
+    let mut words = [[b' '; NAME]; N];
+    let mut index = 0;
+    while index < N {
+        words[index] = word(texts[index]);
+        index += 1;
+    }
+    words
 }
 
 kernel::flash! {
@@ -105,39 +120,10 @@ kernel::flash! {
         word("inspector"),
     ];
 
-    /// The fields of [`LinkCounters`](tasks::link::counters::LinkCounters).
-    static LINK_COUNTS: [Word; 12] = [
-        word("frames_sent"),
-        word("frames_received"),
-        word("retries"),
-        word("errors"),
-        word("duplicates"),
-        word("gave_up"),
-        word("reflections"),
-        word("ignored"),
-        word("refused"),
-        word("no_buffer"),
-        word("overruns"),
-        word("replaced"),
-    ];
-
-    /// The fields of [`BridgeCounters`](tasks::bridge::protocol::BridgeCounters).
-    static BRIDGE_COUNTS: [Word; 8] = [
-        word("messages_sent"),
-        word("messages_received"),
-        word("retries"),
-        word("errors"),
-        word("gave_up"),
-        word("ignored"),
-        word("no_buffer"),
-        word("freed"),
-    ];
-
-    /// The fields of [`Counters`](tasks::motor::task::Counters).
-    static MOTOR_COUNTS: [Word; 2] = [word("periods"), word("missed")];
-
-    /// What [`Desk`](tasks::devices::task::Desk) counts.
-    static DEVICE_COUNTS: [Word; 2] = [word("unsent"), word("malformed")];
+    static LINK_COUNTS: [Word; <LinkCounters>::NAMES.len()] = words(<LinkCounters>::NAMES);
+    static BRIDGE_COUNTS: [Word; <BridgeCounters>::NAMES.len()] = words(<BridgeCounters>::NAMES);
+    static MOTOR_COUNTS: [Word; <motor::Counters>::NAMES.len()] = words(<motor::Counters>::NAMES);
+    static DEVICE_COUNTS: [Word; <devices::Counters>::NAMES.len()] = words(<devices::Counters>::NAMES);
 
     static RESET_CAUSES: [Word; 5] =
         [word("power-on"), word("RESET pin"), word("brown-out"), word("watchdog"), word("JTAG")];
@@ -146,8 +132,8 @@ kernel::flash! {
 /// The columns of a table of counts, at most.
 const COLUMNS: usize = 6;
 
-/// The rows likewise.
-const ROWS: usize = 12;
+/// The rows likewise: of a table of links.
+const ROWS: usize = <LinkCounters>::NAMES.len();
 
 /// How wide what comes before the columns is, and each of them.
 const NAME: usize = 17;

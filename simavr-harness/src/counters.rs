@@ -16,60 +16,17 @@ pub(crate) fn links(mcu: &Mcu) -> impl Iterator<Item = LinkCounters> + '_ {
 
 /// The counts of the link at a serial port of an MCU.
 pub(crate) fn link(mcu: &Mcu, number: usize) -> Option<LinkCounters> {
-    Some(link_counters(&words(mcu, LINKS.get(number)?)?))
+    words(mcu, LINKS.get(number)?).map(LinkCounters::from_words)
 }
 
 /// The counts of an MCU's side of the bridge.
 pub(crate) fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
-    let [messages_sent, messages_received, retries, errors, gave_up, ignored, no_buffer, freed] =
-        words(mcu, "BRIDGE")?;
-    Some(BridgeCounters {
-        messages_sent,
-        messages_received,
-        retries,
-        errors,
-        gave_up,
-        ignored,
-        no_buffer,
-        freed,
-    })
+    words(mcu, "BRIDGE").map(BridgeCounters::from_words)
 }
 
 /// What the joints' control of an MCU has counted.
 pub(crate) fn motors(mcu: &Mcu) -> Option<motor::Counters> {
-    let [periods, missed] = words(mcu, "MOTORS")?;
-    Some(motor::Counters { periods, missed })
-}
-
-fn link_counters(words: &[u16; 12]) -> LinkCounters {
-    let [
-        frames_sent,
-        frames_received,
-        retries,
-        errors,
-        duplicates,
-        gave_up,
-        reflections,
-        ignored,
-        refused,
-        no_buffer,
-        overruns,
-        replaced,
-    ] = *words;
-    LinkCounters {
-        frames_sent,
-        frames_received,
-        retries,
-        errors,
-        duplicates,
-        gave_up,
-        reflections,
-        ignored,
-        refused,
-        no_buffer,
-        overruns,
-        replaced,
-    }
+    words(mcu, "MOTORS").map(motor::Counters::from_words)
 }
 
 /// The first `N` little-endian words of a variable.

@@ -1,17 +1,62 @@
 //! Counts that one task keeps and anybody reads. They begin again at 0 after 65,535.
 
-use core::{ptr, slice};
-
 use kernel::{Context, MaskedCell};
 
-/// The counters that `counters` is made of, in order.
-///
-/// # Safety
-/// It is `repr(C)`, and each of its fields is a [`Counter`].
-pub(crate) const unsafe fn all<T>(counters: &T) -> &[Counter] {
-    // SAFETY: by the caller's promise so many counters lie there, one after the other.
-    unsafe { slice::from_raw_parts(ptr::from_ref(counters).cast(), size_of::<T>() / size_of::<Counter>()) }
+/// Declares what somebody counts: counts that lie in RAM in this order, by these names.
+macro_rules! counters {
+    (
+        $(#[$attribute:meta])*
+        pub struct $Counters:ident {
+            $($(#[$counted:meta])* $name:ident,)*
+        }
+    ) => {
+        $(#[$attribute])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Default, PartialEq, Eq)]
+        #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+        pub struct $Counters<Count = u16> {
+            $($(#[$counted])* pub $name: Count,)*
+        }
+
+        impl $Counters {
+            /// The names of the counts.
+            pub const NAMES: [&str; [$(stringify!($name)),*].len()] = [$(stringify!($name)),*];
+
+            /// The counts as they lie in RAM.
+            pub const fn from_words([$($name),*]: [u16; Self::NAMES.len()]) -> Self {
+                $Counters { $($name),* }
+            }
+        }
+
+        impl<Count> $Counters<Count> {
+            /// What `read` makes of each count.
+            #[inline(always)]
+            pub fn map<Other>(&self, mut read: impl FnMut(&Count) -> Other) -> $Counters<Other> {
+                $Counters { $($name: read(&self.$name)),* }
+            }
+        }
+
+        impl $Counters<$crate::counter::Counter> {
+            /// All at 0.
+            pub const fn new() -> Self {
+                $Counters { $($name: $crate::counter::Counter::new()),* }
+            }
+
+            /// What was counted.
+            pub fn read(&self, task: &mut kernel::Task) -> $Counters {
+                self.map(|count| count.get(task))
+            }
+
+            /// The counts.
+            pub const fn all(&self) -> &[$crate::counter::Counter] {
+                // SAFETY: it is `repr(C)`, and as many counters lie there as it has fields, one after the other.
+                unsafe { core::slice::from_raw_parts(core::ptr::from_ref(self).cast(), $Counters::NAMES.len()) }
+            }
+        }
+    };
 }
+
+pub(crate) use counters;
 
 /// A count in two bytes.
 #[repr(transparent)]

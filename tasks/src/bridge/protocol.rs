@@ -11,9 +11,7 @@
 //! I2C acknowledges each byte but does not check it, hence the CRC. Both addresses cross unchanged:
 //! the two MCUs are one module, and to both "here" means that module.
 
-use kernel::Task;
-
-use crate::counter::Counter;
+use crate::counter::counters;
 use crate::message::{Address, Kind, MAX_PAYLOAD, Message};
 
 /// The most bytes of a transfer.
@@ -104,56 +102,25 @@ impl Crc8 {
     }
 }
 
-/// What a bridge counts, read out of RAM by the console, a debugger or the simulator. All wrap.
-#[repr(C)]
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct BridgeCounters<Count = u16> {
-    /// Messages that crossed to the other MCU.
-    pub messages_sent: Count,
-    /// Messages that came from the other MCU.
-    pub messages_received: Count,
-    /// Transfers begun again after lost arbitration, a NACK or a bus error.
-    pub retries: Count,
-    /// Transfers that are no message: length, CRC or address.
-    pub errors: Count,
-    /// Messages given up after the last repetition.
-    pub gave_up: Count,
-    /// Messages for a task or dock that this MCU does not have.
-    pub ignored: Count,
-    /// Messages lost for want of a buffer.
-    pub no_buffer: Count,
-    /// Transfers that took too long, so that the bus had to be freed.
-    pub freed: Count,
-}
-
-impl BridgeCounters<Counter> {
-    /// All at 0.
-    pub const fn new() -> Self {
-        BridgeCounters {
-            messages_sent: Counter::new(),
-            messages_received: Counter::new(),
-            retries: Counter::new(),
-            errors: Counter::new(),
-            gave_up: Counter::new(),
-            ignored: Counter::new(),
-            no_buffer: Counter::new(),
-            freed: Counter::new(),
-        }
-    }
-
-    /// What was counted.
-    pub fn read(&self, task: &mut Task) -> BridgeCounters {
-        BridgeCounters {
-            messages_sent: self.messages_sent.get(task),
-            messages_received: self.messages_received.get(task),
-            retries: self.retries.get(task),
-            errors: self.errors.get(task),
-            gave_up: self.gave_up.get(task),
-            ignored: self.ignored.get(task),
-            no_buffer: self.no_buffer.get(task),
-            freed: self.freed.get(task),
-        }
+counters! {
+    /// What a bridge counts, read out of RAM by the console, a debugger or the simulator. All wrap.
+    pub struct BridgeCounters {
+        /// Messages that crossed to the other MCU.
+        messages_sent,
+        /// Messages that came from the other MCU.
+        messages_received,
+        /// Transfers begun again after lost arbitration, a NACK or a bus error.
+        retries,
+        /// Transfers that are no message: length, CRC or address.
+        errors,
+        /// Messages given up after the last repetition.
+        gave_up,
+        /// Messages for a task or dock that this MCU does not have.
+        ignored,
+        /// Messages lost for want of a buffer.
+        no_buffer,
+        /// Transfers that took too long, so that the bus had to be freed.
+        freed,
     }
 }
 

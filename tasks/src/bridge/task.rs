@@ -5,7 +5,7 @@ use kernel::{Never, Task, Ticks, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
 use super::sender::{Sender, Step};
-use crate::counter::{self, Counter};
+use crate::counter::Counter;
 use crate::device::{Bus, Transfer};
 use crate::mailbox::Mailbox;
 use crate::post_office::{PostOffice, Undelivered};
@@ -41,8 +41,7 @@ impl Bridge {
 
     /// Its counts, in the order of [`BridgeCounters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: it is `repr(C)`, and all its fields are counters.
-        unsafe { counter::all(&self.counters) }
+        self.counters.all()
     }
 
     /// What the bridge counts.

@@ -5,7 +5,7 @@ use kernel::{Never, Task, Ticks, now};
 use super::memory::Cells;
 use super::surroundings::Surroundings;
 use super::{Devices, Mail};
-use crate::counter::{self, Counter};
+use crate::counter::{Counter, counters};
 use crate::device::{Peripherals, Quantity};
 use crate::dock::Dock;
 use crate::docking::latch::{End, EndSwitches};
@@ -26,30 +26,30 @@ pub const ALIVE: Ticks = 50;
 /// The devices' task as others see it. A `static`: readers of RAM find the [`Counters`] at its start.
 #[repr(C)]
 pub struct Desk<const N: usize> {
-    counters: Counters,
+    counters: Counters<Counter>,
     motors: &'static Motors<N>,
     office: &'static PostOffice,
 }
 
-/// What the task counts. Both wrap.
-#[repr(C)]
-struct Counters {
-    /// Reports, and requests to other devices, that found no room.
-    unsent: Counter,
-    /// Messages that were no request to a device of this MCU.
-    malformed: Counter,
+counters! {
+    /// What the task counts. Both wrap.
+    pub struct Counters {
+        /// Reports, and requests to other devices, that found no room.
+        unsent,
+        /// Messages that were no request to a device of this MCU.
+        malformed,
+    }
 }
 
 impl<const N: usize> Desk<N> {
     /// Of a task that turns the joints of `motors`, and whose mail goes through `office`.
     pub const fn new(motors: &'static Motors<N>, office: &'static PostOffice) -> Self {
-        Desk { counters: Counters { unsent: Counter::new(), malformed: Counter::new() }, motors, office }
+        Desk { counters: Counters::new(), motors, office }
     }
 
-    /// Its counts: `unsent`, `malformed`.
+    /// Its counts, in the order of [`Counters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: they are `repr(C)`, and their fields are counters.
-        unsafe { counter::all(&self.counters) }
+        self.counters.all()
     }
 
     /// Devices of `board` with joints by `axes` in the order of their indices, from now on.

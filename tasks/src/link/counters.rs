@@ -1,39 +1,36 @@
 //! What a link counts.
 
-use kernel::Task;
+use crate::counter::counters;
 
-use crate::counter::Counter;
-
-/// The counts of one dock, read out of RAM by the console, a debugger or the simulator. All wrap, but
-/// `overruns`, which stays at 65,535.
-#[repr(C)]
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct LinkCounters<Count = u16> {
-    /// Frames handed to the line, repetitions and ACKs included.
-    pub frames_sent: Count,
-    /// Frames that came in whole, whatever became of them.
-    pub frames_received: Count,
-    /// Repetitions after a time-out.
-    pub retries: Count,
-    /// Arrivals that are no frame: COBS, CRC, length or content.
-    pub errors: Count,
-    /// Messages that arrived again: acknowledged again, delivered once.
-    pub duplicates: Count,
-    /// Messages given up after the last repetition.
-    pub gave_up: Count,
-    /// Own frames that came back.
-    pub reflections: Count,
-    /// Messages for a task that this module does not run.
-    pub ignored: Count,
-    /// Messages that no neighbour may send: for a system task, or to be passed on.
-    pub refused: Count,
-    /// Messages left unacknowledged for want of a buffer, to be repeated by the neighbour.
-    pub no_buffer: Count,
-    /// Bytes lost because nobody took them from the line in time.
-    pub overruns: Count,
-    /// Messages not sent because a newer one took their place.
-    pub replaced: Count,
+counters! {
+    /// The counts of one dock, read out of RAM by the console, a debugger or the simulator. All wrap, but
+    /// `overruns`, which stays at 65,535.
+    pub struct LinkCounters {
+        /// Frames handed to the line, repetitions and ACKs included.
+        frames_sent,
+        /// Frames that came in whole, whatever became of them.
+        frames_received,
+        /// Repetitions after a time-out.
+        retries,
+        /// Arrivals that are no frame: COBS, CRC, length or content.
+        errors,
+        /// Messages that arrived again: acknowledged again, delivered once.
+        duplicates,
+        /// Messages given up after the last repetition.
+        gave_up,
+        /// Own frames that came back.
+        reflections,
+        /// Messages for a task that this module does not run.
+        ignored,
+        /// Messages that no neighbour may send: for a system task, or to be passed on.
+        refused,
+        /// Messages left unacknowledged for want of a buffer, to be repeated by the neighbour.
+        no_buffer,
+        /// Bytes lost because nobody took them from the line in time.
+        overruns,
+        /// Messages not sent because a newer one took their place.
+        replaced,
+    }
 }
 
 /// One of the counts that sender and receiver keep.
@@ -71,55 +68,12 @@ impl<Count> LinkCounters<Count> {
             Counted::Replaced => &self.replaced,
         }
     }
-
-    /// What `read` makes of each count.
-    #[inline(always)]
-    pub fn map<Other>(&self, mut read: impl FnMut(&Count) -> Other) -> LinkCounters<Other> {
-        LinkCounters {
-            frames_sent: read(&self.frames_sent),
-            frames_received: read(&self.frames_received),
-            retries: read(&self.retries),
-            errors: read(&self.errors),
-            duplicates: read(&self.duplicates),
-            gave_up: read(&self.gave_up),
-            reflections: read(&self.reflections),
-            ignored: read(&self.ignored),
-            refused: read(&self.refused),
-            no_buffer: read(&self.no_buffer),
-            overruns: read(&self.overruns),
-            replaced: read(&self.replaced),
-        }
-    }
-}
-
-impl LinkCounters<Counter> {
-    /// All at 0.
-    pub const fn new() -> Self {
-        LinkCounters {
-            frames_sent: Counter::new(),
-            frames_received: Counter::new(),
-            retries: Counter::new(),
-            errors: Counter::new(),
-            duplicates: Counter::new(),
-            gave_up: Counter::new(),
-            reflections: Counter::new(),
-            ignored: Counter::new(),
-            refused: Counter::new(),
-            no_buffer: Counter::new(),
-            overruns: Counter::new(),
-            replaced: Counter::new(),
-        }
-    }
-
-    /// What was counted.
-    pub fn read(&self, task: &mut Task) -> LinkCounters {
-        self.map(|count| count.get(task))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::counter::Counter;
     use core::mem::{offset_of, size_of};
 
     #[test]

@@ -6,7 +6,7 @@ use super::counters::{Counted, LinkCounters};
 use super::endpoint::Endpoint;
 use super::frame::Label;
 use super::sender::Shared;
-use crate::counter::{self, Counter};
+use crate::counter::Counter;
 use crate::dock::Dock;
 use crate::mailbox::Mailbox;
 
@@ -47,8 +47,7 @@ impl Port {
 
     /// Its counts, in the order of [`LinkCounters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: it is `repr(C)`, and all its fields are counters.
-        unsafe { counter::all(&self.counters) }
+        self.counters.all()
     }
 
     /// What the link counts.

@@ -6,7 +6,7 @@ use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 use super::joint::{Reading, State};
 use super::joints::{Awaited, Joints, Order, Surroundings, WATCH};
 use super::{Position, to_angle};
-use crate::counter::{self, Counter};
+use crate::counter::{Counter, counters};
 use crate::device::JointMotors;
 use crate::duty::Duty;
 
@@ -24,15 +24,14 @@ pub struct Motors<const N: usize> {
     duty: Duty,
 }
 
-/// What the joints' task counts. Both wrap.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct Counters<Count = u16> {
-    /// Periods in which the joints were controlled.
-    pub periods: Count,
-    /// Periods that passed before the one before was done.
-    pub missed: Count,
+counters! {
+    /// What the joints' task counts. Both wrap.
+    pub struct Counters {
+        /// Periods in which the joints were controlled.
+        periods,
+        /// Periods that passed before the one before was done.
+        missed,
+    }
 }
 
 /// Where a joint gets its orders, and shows what comes of them.
@@ -68,7 +67,7 @@ impl<const N: usize> Motors<N> {
     /// Joints that are off.
     pub const fn new() -> Self {
         Motors {
-            counters: Counters { periods: Counter::new(), missed: Counter::new() },
+            counters: Counters::new(),
             panels: [const { Panel::new() }; N],
             ordered: Semaphore::new(0),
             period: Semaphore::new(0),
@@ -116,14 +115,12 @@ impl<const N: usize> Motors<N> {
 
     /// What the task counts.
     pub fn counters(&self, task: &mut Task) -> Counters {
-        let Counters { periods, missed } = &self.counters;
-        Counters { periods: periods.get(task), missed: missed.get(task) }
+        self.counters.read(task)
     }
 
     /// Its counts, in the order of [`Counters`].
     pub const fn counts(&self) -> &[Counter] {
-        // SAFETY: it is `repr(C)`, and all its fields are counters.
-        unsafe { counter::all(&self.counters) }
+        self.counters.all()
     }
 }
 
