@@ -166,13 +166,40 @@ fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
         };
         write_program(&programs.join(name), says);
     }
-    for name in ["bash", "cmp", "dirname"] {
+    for name in ["bash", "cmp", "dirname", "sed"] {
         let path = std::env::var_os("PATH").expect("there is one");
         let places = std::env::split_paths(&path).map(|place| place.join(name));
         let place = places.into_iter().find(|place| place.exists()).expect("it is there");
         symlink(place, programs.join(name)).expect("a link can be made");
     }
     programs
+}
+
+/// As of a shell that was started before rustup had put its folder into the path.
+#[test]
+fn cargo_is_found_in_its_own_folder_by_all_that_call_it() {
+    let folder = folder("cargo");
+    write_program(&folder.join("home/bin/cargo"), "echo $1 is called >&2");
+    write_program(&folder.join("home/bin/rustc"), "exit 0");
+    let programs = set_up_for(&folder, "");
+    fs::remove_file(programs.join("cargo")).expect("it was there");
+    write_program(&programs.join("c++"), "exit 0");
+    let here = copy(&folder, "here");
+    for (arguments, calls) in [
+        (&["console", "/dev/null"][..], "run"),
+        (&["mutants", "kernel"], "install"),
+        (&["fuzz", "1"], "build"),
+        (&["report", "none"], "run"),
+    ] {
+        let mut command = x(&here, arguments);
+        command.env("PATH", &programs).env("CARGO_HOME", folder.join("home"));
+        command
+            .env("SUPERBOT_AVR_CARGO", "cargo")
+            .env("SUPERBOT_MUJOCO", "there")
+            .env("LIBCLANG_PATH", "there");
+        let (_, text) = said(command);
+        assert!(text.contains(&format!("{calls} is called")), "{arguments:?}: {text}");
+    }
 }
 
 /// As [`x`], where all is set up.
