@@ -43,9 +43,16 @@ const SPH: u16 = 0x5e;
 #[derive(Clone, Copy)]
 pub(crate) struct Cpu(NonNull<ffi::avr_t>);
 
-/// An interrupt vector of one instance.
+// SAFETY: simavr keeps no state outside an instance but its logger, which is set once. By the type's invariant
+// all handles belong to one `Mcu`, and so move with it.
+unsafe impl Send for Cpu {}
+
+/// An interrupt vector of one instance, under the invariant of [`Cpu`].
 #[derive(Clone, Copy)]
 pub(crate) struct Vector(NonNull<ffi::avr_int_vector_t>);
+
+// SAFETY: by the invariant of `Cpu` all vectors belong to one `Mcu`, and so move with it.
+unsafe impl Send for Vector {}
 
 /// What the core is doing, as simavr sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

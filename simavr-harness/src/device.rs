@@ -195,7 +195,7 @@ struct WrappedWrite {
 }
 
 /// What follows a write: called with the address, the value before it and the value written.
-type After = Box<dyn Fn(Cpu, u16, u8, u8)>;
+type After = Box<dyn Fn(Cpu, u16, u8, u8) + Send>;
 
 // SAFETY: each entry has one owner, and simavr calls into it only on the thread that runs the MCU to which
 // the owner belongs.
@@ -203,7 +203,7 @@ unsafe impl Send for WrappedWrites {}
 
 impl WrappedWrites {
     /// Calls `after` after each write to `address`. Where simavr has no handler the value is stored.
-    pub fn wrap(&mut self, cpu: Cpu, address: u16, after: impl Fn(Cpu, u16, u8, u8) + 'static) {
+    pub fn wrap(&mut self, cpu: Cpu, address: u16, after: impl Fn(Cpu, u16, u8, u8) + Send + 'static) {
         // SAFETY: the entry outlives the instance's last run: both belong to one `Mcu`.
         unsafe {
             let entry = (*cpu.as_ptr()).io[usize::from(address - IO_START)].w;

@@ -123,10 +123,6 @@ pub enum McuError {
 #[error("the image has no symbol \"{0}\" in the data space")]
 pub struct NoSuchData(String);
 
-// SAFETY: simavr keeps no state outside an instance but its logger, which is set once; everything
-// that points into the instance belongs to this `Mcu`, and so moves with it.
-unsafe impl Send for Mcu {}
-
 impl Mcu {
     /// A new MCU at power-up. SRAM and registers hold a pattern drawn from `seed`, as real ones hold
     /// chance values.
