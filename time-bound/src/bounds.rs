@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use serde::Serialize;
-use stack_bound::{Annotations, Found, Image, flows, vectors};
+use stack_bound::{Annotations, Found, Image, vectors};
 
 use crate::execution::Timer;
-use crate::facts::Facts;
+use crate::facts::View;
 use crate::masked::Stretcher;
 use crate::notes::Notes;
 use crate::problem::Problem;
@@ -106,9 +106,7 @@ impl Bounds {
         let mut bounds = Bounds::default();
         let mut problems = BTreeSet::new();
         for found in [Found::Task, Found::Kernel] {
-            let flows = flows(image, annotations, found)
-                .map_err(|problems| problems.into_iter().map(Problem::Flow).collect::<Vec<_>>())?;
-            let facts = Facts::new(image, notes, &flows).map_err(Vec::from_iter)?;
+            let View { flows, facts } = View::new(image, annotations, notes, found)?;
             let mut timer = Timer::new(image, &flows, &facts);
             let mut stretcher = Stretcher::new(image, &flows, &facts);
             for served in image.interrupts() {

@@ -1,22 +1,20 @@
 //! What runs of code take at most that are described by what they pass by.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
-use stack_bound::flow::Flow;
-use stack_bound::{Annotations, Found, Image, flows};
+use stack_bound::{Annotations, Found, Image};
 
 use crate::bounds::response;
 use crate::execution::Timer;
-use crate::facts::{Avoided, Facts};
+use crate::facts::{Avoided, View};
 use crate::notes::{NoteError, Notes};
 use crate::problem::Problem;
 use crate::releases::Run;
 
-/// The control flow of an image, as its interrupts find a task's stack or the kernel's.
+/// An image, as its interrupts find a task's stack or the kernel's.
 pub struct Costs<'a> {
     image: &'a Image,
-    views: Vec<(BTreeMap<u32, Flow>, Facts)>,
+    views: Vec<View>,
 }
 
 impl<'a> Costs<'a> {
@@ -25,14 +23,8 @@ impl<'a> Costs<'a> {
     /// # Errors
     /// What can't be followed, and notes that do not fit.
     pub fn new(image: &'a Image, annotations: &Annotations, notes: &Notes) -> Result<Self, Vec<Problem>> {
-        let mut views = Vec::new();
-        for found in [Found::Task, Found::Kernel] {
-            let flows = flows(image, annotations, found)
-                .map_err(|problems| problems.into_iter().map(Problem::Flow).collect::<Vec<_>>())?;
-            let facts = Facts::new(image, notes, &flows).map_err(Vec::from_iter)?;
-            views.push((flows, facts));
-        }
-        Ok(Costs { image, views })
+        let view = |found| View::new(image, annotations, notes, found);
+        Ok(Costs { image, views: vec![view(Found::Task)?, view(Found::Kernel)?] })
     }
 
     /// The whole name of a function whose name may end with a `*`.
@@ -48,26 +40,21 @@ impl<'a> Costs<'a> {
         let mut longest = 0;
         // Of tasks no instruction asks whose stack it has found.
         let views = if run.vector.is_some() { &self.views[..] } else { &self.views[..1] };
-        for (flows, facts) in views {
-            let whole = self.once(run, &run.without, flows, facts)?;
+        for view in views {
+            let whole = self.once(run, &run.without, view)?;
             let rest = if run.beyond.is_empty() {
                 0
             } else {
                 let without = [&run.without[..], &run.beyond[..]].concat();
-                self.once(run, &without, flows, facts)?
+                self.once(run, &without, view)?
             };
             longest = longest.max(whole.saturating_sub(rest));
         }
         Ok(longest * u64::from(run.times))
     }
 
-    fn once(
-        &self,
-        run: &Run,
-        without: &[String],
-        flows: &BTreeMap<u32, Flow>,
-        facts: &Facts,
-    ) -> Result<u64, Vec<Problem>> {
+    fn once(&self, run: &Run, without: &[String], view: &View) -> Result<u64, Vec<Problem>> {
+        let View { flows, facts } = view;
         let mut facts = facts.clone();
         facts.avoided = self.avoided(without)?;
         let malformed = |error: NoteError| vec![Problem::Run { what: error.to_string() }];

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::rc::Rc;
 
-use stack_bound::Image;
 use stack_bound::flow::{Flow, Node, Place};
+use stack_bound::{Annotations, Found, Image, flows};
 
 use crate::nest::{self, Loop};
 use crate::notes::{Noted, Notes, Turns};
@@ -79,12 +79,39 @@ impl Avoided {
     }
 }
 
+/// The control flow of an image, as its interrupts find a task's stack or the kernel's, and what is known of
+/// it.
+pub struct View {
+    /// By where functions begin.
+    pub flows: BTreeMap<u32, Flow>,
+    pub facts: Facts,
+}
+
+impl View {
+    /// Of an image's code, as its interrupts find such a stack.
+    ///
+    /// # Errors
+    /// What can't be followed, and notes that do not fit.
+    pub fn new(
+        image: &Image,
+        annotations: &Annotations,
+        notes: &Notes,
+        found: Found,
+    ) -> Result<Self, Vec<Problem>> {
+        let followed = flows(image, annotations, found);
+        let flows =
+            followed.map_err(|problems| problems.into_iter().map(Problem::Flow).collect::<Vec<_>>())?;
+        let facts = Facts::new(image, notes, &flows).map_err(Vec::from_iter)?;
+        Ok(View { flows, facts })
+    }
+}
+
 impl Facts {
     /// What `notes` tell of the functions `flows`.
     ///
     /// # Errors
     /// Notes that fit no loop and no call.
-    pub fn new(image: &Image, notes: &Notes, flows: &BTreeMap<u32, Flow>) -> Result<Self, BTreeSet<Problem>> {
+    fn new(image: &Image, notes: &Notes, flows: &BTreeMap<u32, Flow>) -> Result<Self, BTreeSet<Problem>> {
         let shapes = Rc::new(shapes(image, flows));
         let mut facts = Facts { shapes: shapes.clone(), ..Facts::default() };
         for (function, shape) in shapes.iter() {
