@@ -21,8 +21,8 @@ pub(crate) fn set_up() {
 /// Interrupts each time that Timer0 has counted 64 clocks `top` + 1 times.
 #[cfg(not(feature = "tickless"))]
 pub(crate) fn start_tick(top: u8) {
-    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; none uses an
-    // interrupt.
+    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; their bits stay as they
+    // are.
     let timer = unsafe { TC0::steal() };
     timer.ocr0().write(|w| w.set(top));
     timer.timsk().modify(|_, w| w.ocie0().set_bit());
@@ -48,7 +48,7 @@ pub(crate) fn enable_timer2(is_enabled: bool) {
 
 /// Disables all external interrupts. Returns what their enable bits were.
 pub(crate) fn hold_external() -> u8 {
-    // SAFETY: called with interrupts masked; what is latched meanwhile strikes later.
+    // SAFETY: called with interrupts masked; what is latched meanwhile occurs later.
     let enable = unsafe { EXINT::steal() };
     let held = enable.eimsk().read().int().bits();
     enable.eimsk().write(|w| w.int().set(0));

@@ -28,7 +28,7 @@ pub(crate) fn enable_timer2(is_enabled: bool) {
 
 /// Disables all external interrupts. Returns what their enable bits were.
 pub(crate) fn hold_external() -> u8 {
-    // SAFETY: called with interrupts masked; what is latched meanwhile strikes later.
+    // SAFETY: called with interrupts masked; what is latched meanwhile occurs later.
     unsafe {
         let external = EXINT::steal();
         let held = external.eimsk().read().bits();

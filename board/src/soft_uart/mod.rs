@@ -11,7 +11,7 @@
 //!
 //! The timer's own interrupts would come behind the tick, USART0 and the converter. Both pins therefore are
 //! external interrupts as well, INT5 and INT7, which come before all of these. They wait for at most one
-//! other handler, and a masked section behind it.
+//! other handler, and a critical section behind it.
 //!
 //! The timer's unit B matches where no other character follows one, or at the end of a transmission. None of
 //! the three vectors [enters the kernel](crate::deferred).
