@@ -532,7 +532,7 @@ impl Placed {
 /// Lets bytes come in at a dock from `start` on. Returns when they are through.
 fn send(module: &mut Module, dock: Dock, mut start: u64, bytes: &[u8]) -> u64 {
     for &value in bytes {
-        let end = start + LONGEST_WINDOW;
+        let end = start + CHARACTER;
         module.receive(dock, Character { value, start, end });
         start = end;
     }

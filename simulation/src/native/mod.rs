@@ -13,8 +13,8 @@ mod eeprom;
 mod embodied;
 mod half;
 mod inside;
-mod lying;
 mod module;
+mod orientation;
 mod port;
 mod time;
 mod world;
@@ -22,12 +22,10 @@ mod world;
 use std::hash::{Hash, Hasher};
 
 use tasks::dock::{Dock, DockSet};
-use tasks::link::frame::{Label, Turn};
-use tasks::link::signature::Signature;
 use tasks::message::{Address, Letter, Message, TaskCode};
 
 use crate::change::{Change, Links};
-use crate::command::SENDS;
+use crate::command::{SENDS, label};
 use crate::deed::Deed;
 use crate::environment::Environment;
 use crate::hardware::MILLISECOND;
@@ -43,8 +41,8 @@ use crate::wiring::{Face, Wiring, WiringError};
 use docking::{Due, SOONEST};
 use hormone::gait::{Gait, GaitName};
 use hormone::status::Status;
-use lying::FEELING;
 use module::{Module, Output, is_reset, mcu_of};
+use orientation::SAMPLE_PERIOD;
 use plants::motion::Motion;
 use plants::trouble::Trouble;
 use port::{Flight, Wire};
@@ -220,9 +218,7 @@ impl Native {
     /// Lets a message to HORMONE come in at a dock, as from a neighbour.
     fn command(&mut self, at: Face, payload: &[u8]) {
         self.commands = self.commands.wrapping_add(1);
-        let dock = if at.dock == Dock::Front { Dock::Back } else { Dock::Front };
-        let signature = Signature { dock, epoch: self.commands };
-        let label = Label { signature, turn: Turn::First };
+        let label = label(at.dock, self.commands);
         let address = Address::here(TaskCode::HORMONE);
         if let Ok(message) = Message::new(address, address, payload) {
             for start in SENDS.map(|later| self.now + later) {
@@ -306,7 +302,7 @@ impl Robot for Native {
             // What docks are asked for meanwhile is not due before that is over.
             let due = self.dockings.iter().map(|due| due.at).min().unwrap_or(u64::MAX);
             if self.felt_at <= self.now {
-                self.felt_at = self.now + FEELING;
+                self.felt_at = self.now + SAMPLE_PERIOD;
                 self.feel();
             }
             let mut end = cycle.min(due).min(self.now + SOONEST).min(self.felt_at);

@@ -5,7 +5,7 @@ use super::Native;
 use crate::hardware::MILLISECOND;
 
 /// How often it is looked at, in cycles; at once when the robot is turned.
-pub const FEELING: u64 = 250 * MILLISECOND;
+pub const SAMPLE_PERIOD: u64 = 250 * MILLISECOND;
 
 impl Native {
     /// Has all modules feel how they lie now, where no world shows them.
