@@ -71,7 +71,10 @@ impl Task {
             set.end(self);
             return Err(JobTaken);
         }
-        let _clean_up = arch::when_dropped(|| jobs.iter().for_each(|job| job.proxy.withdraw()));
+        let _clean_up = arch::when_dropped(|| {
+            jobs.iter().for_each(|job| job.proxy.withdraw());
+            set.withdraw();
+        });
         jobs.iter().for_each(|job| job.wait(self, set));
         loop {
             let Some(signaled) = set.receive(self, |_| false) else { continue };

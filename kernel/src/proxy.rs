@@ -31,6 +31,7 @@ impl WaitSet {
         let _clean_up = arch::when_dropped(|| {
             timer.withdraw();
             proxies.iter().for_each(ProxyWaiter::withdraw);
+            self.withdraw();
         });
         task.mask(|masked| self.set_proxies(masked, proxies));
         let at_once = proxies.iter().position(|proxy| {

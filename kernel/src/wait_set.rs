@@ -68,6 +68,13 @@ impl WaitSet {
         task.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
     }
 
+    /// The same for a task that is dropped, or that catches what failed while it waited.
+    pub(crate) fn withdraw(&self) {
+        // SAFETY: the task fails, so no other runs, and no interrupt comes.
+        let boot = &mut unsafe { Boot::assume() };
+        boot.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
+    }
+
     /// Those that a task which is killed takes with it.
     pub(crate) fn set_proxies(&self, masked: &Masked, proxies: &'static [ProxyWaiter]) {
         self.proxies.set(masked, proxies);

@@ -215,6 +215,37 @@ fn a_delay_that_fails_leaves_no_timer() {
     }
 }
 
+/// Whether `body` failed, for a task that goes on then.
+fn has_failed(body: impl FnOnce()) -> bool {
+    panic::catch_unwind(AssertUnwindSafe(body)).is_err()
+}
+
+#[test]
+fn a_task_that_catches_the_panic_of_a_job_waits_as_any_other() {
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static SIGNAL: Semaphore = Semaphore::new(1);
+    static JOB: Job = Job::new(&SIGNAL, |_| panic!("a job fails"));
+    let [runner, killer] = &STACKS;
+    host::run_for(
+        1,
+        |boot| {
+            let runs = |task: &mut Task| {
+                assert!(has_failed(|| {
+                    let _ = task.run_jobs(&[&JOB]);
+                }));
+                wait_for_ever(task)
+            };
+            runner.start(boot, Priority::P3, runs).expect("the stack is free");
+            let kills = |task: &mut Task| {
+                assert_eq!(runner.task().kill(task), Ok(()));
+                wait_for_ever(task)
+            };
+            killer.start(boot, Priority::P5, kills).expect("the stack is free");
+        },
+        |_, _| {},
+    );
+}
+
 #[test]
 fn a_task_that_blocks_where_it_is_dropped_ends_the_program() {
     const CHILD: &str = "SUPERBOT_TEST_BLOCKS_IN_DROP";
