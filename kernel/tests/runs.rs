@@ -247,6 +247,36 @@ fn a_task_that_catches_the_panic_of_a_job_waits_as_any_other() {
 }
 
 #[test]
+fn who_became_ready_in_work_that_fails_on_a_mutex_runs_though_its_task_catches_the_panic() {
+    static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
+    static VALUE: Mutex<u16> = Mutex::new(Priority::P3, 0);
+    static WAKE: Semaphore = Semaphore::new(0);
+    let [woken, fails] = &STACKS;
+    host::run_for(
+        1,
+        |boot| {
+            let adds = |task: &mut Task| {
+                WAKE.wait(task);
+                VALUE.with(task, |value| *value += 1);
+                wait_for_ever(task)
+            };
+            woken.start(boot, Priority::P3, adds).expect("the stack is free");
+            let catches = |task: &mut Task| {
+                let fails = |_: &mut u16| {
+                    host::interrupt(|interrupt| WAKE.post(interrupt));
+                    panic!("work fails");
+                };
+                assert!(has_failed(|| VALUE.with(task, fails)));
+                assert_eq!(*VALUE.lock(task), 1);
+                wait_for_ever(task)
+            };
+            fails.start(boot, Priority::P5, catches).expect("the stack is free");
+        },
+        |_, _| {},
+    );
+}
+
+#[test]
 fn a_task_that_blocks_where_it_is_dropped_ends_the_program() {
     const CHILD: &str = "SUPERBOT_TEST_BLOCKS_IN_DROP";
     static STACK: Stack<0> = Stack::new();

@@ -41,6 +41,8 @@ std::thread_local! {
     static ARRIVAL: RefCell<Option<Arrival>> = const { RefCell::new(None) };
     /// How the running task gives control back; null while none runs.
     static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(ptr::null()) };
+    /// Whether the running task has not switched where it was due, as it was failing.
+    static OWES_SWITCH: Cell<bool> = const { Cell::new(false) };
     /// Whether this thread has the [`OneKernel`].
     static HAS_KERNEL: Cell<bool> = const { Cell::new(false) };
 }
@@ -173,6 +175,7 @@ pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'sta
 /// others.
 fn end_run() {
     YIELDER.set(ptr::null()); // a task that has failed leaves its own
+    OWES_SWITCH.set(false);
     ARRIVAL.take();
     while TASKS.with_borrow(|tasks| !tasks.is_empty()) {
         // SAFETY: no task runs.
@@ -224,7 +227,12 @@ fn run_ready() {
     }
 }
 
-pub(crate) fn disable_interrupts() {}
+/// Where a task has caught what failed, the switch that it owes comes first.
+pub(crate) fn disable_interrupts() {
+    if !thread::panicking() && OWES_SWITCH.take() {
+        suspend();
+    }
+}
 
 pub(crate) fn enable_interrupts() {
     if let Some(Arrival { handler, .. }) = end_section() {
@@ -281,6 +289,7 @@ pub(crate) fn begin() {
 fn suspend() {
     // A task that is dropped, or that failed, gives back what it holds and runs no other.
     if thread::panicking() {
+        OWES_SWITCH.set(true);
         return;
     }
     // An arrival interrupts this task only.
