@@ -1,6 +1,6 @@
 //! Modules, and how they are attached to each other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use console::request::Topic;
 use simulation::{
@@ -357,9 +357,9 @@ impl Robot {
             Change::Command { at, payload } => self.command(*at, payload),
             &Change::Console(Face { module, dock }) => {
                 let member = &mut self.members[module];
-                let at = member.module.cycle();
-                let terminal = Terminal::new(Topic::All, at / MILLISECOND);
-                member.terminals.push(Placed { dock, at, terminal, free_at: at });
+                // A module without power yet hears nothing.
+                let from = self.now.max(member.module.powered_up_at());
+                member.terminals.push(Placed::new(dock, self.now, from));
             }
         }
         Ok(())
@@ -488,9 +488,10 @@ impl Member {
         for (dock, port) in Dock::ALL.into_iter().zip(&mut self.ports) {
             let from = Face { module: number, dock };
             let sent = self.module.take_sent(dock);
-            let terminal = self.terminals.iter_mut().rfind(|terminal| terminal.dock == dock);
-            if let Some(terminal) = terminal.filter(|_| port.is_none()) {
-                terminal.step(&mut self.module, sent.iter().map(|sent| sent.value));
+            match self.terminals.iter_mut().rfind(|terminal| terminal.dock == dock) {
+                Some(terminal) if port.is_none() => terminal.step(&mut self.module, &sent),
+                Some(terminal) => terminal.rest(self.module.cycle()),
+                None => {}
             }
             for sent in sent {
                 if self.echoes.contains(dock) {
@@ -508,24 +509,57 @@ impl Member {
     }
 }
 
-/// A terminal at a module's dock.
+/// A terminal at a module's dock. It goes by the times of characters and by its own looks, and not by when
+/// the module is looked at: that depends on where runs stop.
 struct Placed {
     dock: Dock,
     /// Since when.
     at: u64,
     terminal: Terminal,
+    /// What the dock has sent, and the terminal has not heard to its end.
+    coming: VecDeque<Character>,
+    /// When the terminal looks next at whether it has to say something by itself.
+    looks_at: u64,
     /// When all that it has sent so far is through.
     free_at: u64,
 }
 
+/// An answer of a terminal begins so much later than what it answers. A round takes two windows at most, and
+/// some cycles to the end of an instruction, so no module has come there yet.
+const ANSWERS_AFTER: u64 = LONGEST_WINDOW * 5 / 2;
+
 impl Placed {
-    /// Takes what the dock has sent.
-    fn step(&mut self, module: &mut Module, bytes: impl Iterator<Item = u8>) {
+    /// A terminal that is placed now, and begins at `from`.
+    fn new(dock: Dock, now: u64, from: u64) -> Self {
+        let terminal = Terminal::new(Topic::All, from / MILLISECOND);
+        Self { dock, at: now, terminal, coming: VecDeque::new(), looks_at: from, free_at: from }
+    }
+
+    /// Goes on to where the module has come, which has `sent` this since the last call.
+    fn step(&mut self, module: &mut Module, sent: &[Character]) {
         let now = module.cycle();
-        let answer = self.terminal.step(now / MILLISECOND, bytes);
-        if !answer.is_empty() {
-            self.free_at = send(module, self.dock, now.max(self.free_at), &answer);
+        self.coming.extend(sent);
+        loop {
+            let end = self.coming.front().map(|next| next.end).filter(|&end| end <= self.looks_at);
+            let at = end.unwrap_or(self.looks_at);
+            if at > now {
+                return;
+            }
+            let heard = end.and_then(|_| self.coming.pop_front());
+            if heard.is_none() {
+                self.looks_at += LONGEST_WINDOW;
+            }
+            let answer = self.terminal.step(at / MILLISECOND, heard.map(|heard| heard.value));
+            if !answer.is_empty() {
+                self.free_at = send(module, self.dock, self.free_at.max(at + ANSWERS_AFTER), &answer);
+            }
         }
+    }
+
+    /// Hears and says nothing until `now`, as something is attached in its place.
+    fn rest(&mut self, now: u64) {
+        self.coming.clear();
+        self.looks_at = self.looks_at.max(now);
     }
 }
 

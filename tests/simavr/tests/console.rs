@@ -245,6 +245,29 @@ fn every_dock_tells_the_same() {
     }
 }
 
+/// Where runs stop, as for a page or a recording, changes nothing; and a console is asked when it is, also
+/// before the module's power comes.
+#[test]
+fn a_run_with_stops_is_the_same_run() {
+    for (asked_at, within) in [(0, 0), (0, 40 * MILLISECOND), (300 * MILLISECOND, 0)] {
+        let end = |stops: u64| {
+            let robot = RobotBuilder::chain(firmware(), 2).seed(1).power_up_within(within);
+            let mut engine = Engine::new(robot.build().expect("it can be built"), 1);
+            engine.run_until(asked_at);
+            ask(&mut engine, 0, Dock::Front);
+            while engine.cycle() < SECOND {
+                engine.run_until((engine.cycle() + stops).min(SECOND));
+            }
+            (engine.robot().transcripts(), engine.robot().state_hash())
+        };
+        let (transcripts, hash) = end(SECOND);
+        assert!(transcripts[0].at == asked_at && transcripts[0].text.len() > 100, "{transcripts:?}");
+        for stops in [7_001, 40 * MILLISECOND, 1_000_003] {
+            assert_eq!(end(stops), (transcripts.clone(), hash), "stops each {stops} cycles");
+        }
+    }
+}
+
 #[test]
 fn a_master_that_does_not_answer_is_told_of() {
     let mut engine = lone_module();
