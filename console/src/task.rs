@@ -1,6 +1,6 @@
 //! The console's task, on one of the two MCUs.
 
-use kernel::{LONGEST, Never, Task, Ticks, now};
+use kernel::{Never, Task, Ticks, is_reached, now};
 
 use super::dialogue::Dialogue;
 use tasks::counter::Counter;
@@ -56,7 +56,7 @@ pub fn run(task: &mut Task, console: &'static Console, slave: DockSet, office: &
             let counter = if is_taken { &console.taken } else { &console.malformed };
             counter.count(task);
         }
-        if dialogue.awaits_answer() && now(task).wrapping_sub(deadline) <= LONGEST {
+        if dialogue.awaits_answer() && is_reached(deadline, now(task)) {
             dialogue.miss_answer();
         }
         if dialogue.has_mail() {

@@ -4,12 +4,11 @@
 //! reading that is a little older than the last one, as between two tasks, does no harm.
 //! Whoever keeps a moment for longer forgets it, or keeps it up to date: else what is long over is to come.
 
-/// The longest time that a moment can lie ahead, in milliseconds.
-pub const LONGEST: u16 = 0x7fff;
+pub use kernel::LONGEST;
 
 /// Whether `now` is at or after `due`.
 pub fn reached(due: u16, now: u16) -> bool {
-    now.wrapping_sub(due) < 0x8000
+    kernel::is_reached(due, now)
 }
 
 /// Milliseconds from `now` until `due`; 0 once it is reached.

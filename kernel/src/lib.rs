@@ -57,7 +57,7 @@ pub use semaphore::Semaphore;
 #[doc(hidden)]
 pub use step::{GOES_ON, STEPPED, stepped};
 pub use task::{Stack, StartError, run, running};
-pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, now};
+pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, is_reached, now};
 #[doc(hidden)]
 pub use timer::{NEXT_DEADLINE, count_tick, expire};
 

@@ -22,6 +22,17 @@ pub type Ticks = u16;
 /// The longest time from now to a deadline, in ticks: beyond it past and future can't be told apart.
 pub const LONGEST: Ticks = 0x7fff;
 
+/// Whether `now` is the tick `deadline` or a later one, for two that lie at most [`LONGEST`] apart.
+///
+/// ```
+/// use kernel::is_reached;
+/// assert!(is_reached(65_530, 65_530) && is_reached(65_530, 4) && !is_reached(4, 65_530));
+/// ```
+#[inline(always)]
+pub const fn is_reached(deadline: Ticks, now: Ticks) -> bool {
+    now.wrapping_sub(deadline) <= LONGEST
+}
+
 /// The present tick. A static of its own, as the tick's vector counts it; other vectors may read it.
 ///
 /// ```compile_fail,E0624

@@ -3,7 +3,7 @@
 //! A task that hangs in a loop needs no duty to be noticed: no task below it runs any more, and the lowest
 //! periodic one feeds the watchdog. One that waits for what never comes does.
 
-use kernel::{Context, LONGEST, MaskedCell, Ticks, now};
+use kernel::{Context, MaskedCell, Ticks, is_reached, now};
 
 /// What a task has promised: when it will be back at the latest.
 pub struct Duty {
@@ -32,7 +32,7 @@ impl Duty {
     pub fn is_kept(&self, context: &mut impl Context) -> bool {
         let time = now(context);
         let due = context.mask(|masked| self.due.get(masked));
-        due.is_none_or(|due| due.wrapping_sub(time) <= LONGEST)
+        due.is_none_or(|due| is_reached(time, due))
     }
 }
 
@@ -47,7 +47,7 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use kernel::{Priority, Stack, host};
+    use kernel::{LONGEST, Priority, Stack, host};
     use std::sync::Mutex;
     use std::vec::Vec;
 

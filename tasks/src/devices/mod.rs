@@ -18,7 +18,7 @@
 //! | [`memory`] | a record that keeps without power, on the MCU that has it |
 //! | [`task`] | hands them their messages, and sleeps as long as none has anything to do |
 
-use kernel::Ticks;
+use kernel::{Ticks, is_reached};
 
 use crate::docking::latch::PERIOD_MS;
 use crate::message::{Letter, TaskCode};
@@ -274,9 +274,4 @@ impl<const N: usize> Devices<N> {
             }
         }
     }
-}
-
-/// Whether `time` is `deadline` or after it.
-fn is_reached(deadline: Ticks, time: Ticks) -> bool {
-    time.wrapping_sub(deadline) <= kernel::LONGEST
 }

@@ -1,6 +1,6 @@
 //! What in the loop is due: after a signal, or at its time.
 
-use kernel::{Context, LONGEST, Semaphore, Ticks};
+use kernel::{Context, LONGEST, Semaphore, Ticks, is_reached};
 
 /// A part of the loop that has its turns, or a signal for one: a bit each.
 #[derive(Clone, Copy)]
@@ -116,10 +116,4 @@ impl Times {
         self.next = now.wrapping_add(if parts == 0 { rest } else { 0 });
         Parts(parts)
     }
-}
-
-/// Whether `now` is at `time` or after it.
-#[inline(always)]
-pub fn is_reached(time: Ticks, now: Ticks) -> bool {
-    now.wrapping_sub(time) <= LONGEST
 }

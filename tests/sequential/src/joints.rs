@@ -1,12 +1,10 @@
 //! The joints' control in turns: what [`tasks::motor::task`] does as a task.
 
-use kernel::{Semaphore, Task, Ticks, now};
+use kernel::{Semaphore, Task, Ticks, is_reached, now};
 use tasks::device::JointMotors;
 use tasks::motor::joint::Joint;
 use tasks::motor::joints::{Awaited, Joints, WATCH};
 use tasks::motor::task::{Here, Motors};
-
-use crate::due::is_reached;
 
 /// Joints, and what drives and measures them.
 pub struct Driver<J, const N: usize> {

@@ -32,7 +32,7 @@ use board::usart::{Usart0, Usart1};
 use board::watchdog::Feeder;
 use hormone::gait::GaitName;
 use hormone::status::Status;
-use kernel::{Boot, Context, Interrupt, Mutex, Never, Priority, Semaphore, Stack, Task, now};
+use kernel::{Boot, Context, Interrupt, Mutex, Never, Priority, Semaphore, Stack, Task, is_reached, now};
 use tasks::api::Api;
 use tasks::bridge::task::Bridge;
 use tasks::devices::task::Desk;
@@ -48,7 +48,7 @@ use tasks::superbot::RESIDENCE;
 
 use behaviours::{Hormones, Neighbours};
 use devices::{Bridging, Serving};
-use due::{Parts, Times, is_reached};
+use due::{Parts, Times};
 use joints::Driver;
 use sending::Sending;
 

@@ -4,10 +4,8 @@ use board::debug::mark;
 use board::delay;
 use board::external::External;
 use board::interrupts::Serves;
-use kernel::{Context, Semaphore, Task, Ticks, now};
+use kernel::{Context, Semaphore, Task, Ticks, is_reached, now};
 use trial::{COMPUTES_EVERY, ELEVEN, PIECE, SEVEN, TRIAL_IS_CUT, TRIAL_LENGTH, compute};
-
-use crate::due::is_reached;
 
 /// Posted at each edge.
 pub static EDGE: Semaphore = Semaphore::new(0);
