@@ -2,13 +2,15 @@
 
 use std::collections::HashMap;
 use std::error::Error;
-use std::io::Write;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rustc_demangle::demangle;
 use simavr_harness::bench::{self, Counted, Flash, Measured, Stretch};
 use simavr_harness::{Image, MaskedWindow, OpenedBy};
+
+use super::output;
 
 /// Prints what the figure counts.
 pub fn print(images: &Path, measured: &Measured) -> Result<(), Box<dyn Error>> {
@@ -24,7 +26,7 @@ fn print_cycles(images: &Path, measured: &Measured, stretch: &Stretch) -> Result
     let path = path(images, &stretch.image);
     let image = Image::load(&path)?;
     let instructions = disassemble(&path)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = String::new();
     writeln!(out, "{}: {} cycles, seen in {}", measured.name, measured.value, stretch.image)?;
     let mut last_function = None;
     for step in bench::listing(images, stretch)? {
@@ -41,12 +43,12 @@ fn print_cycles(images: &Path, measured: &Measured, stretch: &Stretch) -> Result
         let instruction = instructions.get(&pc).map_or("?", String::as_str);
         writeln!(out, "{:5}  {sum:5}  {pc:5x}  {instruction}", step.cycles)?;
     }
-    Ok(())
+    output::print(out)
 }
 
 /// Prints the functions with their bytes, the kernel's before the program's, and the sum of each.
 fn print_flash(measured: &Measured, flash: &Flash) -> Result<(), Box<dyn Error>> {
-    let mut out = std::io::stdout().lock();
+    let mut out = String::new();
     writeln!(
         out,
         "{}: {} bytes more than without a kernel, seen in {}",
@@ -61,12 +63,12 @@ fn print_flash(measured: &Measured, flash: &Flash) -> Result<(), Box<dyn Error>>
             writeln!(out, "{:5}  {}", function.bytes, function.name)?;
         }
     }
-    Ok(())
+    output::print(out)
 }
 
 /// Prints the masked windows, longest first: cycles, how often, and what opened it where.
 pub fn print_windows(images: &Path) -> Result<(), Box<dyn Error>> {
-    let mut out = std::io::stdout().lock();
+    let mut out = String::new();
     for (name, window) in bench::windows(images)? {
         let MaskedWindow { start, opened_by, cycles, times, .. } = window;
         let place = match opened_by {
@@ -75,7 +77,7 @@ pub fn print_windows(images: &Path) -> Result<(), Box<dyn Error>> {
         };
         writeln!(out, "{cycles:5} cycles  {times:6} times  {place} in {name}")?;
     }
-    Ok(())
+    output::print(out)
 }
 
 /// Where the stretch of a figure begins.
@@ -109,6 +111,9 @@ fn function(image: &Image, pc: u32) -> String {
 fn disassemble(path: &Path) -> Result<HashMap<u32, String>, Box<dyn Error>> {
     let output = Command::new("avr-objdump").args(["-d", "--no-show-raw-insn"]).arg(path).output();
     let output = output.map_err(|error| format!("avr-objdump (package binutils-avr): {error}"))?;
+    if !output.status.success() {
+        return Err(format!("avr-objdump: {}", String::from_utf8_lossy(&output.stderr).trim()).into());
+    }
     let lines = String::from_utf8(output.stdout)?;
     let instructions = lines.lines().filter_map(|line| {
         let (address, text) = line.split_once(":\t")?;

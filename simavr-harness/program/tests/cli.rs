@@ -385,6 +385,18 @@ fn where_nobody_hears_it_the_program_does_not_panic() {
 }
 
 #[test]
+fn a_listing_that_can_not_be_printed_is_an_error_that_says_so() {
+    for listing in [&["--listing", "kernel_flash_bytes_with_calls"][..], &["--windows"]] {
+        let full = File::create("/dev/full").expect("Linux has it");
+        let arguments = [&["bench"], listing].concat();
+        assert_refused(
+            &run_into(&arguments, full.into(), Stdio::piped()),
+            "can't write to the standard output",
+        );
+    }
+}
+
+#[test]
 fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reports");
     let _ = std::fs::remove_dir_all(&directory);
