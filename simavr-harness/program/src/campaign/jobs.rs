@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::json::is_same;
 use super::plan::{Plan, Planned};
+use super::text;
 
 /// The most tasks of an array that Slurm takes unless it is set up otherwise (MaxArraySize).
 const ARRAY: usize = 1000;
@@ -139,8 +140,4 @@ fn line(run: &Planned, directory: &Path) -> Result<String, Box<dyn Error>> {
         "test -e {json} || {{ rm -f {status}; {command} --json {json} 2>{said}; }} || \
          {{ echo $? >{status}; false; }}"
     ))
-}
-
-fn text(path: &Path) -> Result<String, Box<dyn Error>> {
-    Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
 }

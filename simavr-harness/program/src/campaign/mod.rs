@@ -53,6 +53,11 @@ fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Box<dyn Error>> {
     Destination::file(path, None, "DIR")?.write_bytes(content.as_ref())
 }
 
+/// A path as a job has it.
+fn text(path: &Path) -> Result<String, Box<dyn Error>> {
+    Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
+}
+
 fn read(path: &Path) -> Result<String, Box<dyn Error>> {
     fs::read_to_string(path).map_err(|error| format!("can't read {}: {error}", path.display()).into())
 }

@@ -85,21 +85,17 @@ impl Plan {
             if !keys.insert(key.clone()) {
                 return Err(format!("the run {key} is asked for twice: give each value once").into());
             }
-            let mut command = vec![as_text(program)?, "sim".into()];
+            let mut command = vec![super::text(program)?, "sim".into()];
             command.extend(line);
             // As many runs at once as there are cores are done sooner than one run on all of them.
             command.extend(["--threads", "1"].map(String::from));
             if matches!(options.engine, EngineName::Simavr) {
-                command.extend(["--images".into(), as_text(images)?]);
+                command.extend(["--images".into(), super::text(images)?]);
             }
             plan.runs.push(Planned { key, command, parameters });
         }
         Ok(plan)
     }
-}
-
-fn as_text(path: &Path) -> Result<String, Box<dyn Error>> {
-    Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
 }
 
 fn without_seed(line: &Line) -> Line {

@@ -143,7 +143,7 @@ impl Server {
     }
 
     /// Whether it comes from the page, and was sent to this machine: neither by a page of another origin, nor
-    /// to a name that somebody else has lead here.
+    /// to a name that somebody else has led here.
     fn is_own(&self, request: &Request) -> bool {
         let field = |name: &'static str| {
             let header = request.headers().iter().find(|header| header.field.equiv(name));
