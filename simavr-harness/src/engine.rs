@@ -27,8 +27,8 @@ use crate::shares::Shares;
 /// whole windows.
 const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
 
-/// How often modules feel how they lie, in cycles: 104 ms.
-const FEELING_STEP: u64 = 10 * DOCKING_STEP;
+/// How often accelerometers are shown how modules lie where there is no world, in cycles: 104 ms.
+const SAMPLE_PERIOD: u64 = 10 * DOCKING_STEP;
 
 /// A robot and the threads that run it.
 pub struct Engine {
@@ -70,10 +70,10 @@ impl Engine {
     /// Runs the robot up to `cycle`.
     pub fn run_until(&mut self, cycle: u64) {
         while self.robot.now < cycle && !self.robot.members.is_empty() && self.robot.trouble().is_none() {
-            if self.robot.now.is_multiple_of(FEELING_STEP) {
+            if self.robot.now.is_multiple_of(SAMPLE_PERIOD) {
                 self.robot.feel();
             }
-            self.run_modules(cycle.min((self.robot.now + 1).next_multiple_of(FEELING_STEP)));
+            self.run_modules(cycle.min((self.robot.now + 1).next_multiple_of(SAMPLE_PERIOD)));
             if self.robot.now.is_multiple_of(DOCKING_STEP) {
                 let changes = self.robot.settle_docks().into_iter();
                 let at = self.robot.now;

@@ -26,7 +26,8 @@ const READ_HALT: u64 = 4;
 // EECR
 const EERIE: u8 = 0x08;
 const EEMWE: u8 = 0x04;
-const EEWE: u8 = 0x02;
+/// A write is under way.
+pub const EEWE: u8 = 0x02;
 const EERE: u8 = 0x01;
 
 pub(crate) struct Eeprom {

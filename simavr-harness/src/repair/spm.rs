@@ -7,13 +7,11 @@
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::SpmRegisters;
+use crate::repair::eeprom::EEWE;
 use crate::repair::interrupt;
 
 /// SPMCSR: the interrupt is enabled.
 const SPMIE: u8 = 0x80;
-
-/// EECR: a write is under way.
-const EEWE: u8 = 0x02;
 
 /// What a write to the EEPROM may do to "Store Program Memory Ready" on the chip, as long as it lasts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
