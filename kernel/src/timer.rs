@@ -320,13 +320,13 @@ impl Task {
     /// With 0 ticks it does not block.
     #[inline(always)]
     pub fn delay(&mut self, mut ticks: Ticks) {
+        let mut begin = now(self);
         while ticks > LONGEST {
-            let deadline = now(self).wrapping_add(LONGEST);
-            self.delay_until(deadline);
+            begin = begin.wrapping_add(LONGEST);
+            self.delay_until(begin);
             ticks -= LONGEST;
         }
-        let deadline = now(self).wrapping_add(ticks);
-        self.delay_until(deadline);
+        self.delay_until(begin.wrapping_add(ticks));
     }
 
     /// Blocks until the tick `deadline`, at most [`LONGEST`] ahead. Returns `false` at once if that has

@@ -176,6 +176,36 @@ fn a_delay_takes_any_number_of_ticks_and_0_does_not_block() {
 }
 
 #[test]
+fn a_delay_of_any_number_of_ticks_counts_from_its_begin() {
+    static LOG: Log = Log::new();
+    static DELAYS: Stack<0> = Stack::new();
+    static SUSPENDS: Stack<0> = Stack::new();
+    host::run_for(
+        50_000,
+        |boot| {
+            start(boot, &DELAYS, |task| {
+                task.delay(40_000);
+                LOG.note(now(task).to_string());
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+            start(boot, &SUSPENDS, |task| {
+                task.delay(LONGEST - 10);
+                DELAYS.task().suspend(task).unwrap();
+                task.delay(100);
+                DELAYS.task().resume(task);
+                loop {
+                    task.delay(LONGEST);
+                }
+            });
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["40000"]);
+}
+
+#[test]
 fn a_period_of_no_length_or_too_long_a_one_has_the_nearest() {
     static LOG: Log = Log::new();
     static STACK: Stack<0> = Stack::new();
