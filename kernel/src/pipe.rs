@@ -109,7 +109,8 @@ impl<const BYTES: usize> Pipe<BYTES> {
         self.fifo.space(context)
     }
 
-    /// Drops all bytes, those too that waiting tasks put in meanwhile.
+    /// Drops all bytes, those too that waiting tasks put in meanwhile: where a higher one puts more and more,
+    /// without a pause, this has no end.
     pub fn flush(&self, context: &mut impl Context) {
         while self.try_take(context).is_some() {}
     }
