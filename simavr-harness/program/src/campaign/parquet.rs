@@ -12,7 +12,8 @@ use serde_json::Value;
 
 use super::results::{Row, cell};
 
-/// What a column holds. Of the first kind that fits all its values; of numbers where it has none.
+/// What a column holds. Of the first kind that fits all its values; where it has none, of numbers but for
+/// [`CORE`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     Truth,
@@ -22,6 +23,9 @@ enum Kind {
     Number,
     Text,
 }
+
+/// The one column of words that has no value in whole campaigns: those of the native engine.
+const CORE: &str = "core";
 
 /// `rows` as Parquet: no value where one is missing.
 ///
@@ -58,8 +62,8 @@ pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Erro
 fn kind(rows: &[Row], column: &str) -> Kind {
     let values = || rows.iter().filter_map(|row| row.get(column)).filter(|value| !value.is_null());
     if values().next().is_none() {
-        // As nearly all figures are: so it has the type that it has in other campaigns.
-        Kind::Number
+        // The type that it has in other campaigns, so that tables of several fit together.
+        if column == CORE { Kind::Text } else { Kind::Number }
     } else if values().all(Value::is_boolean) {
         Kind::Truth
     } else if values().all(Value::is_i64) {
@@ -108,6 +112,13 @@ mod tests {
     fn a_column_without_a_value_is_of_numbers() {
         let rows = [json!({ "null": null }).as_object().expect("an object").clone()];
         assert_eq!(["null", "missing"].map(|column| kind(&rows, column)), [Kind::Number; 2]);
+    }
+
+    #[test]
+    fn what_executes_images_is_told_in_words_also_where_there_are_none() {
+        let rows = [json!({ "core": null }), json!({ "core": "decoded" })];
+        let rows = rows.map(|row| row.as_object().expect("an object").clone());
+        assert_eq!([&rows[..1], &rows[1..]].map(|rows| kind(rows, "core")), [Kind::Text; 2]);
     }
 
     #[test]
