@@ -51,7 +51,8 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         faults.push("no module has power".into());
     } else if !observer.gait.is_led() {
         faults.push(
-            "nobody leads: look at the types, for without a head, or by its gait a ring, nobody beats the time"
+            "nobody leads: most gaits need a head, some a ring or a module alone; look at the types, or order \
+             another gait, as the files in robots/gaits do"
                 .into(),
         );
     } else if observer.hops.delivered == 0 && modules > 1 {
@@ -70,7 +71,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         && let Some((unjudged, until)) = observer.gait.unjudged(robot.now())
     {
         faults.push(format!(
-            "{unjudged} modules lie so far from who leads that they were not judged: run for more than {:.1} s",
+            "{unjudged} modules lie so far from the leader that they were not judged: run for more than {:.1} s",
             seconds(until)
         ));
     }

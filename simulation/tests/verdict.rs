@@ -49,6 +49,7 @@ fn a_robot_whose_modules_have_lost_their_power_does_nothing() {
     assert_eq!(faults, ["no module has power"]);
     let headless = "shape = \"chain\"\nmodules = 2\n[[event]]\nat = 4\nkill = 0";
     assert_found(&verdict(headless, 8), "nobody leads");
+    assert_found(&verdict(headless, 8), "order another gait, as the files in robots/gaits do");
 }
 
 /// It has nobody either, but does not beat its own time.
