@@ -47,6 +47,8 @@ pub fn gone(changed: &[(String, String)]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
 
     #[test]
@@ -68,5 +70,27 @@ mod tests {
         let cost = "simulator  each module takes 44.5 ms of CPU time a second, and 568 KB of memory";
         assert_eq!(steady(cost), "simulator  each module takes  ms of CPU time a second, and  KB of memory");
         assert_eq!(steady("hop        2974 us mean"), "hop        2974 us mean");
+    }
+
+    /// A row of a table has names in its first cell, and their figures in the second, in the same order.
+    #[test]
+    fn the_kernels_figures_are_those_that_the_bench_is_held_to() {
+        let held: BTreeMap<&str, &str> = include_str!("../../simavr/tests/expected/bench.txt")
+            .lines()
+            .filter_map(|line| line.split_once(' '))
+            .collect();
+        let mut shown = Vec::new();
+        for row in include_str!("../../../docs/figures.md").lines() {
+            let [_, first, second, ..] = row.split('|').collect::<Vec<_>>()[..] else { continue };
+            let names = first.split('`').skip(1).step_by(2).filter(|name| held.contains_key(name));
+            let figures = second.split(|it: char| !it.is_ascii_digit()).filter(|word| !word.is_empty());
+            for (name, figure) in names.zip(figures) {
+                assert_eq!(held[name], figure, "{name}");
+                shown.push(name);
+            }
+        }
+        // Ticks with some timers and with many are shown in one row, by the first.
+        let missing: Vec<_> = held.keys().filter(|name| !shown.contains(name)).collect();
+        assert_eq!(missing, [&"tick_cycles_1", &"tick_cycles_10", &"tick_cycles_50"]);
     }
 }
