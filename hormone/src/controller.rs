@@ -2,7 +2,7 @@
 //! perform and which hormone to propagate, from the topology, the sensors, the local timer and the received
 //! hormone.
 
-use core::num::{NonZeroU8, NonZeroU16};
+use core::num::NonZeroU16;
 
 use tasks::devices::memory::Record;
 use tasks::dock::{Dock, DockSet};
@@ -167,7 +167,7 @@ impl Controller {
             self.helm.tell(docks);
             return Some(self.send(Hormone::Standing(self.ledger.standing(), knows), docks));
         }
-        if let Some((order, docks)) = self.helm.due() {
+        if let Some((order, docks)) = self.helm.due(now) {
             return Some(self.send(Hormone::Order(order), docks));
         }
         if !self.is_in_ring() {
@@ -318,19 +318,16 @@ impl Controller {
     pub fn order(&mut self, from: Option<Dock>, order: Order, now: u16) -> Response {
         match order.what {
             What::Walk(gait, period) => self.walk_from_now(gait, period, now),
-            What::Steer(course, lifetime) => {
-                if !self.helm.hear(course, order.serial, now) {
+            What::Steer(steer) => {
+                if !self.helm.hear(steer, order.serial, now) {
                     return self.dropped();
                 }
                 let mut docks = ALL_DOCKS;
                 if let Some(from) = from {
                     docks.remove(from);
                 }
-                match NonZeroU8::new(lifetime.get() - 1) {
-                    Some(lifetime) => {
-                        let what = What::Steer(course, lifetime);
-                        self.send(Hormone::Order(Order { what, ..order }), docks)
-                    }
+                match self.helm.onward(now) {
+                    Some(order) => self.send(Hormone::Order(order), docks),
                     None => NOTHING,
                 }
             }

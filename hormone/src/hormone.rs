@@ -7,7 +7,7 @@
 //! | 1 to 11 | [`Pace`] of the named gait | name, made good and data, number and rhythm, in a ring lifetime |
 //! | 12 | [`Standing`] order | name and gait, number (low byte, high byte), knows (7) and Period (6..0) |
 //! | 13 | [`Order`] to walk by another gait | name and gait, serial, Period |
-//! | 14 | [`Order`] to steer | name and course, serial, lifetime |
+//! | 14 | [`Order`] to steer | name, held (3..2) and course (1..0), serial, lifetime |
 //! | 15 | [`Token`] of an election | name and hops (11..8), rank (low byte, high byte), hops (7..0) |
 //!
 //! A [`Period`] is 5 to 80 times 50 ms, or 127 for the gait's own; an order has 255 for that, too. Gait 0 is
@@ -19,7 +19,7 @@ use tasks::message::Kind;
 
 pub use crate::data::Data;
 use crate::election::Token;
-use crate::order::{Course, Order, What};
+use crate::order::{Course, Order, Steer, What};
 use crate::pace::{NUMBERS, Pace, RHYTHMS};
 use crate::period::Period;
 pub use crate::standing::Standing;
@@ -35,6 +35,8 @@ const STANDING: u8 = 12;
 const KNOWS: u8 = 1 << 7;
 const WALK: u8 = 13;
 const STEER: u8 = 14;
+/// From this bit on an order to steer says how long it has held.
+const HELD: u8 = 2;
 const ELECTION: u8 = 15;
 
 /// A hormone message.
@@ -87,7 +89,9 @@ impl Hormone {
             Hormone::Order(Order { what, serial }) => {
                 let (first, last) = match what {
                     What::Walk(gait, period) => (WALK << 4 | gait, period.to_byte()),
-                    What::Steer(course, lifetime) => (STEER << 4 | course as u8, lifetime.get()),
+                    What::Steer(Steer { course, lifetime, held }) => {
+                        (STEER << 4 | (held << HELD) & 0x0F | course as u8, lifetime.get())
+                    }
                 };
                 ([first, serial, last, 0], 3)
             }
@@ -130,8 +134,9 @@ impl Hormone {
             }
             STEER => {
                 let &[lifetime] = rest else { return None };
-                let what = What::Steer(Course::from_byte(low)?, NonZeroU8::new(lifetime)?);
-                Hormone::Order(Order { what, serial: second })
+                let course = Course::from_byte(low & ((1 << HELD) - 1))?;
+                let steer = Steer { course, lifetime: NonZeroU8::new(lifetime)?, held: low >> HELD };
+                Hormone::Order(Order { what: What::Steer(steer), serial: second })
             }
             ELECTION => {
                 let &[high, hops] = rest else { return None };
@@ -164,8 +169,11 @@ mod tests {
         let standing = Standing { number: 0x0102, gait: 9, period: Period::from_byte(80).unwrap() };
         assert_eq!(Hormone::Standing(standing, false).to_payload().as_slice(), [0xC9, 2, 1, 80]);
         assert_eq!(Hormone::Standing(standing, true).to_payload().as_slice(), [0xC9, 2, 1, 0xD0]);
-        let order = Order { what: What::Steer(Course::Right, NonZeroU8::MAX), ..order };
+        let steer = Steer { course: Course::Right, lifetime: NonZeroU8::MAX, held: 0 };
+        let order = Order { what: What::Steer(steer), ..order };
         assert_eq!(Hormone::Order(order).to_payload().as_slice(), [0xE2, 3, 255]);
+        let order = Order { what: What::Steer(Steer { held: 3, ..steer }), ..order };
+        assert_eq!(Hormone::Order(order).to_payload().as_slice(), [0xEE, 3, 255]);
         assert_eq!(
             Hormone::Token(Token { rank: 0x8102, hops: 7 }).to_payload().as_slice(),
             [0xF0, 2, 0x81, 7]
@@ -180,7 +188,7 @@ mod tests {
             let (name, low) = (first >> 4, first & 0x0F);
             let is_pace = (1..=11).contains(&name) && low & 7 < 6;
             let is_walk = name == 13 && low < 12;
-            let is_steer = name == 14 && low < 3;
+            let is_steer = name == 14 && low & 3 < 3;
             let is_standing = name == 12 && low < 12;
             let is_token = name == 15;
             for second in [0, 1, 0x80, 0xFF] {

@@ -4,17 +4,22 @@
 //! becomes the [standing order](crate::standing) of the robot. A course goes to every module by every dock,
 //! and is said again and again; when the remote control falls silent, the robot goes straight ahead. A newer
 //! course supersedes an older one, so that in a loop, where it comes back, it ends. A neighbour that is told
-//! how the robot walks, as one that starts is, is told its course as well.
+//! how the robot walks, as one that starts is, is told its course as well, and
+//! for how long that has held: so it holds there no longer than here.
 
 use core::num::NonZeroU8;
 
 use tasks::dock::DockSet;
 
 use crate::period::Period;
-use crate::time::reached;
+use crate::time::{reached, until};
 
 /// How long a course holds after it was last ordered, in milliseconds.
 pub const HOLDS: u16 = 2_000;
+
+/// How long it has held is told in steps of so many milliseconds, 0 to 3.
+const STEP: u16 = 512;
+const MOST_STEPS: u16 = 3;
 
 /// Where the robot is to go.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -48,8 +53,20 @@ pub enum What {
     /// Walk by the gait with this [name](crate::gait::Gait::name) in this Period, or
     /// [stop](crate::standing::STOP).
     Walk(u8, Period),
-    /// Turn. The order may reach so many modules yet.
-    Steer(Course, NonZeroU8),
+    /// Turn.
+    Steer(Steer),
+}
+
+/// A course on its way.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+pub struct Steer {
+    /// Where the robot is to go.
+    pub course: Course,
+    /// It may reach so many modules yet.
+    pub lifetime: NonZeroU8,
+    /// For how many steps of 512 ms it has held, 0 to 3; one that has begun counts.
+    pub held: u8,
 }
 
 /// An order on its way.
@@ -67,6 +84,8 @@ pub struct Order {
 pub struct Helm {
     course: Course,
     serial: u8,
+    /// So many modules behind this one it may reach.
+    lifetime: u8,
     /// Until when they hold.
     until: Option<u16>,
     /// These neighbours may not know the course.
@@ -77,33 +96,42 @@ impl Helm {
     /// A module that has heard of no course.
     #[expect(clippy::new_without_default, reason = "the state at power-up, not a value to fall back on")]
     pub const fn new() -> Self {
-        Helm { course: Course::Ahead, serial: 0, until: None, untold: DockSet::EMPTY }
+        Helm { course: Course::Ahead, serial: 0, lifetime: 0, until: None, untold: DockSet::EMPTY }
     }
 
     /// Takes in an order with this serial to hold a course. Returns whether it is news: newer than the last,
     /// or the first for [`HOLDS`].
-    pub fn hear(&mut self, course: Course, serial: u8, now: u16) -> bool {
+    pub fn hear(&mut self, steer: Steer, serial: u8, now: u16) -> bool {
         self.expire(now);
         let is_newer = (1..0x80).contains(&serial.wrapping_sub(self.serial));
         if self.until.is_some() && !is_newer {
             return false;
         }
-        self.course = course;
+        self.course = steer.course;
         self.serial = serial;
-        self.until = Some(now.wrapping_add(HOLDS));
+        self.lifetime = steer.lifetime.get() - 1;
+        self.until = Some(now.wrapping_add(HOLDS - u16::from(steer.held & 3) * STEP));
         true
+    }
+
+    /// The order that goes on to other modules at `now`; `None` where it may reach none, or is nearly over.
+    pub fn onward(&self, now: u16) -> Option<Order> {
+        let lifetime = NonZeroU8::new(self.lifetime)?;
+        let held = (HOLDS - until(self.until?, now)).div_ceil(STEP);
+        let what = What::Steer(Steer { course: self.course, lifetime, held: held as u8 });
+        (held <= MOST_STEPS).then_some(Order { what, serial: self.serial })
     }
 
     /// Forgets what no longer holds. Call at least every 30 s while an order holds.
     pub fn expire(&mut self, now: u16) {
-        if self.until.is_some_and(|until| reached(until, now)) {
+        if self.until.is_some_and(|at| reached(at, now)) {
             *self = Helm::new();
         }
     }
 
     /// Milliseconds from `now` until [`expire`](Self::expire) is to be called, if it is.
     pub fn next_due(&self, now: u16) -> Option<u16> {
-        self.until.map(|until| crate::time::until(until, now))
+        self.until.map(|at| until(at, now))
     }
 
     /// These neighbours may not know the course.
@@ -113,11 +141,13 @@ impl Helm {
         }
     }
 
-    /// The order to pass on now, to neighbours that may not know it.
-    pub fn due(&mut self) -> Option<(Order, DockSet)> {
+    /// The order to pass on at `now`, to neighbours that may not know it.
+    pub fn due(&mut self, now: u16) -> Option<(Order, DockSet)> {
         let docks = core::mem::take(&mut self.untold);
-        let order = Order { what: What::Steer(self.course, NonZeroU8::MAX), serial: self.serial };
-        (!docks.is_empty()).then_some((order, docks))
+        if docks.is_empty() {
+            return None;
+        }
+        Some((self.onward(now)?, docks))
     }
 
     /// The course to hold.
@@ -128,27 +158,55 @@ impl Helm {
 
 #[cfg(test)]
 mod tests {
+    use tasks::dock::Dock;
+
     use super::*;
+
+    const LEFT: Steer = Steer { course: Course::Left, lifetime: NonZeroU8::new(3).unwrap(), held: 0 };
+    const RIGHT: Steer = Steer { course: Course::Right, ..LEFT };
 
     #[test]
     fn a_newer_order_supersedes_an_older_one_also_when_serials_wrap() {
         let mut helm = Helm::new();
-        assert!(helm.hear(Course::Left, 255, 0));
-        assert!(helm.hear(Course::Right, 0, 10));
-        assert!(!helm.hear(Course::Left, 255, 20), "it came late");
-        assert!(!helm.hear(Course::Right, 0, 30), "it came back");
+        assert!(helm.hear(LEFT, 255, 0));
+        assert!(helm.hear(RIGHT, 0, 10));
+        assert!(!helm.hear(LEFT, 255, 20), "it came late");
+        assert!(!helm.hear(RIGHT, 0, 30), "it came back");
         assert_eq!(helm.course(), Course::Right);
     }
 
     #[test]
     fn a_course_holds_until_the_remote_control_has_been_silent() {
         let mut helm = Helm::new();
-        helm.hear(Course::Left, 7, 65_000);
+        helm.hear(LEFT, 7, 65_000);
         assert_eq!(helm.next_due(65_000), Some(HOLDS));
         helm.expire(65_000_u16.wrapping_add(HOLDS - 1));
         assert_eq!(helm.course(), Course::Left);
         helm.expire(65_000_u16.wrapping_add(HOLDS));
         assert_eq!(helm.course(), Course::Ahead);
-        assert!(helm.hear(Course::Left, 7, 2_000), "another remote control begins as it likes");
+        assert!(helm.hear(LEFT, 7, 2_000), "another remote control begins as it likes");
+    }
+
+    #[test]
+    fn where_it_is_told_it_holds_no_longer_and_reaches_no_further() {
+        for heard_at in [0, 64_000] {
+            for after in 0..=HOLDS {
+                let (mut helm, mut other) = (Helm::new(), Helm::new());
+                helm.hear(LEFT, 7, heard_at);
+                let now = heard_at.wrapping_add(after);
+                helm.expire(now);
+                helm.tell(DockSet::of(&[Dock::Back]));
+                let told = helm.due(now);
+                assert_eq!(told.is_some(), after <= MOST_STEPS * STEP, "after {after} ms");
+                let Some((Order { what: What::Steer(steer), serial }, _)) = told else { continue };
+                assert_eq!((steer.course, steer.lifetime.get(), serial), (Course::Left, 2, 7));
+                other.hear(steer, serial, now);
+                let lefts = [&helm, &other].map(|helm| helm.next_due(now).expect("it holds"));
+                assert!(lefts[1] <= lefts[0] && lefts[0] < lefts[1] + STEP, "{lefts:?} after {after} ms");
+            }
+        }
+        let mut last = Helm::new();
+        last.hear(Steer { lifetime: NonZeroU8::MIN, ..LEFT }, 7, 0);
+        assert_eq!(last.onward(0), None);
     }
 }

@@ -1,6 +1,9 @@
+use core::num::NonZeroU8;
+
 use super::*;
 use crate::election::Token;
 use crate::gait::{GAITS, GaitName};
+use crate::order::Steer;
 use crate::sense::Sense::UpsideDown;
 use crate::sense::{LASTS, between_readings};
 use Action::{Holding, HoldingOver, Rest, Straight, Swing, SwingOver};
@@ -17,6 +20,8 @@ const BRANCH: Neighbours = [Some(Back), Some(Front), Some(Back), Some(Back), Non
 const OTHER: Neighbours = [Some(Back), Some(Front), None, Some(Back), Some(Down), None];
 
 const BEAT: u16 = 500;
+
+const TO_THE_LEFT: Steer = Steer { course: Course::Left, lifetime: NonZeroU8::new(40).unwrap(), held: 0 };
 
 fn module(neighbours: &Neighbours) -> Controller {
     let mut controller = Controller::new(GaitName::Centipede.gait(), 0, 0);
@@ -441,7 +446,7 @@ fn the_status_shows_and_counts() {
 
 #[test]
 fn an_order_goes_to_all_others_once_and_legs_of_that_side_step_back() {
-    let steer = |lifetime| What::Steer(Course::Left, NonZeroU8::new(lifetime).unwrap());
+    let steer = |lifetime| What::Steer(Steer { lifetime: NonZeroU8::new(lifetime).unwrap(), ..TO_THE_LEFT });
     let left = Order { what: steer(40), serial: 9 };
     let mut branch = module(&BRANCH);
     let response = branch.received(Left, Hormone::Order(left), 10);
@@ -468,7 +473,7 @@ fn an_order_goes_to_all_others_once_and_legs_of_that_side_step_back() {
 
 #[test]
 fn a_neighbour_that_starts_while_the_robot_turns_is_told_the_course() {
-    let left = Order { what: What::Steer(Course::Left, NonZeroU8::new(40).unwrap()), serial: 9 };
+    let left = Order { what: What::Steer(TO_THE_LEFT), serial: 9 };
     let mut spine = module(&SPINE);
     let _ = spine.received(Up, Hormone::Order(left), 10);
     let told = |spine: &mut Controller, now| {
@@ -782,7 +787,7 @@ fn a_leader_who_has_followed_rests_at_once_when_it_stands_down() {
 
 #[test]
 fn how_to_walk_is_ordered_whatever_number_somebody_steers_by() {
-    let steer = What::Steer(Course::Left, NonZeroU8::new(40).unwrap());
+    let steer = What::Steer(TO_THE_LEFT);
     let mut head = module(&HEAD);
     let _ = head.received(Back, Hormone::Order(Order { what: steer, serial: 100 }), 10);
     let _ = head.order(None, walk(STOP, 3), 20);

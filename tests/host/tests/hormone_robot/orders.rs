@@ -5,7 +5,7 @@ use std::num::NonZeroU8;
 use hormone::action::Action;
 use hormone::gait::GaitName::{self, Caterpillar, Centipede, FourLegs};
 use hormone::module_type::ModuleType::{LeftLeg, RightLeg};
-use hormone::order::{Course, HOLDS, Order, What};
+use hormone::order::{Course, HOLDS, Order, Steer, What};
 use hormone::period::Period;
 use proptest::prelude::*;
 use tasks::dock::Dock;
@@ -15,7 +15,7 @@ use Segment::{Branch, Spine};
 
 /// A course for all modules.
 fn steer(course: Course, serial: u8) -> Order {
-    Order { what: What::Steer(course, NonZeroU8::MAX), serial }
+    Order { what: What::Steer(Steer { course, lifetime: NonZeroU8::MAX, held: 0 }), serial }
 }
 
 /// A gait, in its own Period.
@@ -113,6 +113,22 @@ fn modules_attached_to_a_robot_that_turns_learn_the_course_before_it_is_said_aga
     }
     robot.run(u32::from(HOLDS));
     assert!((0..6).all(|module| robot.course(module) == Course::Ahead));
+}
+
+/// Each of two neighbours starts over while the other one holds the course, and tells it, again and again.
+#[test]
+fn a_course_is_over_in_time_though_modules_start_meanwhile_and_are_told_it() {
+    let mut robot = Robot::with_body(Centipede.gait(), &[Spine, Branch, Spine, Branch], 6);
+    robot.discover(150).unwrap();
+    robot.run(2_000);
+    robot.order(0, steer(Course::Left, 1));
+    robot.run(1_000);
+    for reset in 0..6 {
+        robot.reset(1 + reset % 2);
+        robot.run(600);
+        let turning = (0..robot.len()).any(|module| robot.course(module) != Course::Ahead);
+        assert_eq!(turning, reset == 0, "{} ms after the order", 1_000 + 600 * (reset + 1));
+    }
 }
 
 proptest! {
