@@ -85,6 +85,21 @@ fn commands_without_arguments_take_none() {
     }
 }
 
+/// What is no `--check` would be pictures made anew.
+#[test]
+fn commands_with_one_option_take_no_other() {
+    for (name, option) in [("picture", "--check"), ("coverage", "--accept")] {
+        for wrong in [&["--now"][..], &[option, option], &[""]] {
+            let (status, text) = said(x(X, &[&[name], wrong].concat()));
+            assert_eq!((status, text), (Some(2), format!("x: {name} takes nothing, or {option}\n")));
+        }
+        for right in [&[name][..], &[name, option]] {
+            let (_, text) = said(x(X, right));
+            assert!(text.contains("no-such-program"), "it goes on with the set-up: {text}");
+        }
+    }
+}
+
 #[test]
 fn a_number_of_inputs_and_a_package_have_to_be_such() {
     let says = |arguments: &[&str], needs: &str| {
