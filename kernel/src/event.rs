@@ -78,7 +78,7 @@ impl EventFlags {
         }
     }
 
-    /// The same for `ticks` ticks at most. With 0 ticks it does not block.
+    /// As [`wait_any`](Self::wait_any), for `ticks` ticks at most. With 0 ticks it does not block.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. No flag was taken then.
@@ -103,7 +103,7 @@ impl EventFlags {
         }
     }
 
-    /// The same for `ticks` ticks at most. With 0 ticks it does not block.
+    /// As [`wait_all`](Self::wait_all), for `ticks` ticks at most. With 0 ticks it does not block.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. No flag was taken then.

@@ -54,7 +54,7 @@ impl Semaphore {
         false
     }
 
-    /// The same where a task's loop calls it: the compiler saves only what is alive there. It takes up to 72
+    /// [Posts](Self::post) from a task's loop: the compiler saves only what is alive there. It takes up to 72
     /// cycles less to the woken task and back, and more flash; in a function that is called it saves all that
     /// a call preserves, each time.
     #[inline(always)]
@@ -72,9 +72,9 @@ impl Semaphore {
         }
     }
 
-    /// The same by a call, which preserves what any call does: less flash where not a task's loop waits, but
-    /// a function that is called from several places. 10 cycles more where there is a signal, and about 120
-    /// where the task blocks.
+    /// [Waits](Self::wait) by a call, which preserves what any call does: less flash where not a task's loop
+    /// waits, but a function that is called from several places. 10 cycles more where there is a signal, and
+    /// about 120 where the task blocks.
     #[inline(never)]
     pub fn wait_by_call(&self, task: &mut Task) {
         if self.word.block(task) {

@@ -36,8 +36,7 @@ static PRIORITY: MaskedCell<Option<Priority>> = MaskedCell::new(None);
 
 impl TaskHandle {
     /// Runs one instruction of the task, which is suspended and does not wait. `arm` arms the trap: from
-    /// there on the vector declared by [`trap_interrupt!`](crate::trap_interrupt!) is pending, and no other
-    /// interrupt goes before it.
+    /// there on the vector declared by `trap_interrupt!` is pending, and no other interrupt goes before it.
     ///
     /// What the task does with interrupts masked counts as one instruction, and so does all that it does
     /// while it has a mutex, or looks for a place in a list. The first step of a task that blocked or yielded

@@ -1,5 +1,5 @@
 //! A recording of a run as one HTML file, which plays without anything else: the page, what is to be said of
-//! the run as JSON, and the rest as [bytes](pack), compressed and in Base64. Or the same page for a run that
+//! the run as JSON, and the rest as bytes, compressed and in Base64. Or the same page for a run that
 //! goes on, which gets the same in parts, as it comes.
 
 mod about;

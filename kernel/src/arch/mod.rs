@@ -17,7 +17,7 @@
 //! | `fits`, `init_context` | a task's body and its first context on a new stack |
 //! | `when_dropped` | what is done where a task is dropped in its midst, if the port drops tasks |
 //! | `stack` | where a task's stack lies, if the port knows; its unused bytes hold the watermark |
-//! | `load`, `flash_static!` | tables in program memory: see [`flash`](crate::flash) |
+//! | `load`, `flash_static!` | tables in program memory: see [`flash`](mod@crate::flash) |
 //! | `need_tick` | without a tick, code that waits for one does not link, if the port can tell |
 //! | `clock` | the counter of the feature `cpu-time` |
 //! | `public` | what the port offers to users beside the kernel's API |

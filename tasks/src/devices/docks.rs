@@ -180,7 +180,7 @@ impl Docks {
         }
     }
 
-    /// One period of [`PERIOD_MS`](crate::docking::latch::PERIOD_MS). Returns whether any motor runs or a
+    /// One period of [`PERIOD_MS`]. Returns whether any motor runs or a
     /// search goes on.
     pub fn step(&mut self, around: &mut impl Surroundings) -> bool {
         let mut is_busy = self.search.is_some();

@@ -23,7 +23,7 @@ use crate::superbot::Half;
 /// How often the task shows at least that it is alive, in ticks of 1 ms.
 pub const ALIVE: Ticks = 50;
 
-/// The devices' task as others see it. A `static`: readers of RAM find the [`Counters`] at its start.
+/// The devices' task as others see it. A `static`: readers of RAM find the `Counters` at its start.
 #[repr(C)]
 pub struct Desk<const N: usize> {
     counters: Counters<Counter>,
