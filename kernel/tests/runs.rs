@@ -278,19 +278,35 @@ fn who_became_ready_in_work_that_fails_on_a_mutex_runs_though_its_task_catches_t
 
 #[test]
 fn a_task_that_blocks_where_it_is_dropped_ends_the_program() {
-    const CHILD: &str = "SUPERBOT_TEST_BLOCKS_IN_DROP";
     static STACK: Stack<0> = Stack::new();
-    if env::var_os(CHILD).is_some() {
+    blocks_where_it_is_dropped("a_task_that_blocks_where_it_is_dropped_ends_the_program", || {
         run_task(&STACK, 1, |task| {
             let parting = Parting(task, |task| task.delay(1));
             wait_for_ever(parting.0)
         });
-        return;
+    });
+}
+
+#[test]
+fn a_task_that_catches_its_end_and_blocks_again_ends_the_program() {
+    static STACK: Stack<0> = Stack::new();
+    blocks_where_it_is_dropped("a_task_that_catches_its_end_and_blocks_again_ends_the_program", || {
+        run_task(&STACK, 1, |task| {
+            loop {
+                has_failed(|| task.delay(5));
+            }
+        });
+    });
+}
+
+/// Holds that `runs`, in the test `name`, ends the program by what it says of a task that is dropped.
+fn blocks_where_it_is_dropped(name: &str, runs: impl FnOnce()) {
+    const CHILD: &str = "SUPERBOT_TEST_BLOCKS_IN_DROP";
+    if env::var_os(CHILD).is_some() {
+        return runs();
     }
     let mut child = Command::new(env::current_exe().expect("this program"));
-    let child =
-        child.args(["--exact", "a_task_that_blocks_where_it_is_dropped_ends_the_program", "--nocapture"]);
-    let output = child.env(CHILD, "").output().expect("it runs");
+    let output = child.args(["--exact", name, "--nocapture"]).env(CHILD, "").output().expect("it runs");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && errors.contains("a task that is dropped blocks"), "{errors}");
 }

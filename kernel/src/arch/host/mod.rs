@@ -9,9 +9,11 @@ extern crate std;
 
 use std::boxed::Box;
 use std::cell::{Cell, RefCell};
+use std::io::{self, Write as _};
 use std::mem::MaybeUninit;
 use std::ops::Range;
 use std::panic::{self, AssertUnwindSafe};
+use std::process;
 use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -87,7 +89,8 @@ static UNDERTAKER: ControlBlock = ControlBlock::new();
 ///
 /// At the end the tasks are killed and dropped: their stacks are free, they wait for nothing any more, and no
 /// timer is armed. The statics they used keep their state otherwise. What they drop then may make kernel
-/// calls, but none that blocks: that ends the program.
+/// calls, but none that blocks: that ends the program. So does a task that goes on to block, or returns, as
+/// it has caught the panic by which it is dropped: [`resume_unwind`](panic::resume_unwind) passes that on.
 pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut(&mut Interrupt, u32)) {
     let mut passed = 0;
     run(init, |interrupt| {
@@ -278,7 +281,13 @@ pub(crate) fn switch_from_call(_: &mut Task) {
 
 /// A task that is dropped, or that failed, has nobody to go on with it.
 pub(crate) fn may_block() {
-    assert!(!thread::panicking(), "a task that is dropped blocks");
+    let message = "a task that is dropped blocks";
+    assert!(!thread::panicking(), "{message}");
+    // Who has caught the panic by which it is dropped would catch another, too.
+    if critical(ready::running).is(&UNDERTAKER) {
+        let _ = writeln!(io::stderr(), "{message}"); // which no test captures
+        process::abort();
+    }
 }
 
 pub(crate) fn begin() {
