@@ -7,7 +7,8 @@ use std::time::Duration;
 use std::{env, thread};
 
 use kernel::{
-    Boot, Job, JobContext, Message, Mutex, Never, Priority, Semaphore, Stack, Task, TaskState, Timer, host,
+    Boot, Interrupt, Job, JobContext, Message, Mutex, Never, Priority, Semaphore, Stack, Task, TaskState,
+    Timer, host,
 };
 
 /// Runs `body` as the one task, for `ticks` ticks.
@@ -244,6 +245,25 @@ fn a_task_that_catches_the_panic_of_a_job_waits_as_any_other() {
         },
         |_, _| {},
     );
+}
+
+#[test]
+fn an_interrupt_that_fails_inside_of_a_call_ends_the_run_though_the_task_would_catch_it() {
+    static STACK: Stack<0> = Stack::new();
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    for section in 1..3 {
+        let panic = panic_of(|| {
+            run_task(&STACK, 1, move |task| {
+                let fails = move |_: &mut Interrupt| panic!("section {section}");
+                let waits = || host::interrupted(section, fails, || SIGNAL.wait(task));
+                match panic::catch_unwind(AssertUnwindSafe(waits)) {
+                    Err(panic) if !panic.is::<String>() => panic::resume_unwind(panic), // the task is dropped
+                    _ => wait_for_ever(task),
+                }
+            });
+        });
+        assert_eq!(panic, format!("section {section}"));
+    }
 }
 
 #[test]

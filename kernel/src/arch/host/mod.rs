@@ -7,6 +7,7 @@
 
 extern crate std;
 
+use std::any::Any;
 use std::boxed::Box;
 use std::cell::{Cell, RefCell};
 use std::io::{self, Write as _};
@@ -45,6 +46,8 @@ std::thread_local! {
     static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(ptr::null()) };
     /// Whether the running task has not switched where it was due, as it was failing.
     static OWES_SWITCH: Cell<bool> = const { Cell::new(false) };
+    /// The panic of an interrupt inside of a kernel call, which ends the run.
+    static FAILURE: RefCell<Option<Box<dyn Any + Send>>> = const { RefCell::new(None) };
     /// Whether this thread has the [`OneKernel`].
     static HAS_KERNEL: Cell<bool> = const { Cell::new(false) };
 }
@@ -107,7 +110,8 @@ pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut
 /// Runs the kernel: `init` starts the tasks, and whenever all of them are blocked, `on_idle` stands for the
 /// interrupt that comes then, until it returns `false`. Time stands still unless it calls [`tick`].
 ///
-/// A task that panics ends the run, and the caller gets the panic.
+/// A task that panics ends the run, and the caller gets the panic. So does an interrupt; where it comes
+/// [inside](interrupted) of a call its task can't catch that.
 pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
     assert!(!HAS_KERNEL.get(), "this thread runs a kernel already");
     let _kernel = OneKernel::take();
@@ -179,6 +183,7 @@ pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'sta
 fn end_run() {
     YIELDER.set(ptr::null()); // a task that has failed leaves its own
     OWES_SWITCH.set(false);
+    FAILURE.take();
     ARRIVAL.take();
     while TASKS.with_borrow(|tasks| !tasks.is_empty()) {
         // SAFETY: no task runs.
@@ -227,6 +232,9 @@ fn run_ready() {
         coroutine.resume(());
         YIELDER.set(ptr::null());
         TASKS.with_borrow_mut(|tasks| tasks[index].coroutine = Some(coroutine));
+        if let Some(panic) = FAILURE.take() {
+            panic::resume_unwind(panic);
+        }
     }
 }
 
@@ -239,7 +247,13 @@ pub(crate) fn disable_interrupts() {
 
 pub(crate) fn enable_interrupts() {
     if let Some(Arrival { handler, .. }) = end_section() {
-        interrupt(handler);
+        interrupt(|interrupt| {
+            // The task must not go on in the midst of a call, and might catch the panic.
+            if let Err(panic) = panic::catch_unwind(AssertUnwindSafe(|| handler(interrupt))) {
+                FAILURE.set(Some(panic));
+                suspend();
+            }
+        });
     }
 }
 
