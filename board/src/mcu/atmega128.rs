@@ -3,6 +3,8 @@
 #[cfg(not(feature = "tickless"))]
 use avr_device::atmega128a::TC0;
 use avr_device::atmega128a::{AC, CPU, EXINT, TC2};
+#[cfg(not(feature = "tickless"))]
+use avr_device::interrupt;
 
 /// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register
 /// in I/O Memory"). Without one it does nothing.
@@ -21,11 +23,11 @@ pub(crate) fn set_up() {
 /// Interrupts each time that Timer0 has counted 64 clocks `top` + 1 times.
 #[cfg(not(feature = "tickless"))]
 pub(crate) fn start_tick(top: u8) {
-    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK; their bits stay as they
-    // are.
+    // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK, and their interrupts
+    // change their bits there: not in the midst of this.
     let timer = unsafe { TC0::steal() };
     timer.ocr0().write(|w| w.set(top));
-    timer.timsk().modify(|_, w| w.ocie0().set_bit());
+    interrupt::free(|_| timer.timsk().modify(|_, w| w.ocie0().set_bit()));
     // WGM01 alone: clear timer on compare match.
     timer.tccr0().write(|w| w.wgm01().set_bit().cs0().prescale_64());
 }
