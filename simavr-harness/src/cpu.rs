@@ -43,8 +43,8 @@ const SPH: u16 = 0x5e;
 #[derive(Clone, Copy)]
 pub(crate) struct Cpu(NonNull<ffi::avr_t>);
 
-// SAFETY: simavr keeps no state outside an instance but its logger, which is set once. By the type's invariant
-// all handles belong to one `Mcu`, and so move with it.
+// SAFETY: simavr keeps no state outside an instance but its logger, which is set once. By the type's
+// invariant all handles belong to one `Mcu`, and so move with it.
 unsafe impl Send for Cpu {}
 
 /// An interrupt vector of one instance, under the invariant of [`Cpu`].

@@ -49,8 +49,9 @@ macro_rules! counters {
 
             /// The counts.
             pub const fn all(&self) -> &[$crate::counter::Counter] {
-                // SAFETY: it is `repr(C)`, and as many counters lie there as it has fields, one after the other.
-                unsafe { core::slice::from_raw_parts(core::ptr::from_ref(self).cast(), $Counters::NAMES.len()) }
+                let first = core::ptr::from_ref(self).cast();
+                // SAFETY: it is `repr(C)`: as many counters as it has fields lie there, one after the other.
+                unsafe { core::slice::from_raw_parts(first, $Counters::NAMES.len()) }
             }
         }
     };

@@ -246,7 +246,7 @@ fn what_does_not_compile_tells_no_figures() {
     }
 }
 
-/// Cargo's configuration may name another folder, as for all that somebody builds; a relative one is below that of x.
+/// Cargo's configuration may name another folder for all that somebody builds. A relative one is below x.
 #[test]
 fn what_it_has_built_it_finds_wherever_cargo_builds() {
     let folder = folder("built");
