@@ -822,3 +822,13 @@ fn when_the_neighbour_that_the_rhythm_came_from_is_gone_any_other_is_followed_at
     assert_eq!(controller.next_due(100), None);
     assert_eq!(sent(controller.received(Front, cp(B), 200)), by(B, &[Back, Right]));
 }
+
+#[test]
+fn a_module_of_another_type_says_so_and_follows_any_way_at_once_though_its_neighbour_is_still_there() {
+    let mut controller = module(&SPINE);
+    let _ = controller.received(Front, cp(A), 0);
+    let response = attach(&mut controller, &BRANCH, 100);
+    assert_eq!(response.event, Some(Event::TopologyChanged(ModuleType::Branch)));
+    assert_eq!(controller.next_due(100), None);
+    assert_eq!(controller.received(Back, cp(B), 200).event, Some(Event::HormoneReceived(Back, B)));
+}
