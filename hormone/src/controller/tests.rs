@@ -116,7 +116,8 @@ fn the_head_beats_a_at_0_and_b_at_half_a_period() {
 #[test]
 fn a_head_listens_to_nobody() {
     let mut head = module(&HEAD);
-    assert_eq!(sent(head.received(Back, cp(A), 10)), None);
+    let response = head.received(Back, cp(A), 10);
+    assert_eq!((response.event, response.send), (Some(Event::HormoneDropped(Back)), None));
     assert_eq!(head.status().dropped, 1);
 }
 
@@ -751,6 +752,29 @@ fn a_leader_whose_token_comes_back_no_more_rests() {
         let _ = leader.timer(now);
     }
     assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
+}
+
+#[test]
+fn a_leader_whose_tokens_come_back_rolls_on_as_its_rounds_begin() {
+    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let mut rounds = 0;
+    for now in 2_000..6_000 {
+        let Some(Response { send, action, .. }) = leader.timer(now) else { continue };
+        if let Some(Outgoing { hormone: Hormone::Token(token), .. }) = send {
+            assert_eq!(action, None, "at {now}");
+            let _ = leader.received(Front, Hormone::Token(Token { hops: 6, ..token }), now + 10);
+            rounds += 1;
+        }
+    }
+    assert!(rounds > 3 && leader.is_leader(), "{rounds}");
+}
+
+#[test]
+fn a_token_that_comes_to_no_ring_goes_no_further() {
+    let mut spine = module(&SPINE);
+    assert!(spine.received(Front, Hormone::Token(Token { rank: 1, hops: 3 }), 10) == NOTHING);
+    assert_eq!(spine.status().dropped, 1);
 }
 
 /// It does not go on with the beats of the leader before it, which it made good until it was elected.
