@@ -771,6 +771,28 @@ fn a_leader_whose_tokens_come_back_rolls_on_as_its_rounds_begin() {
 }
 
 #[test]
+fn a_token_that_ends_makes_nobody_forget_the_beat() {
+    let name = GaitName::RollingTrack as u8;
+    let mut follower = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut follower, &SPINE, 0);
+    let pace = Pace { name, rhythm: 0, lifetime: NonZeroU16::new(20), ..pace(A) };
+    let _ = follower.received(Front, Hormone::Pace(pace), 100);
+    let token = Token { rank: 5, hops: 3 };
+    assert!(follower.received(Front, Hormone::Token(token), 150).send.is_some());
+    assert!(follower.received(Front, Hormone::Token(Token { hops: 7, ..token }), 160) == NOTHING);
+    assert!(follower.beats().is_some());
+
+    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let own = Token { hops: 6, ..leader.election.round(2_000).unwrap() };
+    let _ = leader.received(Front, Hormone::Token(own), 2_010);
+    let due = 2_010 + leader.pacemaker.until_beat(2_010);
+    let _ = leader.received(Front, Hormone::Token(own), due);
+    let is_beat = |response: Response| matches!(response.event, Some(Event::HormoneGenerated(_)));
+    assert!(core::iter::from_fn(|| leader.timer(due)).any(is_beat));
+}
+
+#[test]
 fn a_token_that_comes_to_no_ring_goes_no_further() {
     let mut spine = module(&SPINE);
     assert!(spine.received(Front, Hormone::Token(Token { rank: 1, hops: 3 }), 10) == NOTHING);
