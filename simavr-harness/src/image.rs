@@ -68,6 +68,8 @@ pub enum ImageError {
     NotAvr(u16),
     #[error("the image has nothing to put into flash; build the images with ./x build")]
     Empty,
+    #[error("a segment reaches beyond the end of the file; build the images with ./x build")]
+    Cut,
 }
 
 /// avr-gcc's linker keeps one address space: flash, data and EEPROM each begin at one of these.
@@ -106,7 +108,7 @@ impl Image {
             if segment.p_type(endian) != elf::PT_LOAD || !FLASH.contains(&at) {
                 continue;
             }
-            let content = segment.data(endian, bytes).unwrap_or_default();
+            let content = segment.data(endian, bytes).map_err(|()| ImageError::Cut)?;
             place(&mut flash, at as usize, content);
         }
         if flash.is_empty() {

@@ -244,6 +244,11 @@ fn modules_have_the_images_that_a_robot_file_names() {
         std::fs::copy(images().join(name), directory.join(name)).expect("./x build leaves it");
     }
     std::fs::write(directory.join("text.elf"), "no program").expect("the file can be written");
+    let mut cut = std::fs::read(images().join("firmware-master.elf")).expect("./x build leaves it");
+    let segments = u32::from_le_bytes(cut[28..32].try_into().expect("four bytes")) as usize;
+    let in_file = segments + 16; // how many bytes of it the first one has
+    cut[in_file..][..4].copy_from_slice(&0x7fff_ffff_u32.to_le_bytes());
+    std::fs::write(directory.join("cut.elf"), cut).expect("the file can be written");
     let file = directory.join("robot.toml");
     let run_with = |image: &str, options: &[&str]| {
         std::fs::write(&file, format!("modules = 2\nshape = \"chain\"\n{image}"))
@@ -264,6 +269,7 @@ fn modules_have_the_images_that_a_robot_file_names() {
     };
     refused("master = \"gone.elf\"", "mixed/gone.elf: `master` and `slave` of an [[image]] are paths from");
     refused("slave = \"text.elf\"", "text.elf: not an ELF file");
+    refused("master = \"cut.elf\"", "cut.elf: a segment reaches beyond the end of the file");
     refused("master = \"firmware-slave.elf\"", "module 1: the master's image has no MODULE_STATUS");
     let output = run_with(same, &["--engine", "host"]);
     assert_refused(&output, "take each [[image]] out, or ask for --engine simavr");
