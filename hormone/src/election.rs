@@ -19,6 +19,8 @@
 //! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
 //! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
 
+use tasks::lfsr;
+
 use crate::time::{reached, until};
 
 /// From one round to the next, in milliseconds, in a ring of up to 125 modules.
@@ -76,7 +78,7 @@ pub struct Election {
     last: Token,
     /// The rank before its own, of which tokens may still come back; 0 if there is none.
     rank_before: u16,
-    /// A 16-bit linear feedback shift register, x^16 + x^14 + x^13 + x^11 + 1.
+    /// A [shift register](lfsr).
     random: u16,
     round_at: u16,
     /// So many rounds it waits as a follower before it stands.
@@ -201,14 +203,7 @@ impl Election {
 
     fn draw(&mut self, now: u16) -> u16 {
         // The moment breaks the tie of two that began with one seed. Zero is the one state never left.
-        self.random = (self.random ^ now).max(1);
-        for _ in 0..16 {
-            let carry = self.random & 1 != 0;
-            self.random >>= 1;
-            if carry {
-                self.random ^= 0xB400;
-            }
-        }
+        self.random = lfsr::shifted::<16>((self.random ^ now).max(1));
         self.random & !LEADER
     }
 }

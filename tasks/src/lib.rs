@@ -20,6 +20,7 @@
 //! | [`duty`]    | whether periodic tasks keep their periods                            |
 //! | [`request`] | what behaviours ask of devices, and what devices tell                |
 //! | [`counter`] | counts that one task keeps and anybody reads                         |
+//! | [`lfsr`]    | numbers by chance                                                    |
 //! | [`api`]     | all that a behaviour sees                                            |
 
 #![no_std]
@@ -32,6 +33,7 @@ pub mod devices;
 pub mod dock;
 pub mod docking;
 pub mod duty;
+pub mod lfsr;
 pub mod link;
 pub mod mailbox;
 pub mod message;

@@ -3,14 +3,15 @@
 //! On a half-duplex medium two ends that collided once and repeat after the same time-out collide
 //! for ever. Each adds a few milliseconds of its own.
 
+use crate::lfsr;
+
 /// The longest delay, in milliseconds. Of two ends that begin a millisecond apart the later one hears the
 /// other and waits, so a few suffice; and where light is bad, messages wait for nothing else as long.
 pub const LONGEST: u8 = 3;
 
 const _: () = assert!((LONGEST + 1).is_power_of_two(), "all delays are equally frequent");
 
-/// A 16-bit linear feedback shift register (Galois form, x^16 + x^14 + x^13 + x^11 + 1, period
-/// 65535).
+/// The delays of one dock, by a [shift register](lfsr).
 pub struct Backoff(u16);
 
 impl Backoff {
@@ -24,13 +25,7 @@ impl Backoff {
     pub fn next_ms(&mut self) -> u8 {
         // More shifts than bits are taken, so that no bit is used twice, and a number that has no
         // factor in common with the period, so that every state has its turn.
-        for _ in 0..4 {
-            let carry = self.0 & 1 != 0;
-            self.0 >>= 1;
-            if carry {
-                self.0 ^= 0xB400;
-            }
-        }
+        self.0 = lfsr::shifted::<4>(self.0);
         self.0 as u8 & LONGEST
     }
 }
