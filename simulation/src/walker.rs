@@ -1,6 +1,7 @@
 //! One module, judged by the rules of its type: the letters that it takes up, in turn, and what it does and
 //! sends at each.
 
+use std::collections::VecDeque;
 use std::mem::replace;
 
 use hormone::action::Action;
@@ -70,6 +71,8 @@ pub enum Wrong {
     Missing,
     #[error("took up another letter than the next one")]
     OutOfTurn,
+    #[error("took up the letters of a Period sooner or later than in about a Period")]
+    Pace,
     #[error("did not act on a letter")]
     Idle,
     #[error("did what no rule for its letter says")]
@@ -122,6 +125,8 @@ pub struct Walker {
     /// Before its last change it had had all the time that it has from power-up.
     has_settled: bool,
     pub step: Option<Step>,
+    /// When it took up its last letters, as many as a Period has.
+    letters_at: VecDeque<u64>,
     last_action: Option<Action>,
     /// When a letter is next found missing.
     overdue_at: u64,
@@ -154,6 +159,7 @@ impl Walker {
             settled_at: 0,
             has_settled: false,
             step: None,
+            letters_at: VecDeque::new(),
             last_action: None,
             overdue_at: 0,
             apart_since: None,
@@ -229,6 +235,7 @@ impl Walker {
         let before = self.step.replace(Step { source, data, at, sent: DockSet::EMPTY, acted: None });
         let came_from = if from.is_some() { replace(&mut self.source, from) } else { self.source };
         self.overdue_at = at + self.period();
+        let is_in_pace = self.keeps_pace(at);
         if let Some(before) = before {
             self.judge_attitude(before, at, tally);
             if before.acted.is_none() && self.rules(before).next().is_some() {
@@ -240,10 +247,26 @@ impl Walker {
             if data != before.data.later(1, self.gait.beats) {
                 return self.wrong(Wrong::OutOfTurn, at, tally);
             }
+            if !is_in_pace {
+                return self.wrong(Wrong::Pace, at, tally);
+            }
         }
         if !self.acts {
             self.unsettled = None;
         }
+    }
+
+    /// A letter is taken up. Whether those of a Period were in about a Period, since all may be right: a beat
+    /// that comes to hand early is an eighth shorter.
+    fn keeps_pace(&mut self, at: u64) -> bool {
+        self.letters_at.push_back(at);
+        let mut since = None;
+        while self.letters_at.len() > usize::from(self.gait.beats) {
+            since = self.letters_at.pop_front();
+        }
+        let period = self.period();
+        let about = period * 3 / 4..=period * 3 / 2;
+        since.is_none_or(|since| since < self.settled_at || about.contains(&(at - since)))
     }
 
     /// The module begins an action.

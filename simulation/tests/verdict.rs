@@ -1,5 +1,7 @@
 //! The verdict: what a robot does wrong is found, and nothing else, by the native engine's runs.
 
+use std::num::NonZeroU16;
+
 use hormone::action::Action::{Holding, HoldingOver, Swing, SwingOver};
 use hormone::data::Data::{A, B};
 use hormone::gait::{Gait, GaitName};
@@ -50,6 +52,18 @@ fn a_robot_whose_modules_have_lost_their_power_does_nothing() {
     let headless = "shape = \"chain\"\nmodules = 2\n[[event]]\nat = 4\nkill = 0";
     assert_found(&verdict(headless, 8), "nobody leads");
     assert_found(&verdict(headless, 8), "order another gait, as the files in robots/gaits do");
+}
+
+#[test]
+fn a_robot_that_walks_in_another_period_than_it_has_to_is_found() {
+    let beat = |beat| Gait { beat: NonZeroU16::new(beat).unwrap(), ..GaitName::Centipede.gait() };
+    let file = "shape = \"centipede\"\nmodules = 10\n";
+    for (milliseconds, is_found) in [(250, true), (360, true), (500, false), (800, true), (1_000, true)] {
+        let faults = verdict_by(beat(milliseconds), file, 12);
+        let says_so =
+            faults.iter().any(|fault| fault.contains("about a Period") || fault.contains("whole Period"));
+        assert_eq!((says_so, faults.is_empty()), (is_found, !is_found), "{milliseconds} ms: {faults:?}");
+    }
 }
 
 /// It has nobody either, but does not beat its own time.
