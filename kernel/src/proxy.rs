@@ -94,8 +94,8 @@ impl Semaphore {
     /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not
     /// block.
     ///
-    /// A time above [`LONGEST`](crate::LONGEST) counts as that. 23 bytes of stack: 8 for a proxy waiter, 9 for
-    /// its wait set, 6 for a timer.
+    /// A time above [`LONGEST`](crate::LONGEST) counts as that. 23 bytes of stack: 8 for a proxy waiter, 9
+    /// for its wait set, 6 for a timer.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.

@@ -51,8 +51,8 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         faults.push("no module has power".into());
     } else if !observer.gait.is_led() {
         faults.push(
-            "nobody leads: most gaits need a head, some a ring or a module alone; look at the types, or order \
-             another gait, as the files in robots/gaits do"
+            "nobody leads: most gaits need a head, some a ring or a module alone; look at the types, or \
+             order another gait, as the files in robots/gaits do"
                 .into(),
         );
     } else if observer.hops.delivered == 0 && modules > 1 {
@@ -71,7 +71,8 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         && let Some((unjudged, until)) = observer.gait.unjudged(robot.now())
     {
         faults.push(format!(
-            "{unjudged} modules lie so far from the leader that they were not judged: run for more than {:.1} s",
+            "{unjudged} modules lie so far from the leader that they were not judged: run for more than \
+             {:.1} s",
             seconds(until)
         ));
     }

@@ -473,7 +473,8 @@ fn a_chain_that_is_disturbed_while_it_closes_or_opens_does_so_all_the_same() {
     }
 }
 
-/// Its latch goes on opening, and opens while all still are a ring. Who is reset then learns of the order anew.
+/// Its latch goes on opening, and opens while all still are a ring. Who is reset then learns of the order
+/// anew.
 #[test]
 fn a_ring_that_is_ordered_to_close_while_it_opens_closes() {
     for later in (200..400_u32).step_by(4) {
@@ -726,8 +727,8 @@ fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {
     }
 }
 
-/// Whenever the ends of a chain are joined, in the middle of a beat or while one is under way, it rolls soon. Of
-/// seven modules they do not meet by themselves.
+/// Whenever the ends of a chain are joined, in the middle of a beat or while one is under way, it rolls soon.
+/// Of seven modules they do not meet by themselves.
 #[test]
 fn a_chain_rolls_soon_once_its_ends_are_joined_whenever_that_is() {
     let rolls = |run: &Run<Native>| count_of(&run.robot, |status| status.action == Action::Roll) == 7;
