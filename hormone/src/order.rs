@@ -4,8 +4,8 @@
 //! becomes the [standing order](crate::standing) of the robot. A course goes to every module by every dock,
 //! and is said again and again; when the remote control falls silent, the robot goes straight ahead. A newer
 //! course supersedes an older one, so that in a loop, where it comes back, it ends. A neighbour that is told
-//! how the robot walks, as one that starts is, is told its course as well, and
-//! for how long that has held: so it holds there no longer than here.
+//! how the robot walks, as one that starts is, is told its course as well, and for how long that has held: so
+//! it holds there no longer than here.
 
 use core::num::NonZeroU8;
 

@@ -64,15 +64,14 @@ impl WaitSet {
     }
 
     /// No proxy waiter refers to the wait set any more.
-    pub(crate) fn end(&self, task: &mut Task) {
-        task.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
+    pub(crate) fn end(&self, context: &mut impl Context) {
+        context.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
     }
 
-    /// The same for a task that is dropped, or that catches what failed while it waited.
+    /// Ends it for a task that is dropped, or that catches what failed while it waited.
     pub(crate) fn withdraw(&self) {
         // SAFETY: the task fails, so no other runs, and no interrupt comes.
-        let boot = &mut unsafe { Boot::assume() };
-        boot.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
+        self.end(&mut unsafe { Boot::assume() });
     }
 
     /// Those that a task which is killed takes with it.

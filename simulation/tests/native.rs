@@ -473,8 +473,8 @@ fn a_chain_that_is_disturbed_while_it_closes_or_opens_does_so_all_the_same() {
     }
 }
 
-/// Its latch goes on opening, and opens while all still are a ring. Who is reset then learns of the order
-/// anew.
+/// Its latch goes on opening, and opens while all still are a ring. A module that is reset then learns of the
+/// order anew.
 #[test]
 fn a_ring_that_is_ordered_to_close_while_it_opens_closes() {
     for later in (200..400_u32).step_by(4) {

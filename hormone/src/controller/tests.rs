@@ -671,14 +671,19 @@ fn in_ring(leader: &mut Controller, from: u16, to: u16) -> u8 {
     leader.status().gait
 }
 
-/// It led a ring that was cut elsewhere, and has not found that out.
-#[test]
-fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
-    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+/// The leader of a ring that walks by `gait`, and is ordered to close after 2,100 ms; and when that counts.
+fn ordered_to_close(gait: GaitName) -> (Controller, u16) {
+    let mut leader = Controller::new(gait.gait(), 3, 0);
     let _ = attach(&mut leader, &SPINE, 0);
     let _ = in_ring(&mut leader, 0, 2_099);
     let _ = leader.order(None, walk(GaitName::CloseRing as u8, 1), 2_100);
-    let late = 2_100 + CLOSED_AFTER;
+    (leader, 2_100 + CLOSED_AFTER)
+}
+
+/// It led a ring that was cut elsewhere, and has not found that out.
+#[test]
+fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
+    let (mut leader, late) = ordered_to_close(GaitName::RollingTrack);
     (2_100..=late).for_each(|now| _ = leader.timer(now));
     let candidate = Token { rank: 1, hops: 3 };
     let _ = leader.received(Front, Hormone::Token(candidate), late);
@@ -689,11 +694,7 @@ fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
 /// It led a ring that it was about to open.
 #[test]
 fn a_ring_that_is_to_close_is_closed_once_no_latch_can_be_opening_any_more() {
-    let mut leader = Controller::new(GaitName::OpenRing.gait(), 3, 0);
-    let _ = attach(&mut leader, &SPINE, 0);
-    let _ = in_ring(&mut leader, 0, 2_099);
-    let _ = leader.order(None, walk(GaitName::CloseRing as u8, 1), 2_100);
-    let late = 2_100 + CLOSED_AFTER;
+    let (mut leader, late) = ordered_to_close(GaitName::OpenRing);
     assert_eq!(in_ring(&mut leader, 2_100, late - 1), GaitName::CloseRing as u8);
     assert_eq!(in_ring(&mut leader, late, late + 2_000), GaitName::RollingTrack as u8);
 }

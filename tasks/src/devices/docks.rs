@@ -180,8 +180,7 @@ impl Docks {
         }
     }
 
-    /// One period of [`PERIOD_MS`]. Returns whether any motor runs or a
-    /// search goes on.
+    /// One period of [`PERIOD_MS`]. Returns whether any motor runs or a search goes on.
     pub fn step(&mut self, around: &mut impl Surroundings) -> bool {
         let mut is_busy = self.search.is_some();
         for devices in &mut self.docks {
