@@ -531,7 +531,6 @@ impl Controller {
 
     /// The robot has taken another shape.
     fn reshaped(&mut self, now: u16) -> Response {
-        self.reshaped_at = None;
         match self.once() {
             Some(once) => self.walk_from_now(once.then as u8, Period::OWN, now),
             None => NOTHING,

@@ -8,7 +8,7 @@
 //! 2. When there is nothing to transmit, wait until [`poll_at`](Sender::poll_at), until a message comes into
 //!    the mailbox, or until the receiver [wakes](super::receiver::Arriving::wake_sender) it.
 
-use kernel::Ticks;
+use kernel::{Ticks, is_reached};
 
 use super::arq::Timeout;
 use super::backoff::Backoff;
@@ -225,12 +225,6 @@ impl<Letter: Held> Sender<Letter> {
 fn content(letter: &impl Held) -> (TaskCode, &[u8]) {
     let letter = letter.letter();
     (letter.to().task(), letter.payload())
-}
-
-/// Whether `now` is at `time` or after it.
-fn is_reached(time: Ticks, now: Ticks) -> bool {
-    let left = time.wrapping_sub(now);
-    left == 0 || left > kernel::LONGEST
 }
 
 #[cfg(test)]
