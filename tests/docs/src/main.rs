@@ -10,6 +10,8 @@
 //! read.
 
 mod figures;
+#[cfg(test)]
+mod links;
 mod page;
 
 use std::path::{Path, PathBuf};
