@@ -1,7 +1,7 @@
 //! Timers: signals at a later tick, delays, and periods without drift.
 //!
 //! Armed timers form a list by deadline. A tick counts one up and compares it with the first deadline, so it
-//! costs the same however many timers are armed; see [`tick_interrupt!`](crate::tick_interrupt!).
+//! costs the same however many timers are armed; see `tick_interrupt!`.
 
 use core::ptr;
 

@@ -2,7 +2,7 @@
 //! equals.
 //!
 //! A queue is a list without a tail. To find a place in it takes as long as the list, in steps: see
-//! [`traversal`](crate::traversal).
+//! [`traversal`].
 
 use crate::context::{Context, Task, ThreadContext};
 use crate::control_block::{ControlBlock, Flag};

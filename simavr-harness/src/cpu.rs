@@ -3,7 +3,7 @@
 //!
 //! A [`Cpu`] is a handle, copied freely between the harness and the callbacks that simavr makes into
 //! it. No Rust reference into simavr's memory outlives the method that makes it, so a callback may
-//! use its own handle while the harness is inside [`Cpu::run`].
+//! use its own handle during a [`run`](crate::execution::run).
 
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -93,7 +93,7 @@ pub(crate) enum News {
 struct Control {
     /// No other instance has the same.
     number: u64,
-    /// Cycle at which [`Cpu::run`] has to return.
+    /// Cycle at which the [`run`](crate::execution::run) under way has to return.
     deadline: u64,
     /// Set by a device that needs the harness before the deadline.
     attention: bool,
@@ -186,7 +186,7 @@ impl Cpu {
         unsafe { (*self.as_ptr()).cycle = cycle }
     }
 
-    /// Lets the core wait during the instruction in progress, which is inside [`Cpu::run`].
+    /// Lets the core wait during the instruction in progress, inside of a [`run`](crate::execution::run).
     pub fn halt(self, cycles: u64) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive by the type's invariant.

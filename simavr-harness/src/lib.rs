@@ -8,9 +8,9 @@
 //! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they
 //!   move.
 //! - [`Robot`]: modules, and which dock is attached to which.
-//! - `physics`: the [world](world) that a robot may be in.
+//! - `physics`: the [world] that a robot may be in.
 //! - [`Engine`]: a robot running, on as many threads as there are.
-//! - [`bench`]: the kernel's figures, measured on single MCUs, and those of a module.
+//! - [`mod@bench`]: the kernel's figures, measured on single MCUs, and those of a module.
 //!
 //! All time is in cycles of the 16 MHz clock since power-up. What comes out depends on the images,
 //! the wiring and the seed, and on nothing else.

@@ -1,7 +1,7 @@
 //! Whether a robot walks: every module that hormones reach takes up their letters in turn, one a beat, and
-//! does at each what the rules of its type say, in the [tables](hormone::gait) that the robot itself goes by
-//! (of the centipede's that is the paper's Table 1). It sends on what they say, too; the legs of a branch are
-//! in step with each other; and who has to sense something for a rule does.
+//! does at each what the rules of its type say, in the [tables](mod@hormone::gait) that the robot itself goes
+//! by (of the centipede's that is the paper's Table 1). It sends on what they say, too; the legs of a branch
+//! are in step with each other; and who has to sense something for a rule does.
 //!
 //! A change of the robot disturbs the modules at which it happens, those around, and all that get their
 //! hormones by way of them; no others. These have one Period and the time of discovery to come right again,

@@ -5,7 +5,7 @@
 //! - [`world`]: the kernel's objects, and how each call is made on them. The host test and the test image
 //!   share it.
 //! - [`wire`]: calls and outcomes as bytes, between the image and the harness.
-//! - [`reference`]: what the kernel must do.
+//! - [`mod@reference`]: what the kernel must do.
 //! - [`step`], [`random`], [`systems`] and [`exhaustive`]: scripts.
 //! - [`referee`]: holds a kernel that plays a script against the reference.
 //! - [`shorten`]: what remains of a script that disagrees.

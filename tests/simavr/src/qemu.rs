@@ -1,7 +1,7 @@
 //! A second emulator: QEMU, which shares no code with simavr and the harness.
 //!
 //! The images are built with the feature `qemu` of `tests-images`. They send their marks over USART0, and
-//! [`END`] when they are done.
+//! `END` when they are done.
 
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};

@@ -18,7 +18,7 @@ pub const COMPUTES_EVERY: Ticks = 200;
 /// A piece of what it computes, in cycles: 0.1 ms.
 pub const PIECE: u16 = 1600;
 
-/// [`LENGTH`] of what has no end.
+/// [`TRIAL_LENGTH`] of what has no end.
 pub const ENDLESS: u16 = u16::MAX;
 
 /// How long it computes, in pieces. The bench sets it, and reads nothing of it.

@@ -1,7 +1,7 @@
 //! Coverage: which instructions of the kernel no test in simavr executes, and which of its branches go one
 //! way only.
 //!
-//! While [`FOLDER`] is set, every test image records there what its MCUs execute. [`functions`] reads the
+//! While [`FOLDER`] is set, every test image records there what its MCUs execute. [`functions()`] reads the
 //! records and puts them together: each image is linked on its own, so the kernel is in each once more. A
 //! function in several images is the same *variant* of it if it has the same instructions but for values and
 //! addresses that the linker may have put there (see [`simavr_harness::Form`]). An instruction counts as
