@@ -3,8 +3,8 @@
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
 use simulation::{
-    Angles, BridgeTotals, Change, Deed, Event, Face, LinkTotals, MILLISECOND, Motion, Placing, Transcript,
-    Trouble, Wiring, WiringError,
+    Angles, BridgeTotals, Change, Event, Face, LinkTotals, MILLISECOND, Motion, Placing, TraceEvent,
+    Transcript, Trouble, Wiring, WiringError,
 };
 
 use crate::controller::Controller;
@@ -46,13 +46,13 @@ impl simulation::Robot for Engine {
         Engine::run_until(self, cycle);
     }
 
-    fn take_deeds(&mut self) -> Vec<Deed> {
+    fn take_trace_events(&mut self) -> Vec<TraceEvent> {
         let told = self.take_events().into_iter().filter(|told| told.controller == Controller::Master);
-        let deed = told.filter_map(|told| {
+        let trace_event = told.filter_map(|told| {
             let event = Behaviour::from_byte(told.value)?;
-            Some(Deed { cycle: told.cycle, module: told.module, event })
+            Some(TraceEvent { cycle: told.cycle, module: told.module, event })
         });
-        deed.collect()
+        trace_event.collect()
     }
 
     fn take_changes(&mut self) -> Vec<Event> {

@@ -4,8 +4,8 @@ use hormone::event::Event;
 use hormone::status::Status;
 use tasks::dock::Dock;
 
-use crate::deed::Deed;
 use crate::robot::Robot;
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
 /// What a module has yet to find out.
@@ -71,11 +71,11 @@ impl Discovery {
         self.pending[module] = Some(Change { at: now, is_loss: false });
     }
 
-    /// Takes in the next deed.
-    pub fn take(&mut self, deed: &Deed) {
-        if let Event::TopologyChanged(_) = deed.event {
-            self.last_change[deed.module] = deed.cycle;
-            self.lapses += u64::from(self.is_calm(deed.module));
+    /// Takes in the next trace event.
+    pub fn take(&mut self, trace_event: &TraceEvent) {
+        if let Event::TopologyChanged(_) = trace_event.event {
+            self.last_change[trace_event.module] = trace_event.cycle;
+            self.lapses += u64::from(self.is_calm(trace_event.module));
         }
     }
 

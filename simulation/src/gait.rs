@@ -18,11 +18,11 @@ use hormone::period::Period;
 use hormone::sense::Sense;
 use tasks::dock::Dock;
 
-use crate::deed::Deed;
 use crate::native::devices::value;
 use crate::orders::Orders;
 use crate::reach::{concerned, hops};
 use crate::robot::Robot;
+use crate::trace_event::TraceEvent;
 use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong};
 use crate::wiring::{Face, Wiring};
 
@@ -232,9 +232,9 @@ impl Gait {
         self.tally.is_noisy = are_noisy;
     }
 
-    /// Takes in the next deed.
-    pub fn take(&mut self, deed: &Deed) {
-        let &Deed { cycle, module, event } = deed;
+    /// Takes in the next trace event.
+    pub fn take(&mut self, trace_event: &TraceEvent) {
+        let &TraceEvent { cycle, module, event } = trace_event;
         let acts = !matches!(
             event,
             Event::TopologyChanged(_) | Event::HormoneDropped(_) | Event::ActionBegun(Action::Rest)

@@ -6,8 +6,8 @@ use std::ops::Range;
 use hormone::event::Event;
 use hormone::hormone::Data;
 
-use crate::deed::Deed;
 use crate::hardware::{MILLISECOND, wire_limit};
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
 /// A hormone that has been handed to a link for longer than this and was not received is lost: more than all
@@ -87,9 +87,9 @@ impl Hops {
         }
     }
 
-    /// Takes in the next deed. Returns the hormone that came by it, if one did.
-    pub fn take(&mut self, deed: &Deed, wiring: &Wiring) -> Option<Arrival> {
-        let &Deed { cycle, module, event } = deed;
+    /// Takes in the next trace event. Returns the hormone that came by it, if one did.
+    pub fn take(&mut self, trace_event: &TraceEvent, wiring: &Wiring) -> Option<Arrival> {
+        let &TraceEvent { cycle, module, event } = trace_event;
         self.now = self.now.max(cycle);
         let seen = self.modules.get_mut(module)?;
         match event {

@@ -3,9 +3,9 @@
 //! - [`Wiring`]: which dock is attached to which. [`Shape`]: wirings by name.
 //! - [`Scenario`]: a robot, the [`Terrain`] it is on, and the [`Change`]s that happen to it; from a file or
 //!   not.
-//! - [`Robot`]: what a robot that runs can be asked for. [`Deed`]: what a behaviour did, and when.
-//! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows deeds: [`Hops`] the hormones from
-//!   module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] what they do.
+//! - [`Robot`]: what a robot that runs can be asked for. [`TraceEvent`]: an event of a behaviour, and when.
+//! - [`Run`]: a robot on its way through a timeline. [`Observer`] follows trace events: [`Hops`] the hormones
+//!   from module to module, [`Discovery`] how soon modules know their neighbours, [`Gait`] what they do.
 //!   [`faults`] says what was not as it should be.
 //! - [`Body`]: what a module drives and measures. [`Bodies`]: what docks do to each other.
 //!   [`Environment`]: a world that a robot may be in.
@@ -19,7 +19,6 @@ mod body;
 mod change;
 mod command;
 mod course;
-mod deed;
 mod discovery;
 mod docking;
 mod environment;
@@ -46,6 +45,7 @@ mod shape;
 mod terminal;
 mod terrain;
 mod totals;
+mod trace_event;
 mod verdict;
 mod walker;
 mod wiring;
@@ -53,7 +53,6 @@ mod wiring;
 pub use body::{Body, Drives};
 pub use change::{Change, Links, Mcus, PUSH_MILLISECONDS};
 pub use command::{SENDS, command};
-pub use deed::Deed;
 pub use discovery::Discovery;
 pub use docking::Bodies;
 pub use environment::Environment;
@@ -78,6 +77,7 @@ pub use shape::{Shape, TooFewModules};
 pub use terminal::{Terminal, Transcript};
 pub use terrain::{Block, Load, Stair, Terrain, Wall};
 pub use totals::{BridgeTotals, LinkTotals};
+pub use trace_event::TraceEvent;
 pub use verdict::faults;
 pub use walker::{Violation, Wrong};
 pub use wiring::{Face, Wiring, WiringError};

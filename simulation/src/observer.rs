@@ -3,7 +3,6 @@
 use crate::change::{Change, Links, Mcus};
 use crate::command::SENDS;
 use crate::course::Course;
-use crate::deed::Deed;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
 use crate::hardware::{START_UP, is_on_slave, tries};
@@ -11,6 +10,7 @@ use crate::hops::Hops;
 use crate::recording::Recorder;
 use crate::robot::Robot;
 use crate::scenario::Event;
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
 /// Follows a robot as it runs.
@@ -95,15 +95,15 @@ impl Observer {
 
     /// Takes in what the robot has done since the last call.
     pub fn hear(&mut self, robot: &mut impl Robot) {
-        let mut deeds = robot.take_deeds().into_iter().peekable();
+        let mut trace_events = robot.take_trace_events().into_iter().peekable();
         for event in robot.take_changes() {
-            while let Some(deed) = deeds.next_if(|deed| deed.cycle < event.at) {
-                self.take(&deed);
+            while let Some(trace_event) = trace_events.next_if(|trace_event| trace_event.cycle < event.at) {
+                self.take(&trace_event);
             }
             self.follow(&event);
             self.own_changes.push(event);
         }
-        deeds.for_each(|deed| self.take(&deed));
+        trace_events.for_each(|trace_event| self.take(&trace_event));
     }
 
     fn reshape(&mut self, now: u64) {
@@ -111,14 +111,14 @@ impl Observer {
         self.hops.disturbed(&concerned, now);
     }
 
-    fn take(&mut self, deed: &Deed) {
-        self.reshape(deed.cycle);
-        let arrival = self.hops.take(deed, &self.wiring);
+    fn take(&mut self, trace_event: &TraceEvent) {
+        self.reshape(trace_event.cycle);
+        let arrival = self.hops.take(trace_event, &self.wiring);
         if let Some(recorder) = &mut self.recorder {
-            recorder.take(deed, arrival);
+            recorder.take(trace_event, arrival);
         }
-        self.discovery.take(deed);
-        self.gait.take(deed);
+        self.discovery.take(trace_event);
+        self.gait.take(trace_event);
     }
 
     /// Something has just happened to the robot.

@@ -7,8 +7,8 @@ use hormone::data::Data;
 use hormone::module_type::ModuleType;
 use tasks::dock::DockSet;
 
-use crate::deed::Deed;
 use crate::placing::Placing;
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
 pub use recorder::Recorder;
@@ -23,7 +23,7 @@ pub struct Recording {
     /// Look by look, and of each look module by module.
     pub placings: Vec<Placing>,
     /// What behaviours did but for sending hormones and taking them up, in order.
-    pub deeds: Vec<Deed>,
+    pub trace_events: Vec<TraceEvent>,
     /// Hormones on their ways between modules, in the order in which they were sent.
     pub hormones: Vec<Passage>,
     /// When what a module knows of its neighbours and itself was another than before, in order.
@@ -43,7 +43,7 @@ impl Recording {
             every,
             modules,
             placings: Vec::new(),
-            deeds: Vec::new(),
+            trace_events: Vec::new(),
             hormones: Vec::new(),
             views: Vec::new(),
             losses: None,
@@ -54,8 +54,8 @@ impl Recording {
 
     /// Whether nothing is in it.
     pub fn is_empty(&self) -> bool {
-        let Recording { placings, deeds, hormones, wirings, happenings, .. } = self;
-        [placings.len(), deeds.len(), hormones.len(), wirings.len(), happenings.len()] == [0; 5]
+        let Recording { placings, trace_events, hormones, wirings, happenings, .. } = self;
+        [placings.len(), trace_events.len(), hormones.len(), wirings.len(), happenings.len()] == [0; 5]
     }
 }
 

@@ -3,12 +3,12 @@
 use hormone::status::Status;
 
 use crate::change::Change;
-use crate::deed::Deed;
 use crate::placing::Placing;
 use crate::pose::Angles;
 use crate::scenario::Event;
 use crate::terminal::Transcript;
 use crate::totals::{BridgeTotals, LinkTotals};
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring, WiringError};
 use plants::motion::Motion;
 use plants::trouble::Trouble;
@@ -41,7 +41,7 @@ pub trait Robot {
     fn run_until(&mut self, cycle: u64);
 
     /// Takes what the behaviours did since the last call, in order.
-    fn take_deeds(&mut self) -> Vec<Deed>;
+    fn take_trace_events(&mut self) -> Vec<TraceEvent>;
 
     /// Takes what the robot itself has changed of its wiring since the last call, in order.
     fn take_changes(&mut self) -> Vec<Event>;

@@ -136,13 +136,14 @@ fn the_outcome_depends_on_the_seed_only() {
         robot.set_tile(tile);
         robot.change(&Change::Loss { links: Links::All, probability: 0.2 }).unwrap();
         robot.change(&Change::Noise { links: Links::From(face(0, Back)), probability: 0.01 }).unwrap();
-        let mut deeds = Vec::new();
+        let mut trace_events = Vec::new();
         while robot.now() < SECOND {
             robot.run_until((robot.now() + step).min(SECOND));
-            deeds.append(&mut robot.take_deeds());
+            trace_events.append(&mut robot.take_trace_events());
         }
-        let deeds = fnv_1a(deeds.iter().flat_map(|deed| format!("{deed:?}").into_bytes()));
-        (robot.state_hash(), robot.links(), deeds)
+        let trace_events =
+            fnv_1a(trace_events.iter().flat_map(|trace_event| format!("{trace_event:?}").into_bytes()));
+        (robot.state_hash(), robot.links(), trace_events)
     };
     let expected = outcome(1, 1000, SECOND);
     assert!(expected.1.retries > 0 && expected.1.errors > 0, "{:?}", expected.1);
@@ -301,9 +302,9 @@ fn a_module_without_power_is_silent() {
     let mut robot = robot(Shape::Chain, 3, 1);
     robot.run_until(SECOND);
     robot.change(&Change::Kill(2)).unwrap();
-    robot.take_deeds();
+    robot.take_trace_events();
     robot.run_until(3 * SECOND);
-    assert!(robot.take_deeds().iter().all(|deed| deed.module != 2));
+    assert!(robot.take_trace_events().iter().all(|trace_event| trace_event.module != 2));
     assert!(!robot.is_on(2) && robot.is_right(1));
 }
 
@@ -361,7 +362,7 @@ fn docks_of_the_other_mcu_go_on_when_one_is_reset() {
 fn a_command_reaches_hormone_through_a_free_dock() {
     let mut robot = robot(Shape::Chain, 3, 1);
     robot.run_until(SECOND / 4);
-    robot.take_deeds();
+    robot.take_trace_events();
     let pace = Pace {
         name: GaitName::Centipede as u8,
         data: Data::A,
@@ -374,9 +375,11 @@ fn a_command_reaches_hormone_through_a_free_dock() {
     let command = Change::Command { at: face(1, Left), payload };
     robot.change(&command).unwrap();
     robot.run_until(SECOND / 4 + 10 * MILLISECOND);
-    let deeds = robot.take_deeds();
-    let received = deeds.iter().find(|deed| deed.event == Behaviour::HormoneReceived(Left, Data::A));
-    assert!(received.is_some_and(|deed| deed.module == 1), "{deeds:?}");
+    let trace_events = robot.take_trace_events();
+    let received = trace_events
+        .iter()
+        .find(|trace_event| trace_event.event == Behaviour::HormoneReceived(Left, Data::A));
+    assert!(received.is_some_and(|trace_event| trace_event.module == 1), "{trace_events:?}");
     let refused = robot.change(&Change::Command { at: face(1, Back), payload: vec![] });
     assert!(refused.is_err(), "a module is attached there");
 }
@@ -531,12 +534,14 @@ fn a_ring_of_hundreds_elects_a_leader_and_rolls() {
             let events = "shape = 'ring'\n[[event]]\nat = 1\ncommand = [0xd4, 1, 255]\nto = '0.Up'\n";
             let mut run = run(robot(Shape::Ring, modules, seed), events, 40);
             assert_eq!(count_of(&run.robot, |status| status.action == Action::Roll), modules, "{modules}");
-            run.robot.take_deeds();
+            run.robot.take_trace_events();
             run.robot.run_until(50 * SECOND);
-            let deeds = run.robot.take_deeds();
-            let beats = |wanted: fn(&Behaviour) -> bool| deeds.iter().filter(move |deed| wanted(&deed.event));
+            let trace_events = run.robot.take_trace_events();
+            let beats = |wanted: fn(&Behaviour) -> bool| {
+                trace_events.iter().filter(move |trace_event| wanted(&trace_event.event))
+            };
             let mut leaders: Vec<usize> = beats(|event| matches!(event, Behaviour::HormoneGenerated(_)))
-                .map(|deed| deed.module)
+                .map(|trace_event| trace_event.module)
                 .collect();
             leaders.dedup();
             assert_eq!(leaders.len(), 1, "{leaders:?} lead {modules} modules");

@@ -6,8 +6,8 @@ use hormone::hormone::Data::{self, A, B};
 use hormone::status::Status;
 use hormone::topology::to_bytes;
 use simulation::{
-    Angles, BridgeTotals, Change, Deed, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus,
-    Observer, Robot, Shape, Wiring, WiringError,
+    Angles, BridgeTotals, Change, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus, Observer,
+    Robot, Shape, TraceEvent, Wiring, WiringError,
 };
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
@@ -28,7 +28,7 @@ struct Script {
     statuses: Vec<Status>,
     /// How it lies, in degrees.
     roll: f64,
-    deeds: Vec<Deed>,
+    trace_events: Vec<TraceEvent>,
     changes: Vec<Happening>,
     now: u64,
 }
@@ -37,7 +37,8 @@ impl Script {
     fn new() -> (Self, Observer) {
         let wiring = Shape::Centipede.wiring(6).unwrap();
         let statuses = vec![Status::POWER_UP; wiring.modules()];
-        let script = Script { wiring, statuses, roll: 0.0, deeds: Vec::new(), changes: Vec::new(), now: 0 };
+        let script =
+            Script { wiring, statuses, roll: 0.0, trace_events: Vec::new(), changes: Vec::new(), now: 0 };
         let observer = Observer::new(&script, PERIOD);
         (script, observer)
     }
@@ -56,11 +57,11 @@ impl Script {
         let module_type = self.wiring.module_type(module);
         self.statuses[module].neighbours = to_bytes(&self.wiring.neighbours(module));
         self.statuses[module].module_type = module_type;
-        self.deeds.push(Deed { cycle: at, module, event: Event::TopologyChanged(module_type) });
+        self.trace_events.push(TraceEvent { cycle: at, module, event: Event::TopologyChanged(module_type) });
     }
 
     fn receives(&mut self, module: usize, dock: Dock, data: Data, at: u64) {
-        self.deeds.push(Deed { cycle: at, module, event: Event::HormoneReceived(dock, data) });
+        self.trace_events.push(TraceEvent { cycle: at, module, event: Event::HormoneReceived(dock, data) });
     }
 
     /// Something that happens now.
@@ -84,7 +85,7 @@ impl Script {
         };
         let sent = sent.iter().map(|&(dock, data)| Event::HormoneSent(dock, data));
         for event in [taken].into_iter().chain(sent).chain([Event::ActionBegun(action)]) {
-            self.deeds.push(Deed { cycle: at, module, event });
+            self.trace_events.push(TraceEvent { cycle: at, module, event });
         }
         observer.look(self);
     }
@@ -95,7 +96,7 @@ impl Script {
             self.steps(observer, module, letter(beat), Straight, at);
         }
         self.steps(observer, 4, letter(beat + 1), Straight, at);
-        self.deeds.push(Deed {
+        self.trace_events.push(TraceEvent {
             cycle: at,
             module: 5,
             event: Event::HormoneReceived(Front, letter(beat + 1)),
@@ -159,8 +160,8 @@ impl Robot for Script {
         self.now = cycle;
     }
 
-    fn take_deeds(&mut self) -> Vec<Deed> {
-        std::mem::take(&mut self.deeds)
+    fn take_trace_events(&mut self) -> Vec<TraceEvent> {
+        std::mem::take(&mut self.trace_events)
     }
 
     fn take_changes(&mut self) -> Vec<Happening> {
@@ -256,7 +257,7 @@ fn what_is_not_sent_is_wrong() {
     let taken = Event::HormoneReceived(Front, letter(9));
     let sent = [Left, Back].map(|dock| Event::HormoneSent(dock, letter(10)));
     for event in [taken].into_iter().chain(sent).chain([Event::ActionBegun(Straight)]) {
-        script.deeds.push(Deed { cycle: 9 * PERIOD / 2, module: 1, event });
+        script.trace_events.push(TraceEvent { cycle: 9 * PERIOD / 2, module: 1, event });
     }
     script.receives(1, Front, letter(10), 10 * PERIOD / 2);
     script.now = 10 * PERIOD / 2;
@@ -277,7 +278,11 @@ fn what_no_rule_sends_is_wrong() {
     ] {
         let (mut script, mut observer) = Script::discovered();
         script.walk(&mut observer, 1..10);
-        script.deeds.push(Deed { cycle: script.now, module, event: Event::HormoneSent(dock, data) });
+        script.trace_events.push(TraceEvent {
+            cycle: script.now,
+            module,
+            event: Event::HormoneSent(dock, data),
+        });
         observer.look(&mut script);
         assert_eq!(observer.gait.violations(), u64::from(!is_right), "{module} {dock:?} {data:?}");
     }
@@ -486,11 +491,12 @@ fn discovery_is_the_time_of_the_last_module_to_know() {
 #[test]
 fn hormones_are_followed_over_their_wires() {
     let (mut script, mut observer) = Script::discovered();
-    let sent = |module, dock, data, at| Deed { cycle: at, module, event: Event::HormoneSent(dock, data) };
-    let generated = Deed { cycle: 1000, module: 0, event: Event::HormoneGenerated(A) };
-    script.deeds.extend([generated, sent(0, Back, A, 2000)]);
+    let sent =
+        |module, dock, data, at| TraceEvent { cycle: at, module, event: Event::HormoneSent(dock, data) };
+    let generated = TraceEvent { cycle: 1000, module: 0, event: Event::HormoneGenerated(A) };
+    script.trace_events.extend([generated, sent(0, Back, A, 2000)]);
     script.receives(1, Dock::Front, A, 61_000);
-    script.deeds.extend([sent(1, Left, B, 62_000), sent(1, Back, B, 63_000)]);
+    script.trace_events.extend([sent(1, Left, B, 62_000), sent(1, Back, B, 63_000)]);
     script.receives(2, Back, B, 131_000);
     observer.look(&mut script);
     let hops = &observer.hops;
@@ -501,7 +507,7 @@ fn hormones_are_followed_over_their_wires() {
     assert!((over_wire - 65_000.0 / 31_766.0).abs() < 1e-6, "{over_wire}");
 
     // The next one overtakes the one to the tail, which is lost; the leg's comes twice.
-    script.deeds.push(sent(1, Back, A, 200_000));
+    script.trace_events.push(sent(1, Back, A, 200_000));
     script.receives(4, Dock::Front, A, 260_000);
     script.receives(2, Back, B, 270_000);
     observer.look(&mut script);

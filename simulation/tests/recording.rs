@@ -96,11 +96,12 @@ fn a_hormone_into_a_cut_link_does_not_arrive() {
 
 #[test]
 fn joints_are_where_actions_bring_them() {
-    let Recording { placings, deeds, .. } = recorded(Vec::new(), 3_000);
+    let Recording { placings, trace_events, .. } = recorded(Vec::new(), 3_000);
     let lie = Shape::Centipede.wiring(10).unwrap().placings();
     assert_eq!(placings[..10], lie, "at power-up");
-    let swings = |deed: &&simulation::Deed| deed.event == Behaviour::ActionBegun(Action::Swing);
-    let leg = deeds.iter().find(swings).unwrap().module;
+    let swings =
+        |trace_event: &&simulation::TraceEvent| trace_event.event == Behaviour::ActionBegun(Action::Swing);
+    let leg = trace_events.iter().find(swings).unwrap().module;
     let angles: Vec<_> =
         placings.iter().skip(leg).step_by(10).map(|Placing { angles, .. }| angles[2]).collect();
     let postures: Vec<f64> = Action::Swing.motion().iter().map(|posture| f64::from(posture.motor2)).collect();
@@ -224,7 +225,7 @@ fn parts_of_a_run_are_the_whole_of_it() {
             assert_eq!(of_parts, whole.$list, stringify!($list));
         )*};
     }
-    compare!(placings deeds views wirings happenings);
+    compare!(placings trace_events views wirings happenings);
     assert!(parts.iter().filter(|part| !part.placings.is_empty()).count() > 40, "it comes as it goes on");
 }
 

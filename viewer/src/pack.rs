@@ -6,7 +6,7 @@
 //!    quaternion's x, y, z, w in units of [`TURN`], the angles of the joints in units of [`ANGLE`].
 //! 2. The hormones' number, and of each: microseconds since the one before, dock, letter, microseconds on the
 //!    way and 1, or 0 if it did not arrive.
-//! 3. The deeds' number, and of each: microseconds since the one before, module, code.
+//! 3. The trace events' number, and of each: microseconds since the one before, module, code.
 //! 4. The views' number, and of each: looks since the one before, module, docks as bits, type and 1
 //!    or 0 for none.
 //! 5. The losses' number, and of each: looks since the one before, dock, frames.
@@ -37,12 +37,12 @@ pub fn pack(recording: &Recording) -> Vec<u8> {
         bytes.placings(placings);
     }
     bytes.hormones(recording);
-    bytes.number(recording.deeds.len() as u64);
+    bytes.number(recording.trace_events.len() as u64);
     let mut before = 0;
-    for deed in &recording.deeds {
-        bytes.later(&mut before, deed.cycle / MICROSECOND);
-        bytes.number(deed.module as u64);
-        bytes.number(u64::from(deed.event.to_byte()));
+    for trace_event in &recording.trace_events {
+        bytes.later(&mut before, trace_event.cycle / MICROSECOND);
+        bytes.number(trace_event.module as u64);
+        bytes.number(u64::from(trace_event.event.to_byte()));
     }
     bytes.number(recording.views.len() as u64);
     let mut before = 0;

@@ -106,12 +106,12 @@ fn all_that_was_recorded_is_in_the_page() {
         assert_eq!(took, passage.arrived.map_or(0, |arrived| microseconds(arrived) - now + 1));
     }
     assert!(lost > 0);
-    assert_eq!(next(), recording.deeds.len() as u64);
+    assert_eq!(next(), recording.trace_events.len() as u64);
     now = 0;
-    for deed in &recording.deeds {
+    for trace_event in &recording.trace_events {
         now += next();
-        assert_eq!(now, microseconds(deed.cycle));
-        assert_eq!([next(), next()], [deed.module as u64, u64::from(deed.event.to_byte())]);
+        assert_eq!(now, microseconds(trace_event.cycle));
+        assert_eq!([next(), next()], [trace_event.module as u64, u64::from(trace_event.event.to_byte())]);
     }
     assert_eq!(next(), recording.views.len() as u64);
     now = 0;

@@ -26,7 +26,6 @@ use tasks::message::{Address, Letter, Message, TaskCode};
 
 use crate::change::{Change, Links};
 use crate::command::{SENDS, label};
-use crate::deed::Deed;
 use crate::environment::Environment;
 use crate::hardware::MILLISECOND;
 use crate::hardware::lateness;
@@ -37,6 +36,7 @@ use crate::random::Random;
 use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::totals::{BridgeTotals, LinkTotals};
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring, WiringError};
 use docking::{Due, SOONEST};
 use hormone::gait::{Gait, GaitName};
@@ -68,7 +68,7 @@ pub struct Native {
     /// Modules that are run through several windows at once.
     tile: usize,
     now: u64,
-    deeds: Vec<Deed>,
+    trace_events: Vec<TraceEvent>,
     /// What docks have been asked for, in no particular order.
     dockings: Vec<Due>,
     changes: Vec<Event>,
@@ -117,7 +117,7 @@ impl Native {
             distance: 0,
             tile: TILE,
             now: 0,
-            deeds: Vec::new(),
+            trace_events: Vec::new(),
             dockings: Vec::new(),
             changes: Vec::new(),
             roll: 0.0,
@@ -171,8 +171,8 @@ impl Native {
     fn run_module(&mut self, index: usize, start: u64, end: u64) {
         let mut output = std::mem::take(&mut self.output);
         self.due[index] = self.modules[index].run(start, end, &mut output);
-        let deed = |(cycle, event)| Deed { cycle, module: index, event };
-        self.deeds.extend(output.events.drain(..).map(deed));
+        let trace_event = |(cycle, event)| TraceEvent { cycle, module: index, event };
+        self.trace_events.extend(output.events.drain(..).map(trace_event));
         self.dockings.extend(output.dockings.drain(..).map(|(at, docking)| Due::new(index, docking, at)));
         for (dock, flight) in output.flights.drain(..) {
             self.fly(Face { module: index, dock }, flight);
@@ -315,12 +315,12 @@ impl Robot for Native {
         }
     }
 
-    fn take_deeds(&mut self) -> Vec<Deed> {
-        self.deeds.sort_by_key(|deed| (deed.cycle, deed.module));
+    fn take_trace_events(&mut self) -> Vec<TraceEvent> {
+        self.trace_events.sort_by_key(|trace_event| (trace_event.cycle, trace_event.module));
         // What a module has begun to do may end later.
-        let past = self.deeds.partition_point(|deed| deed.cycle < self.now);
-        let later = self.deeds.split_off(past);
-        std::mem::replace(&mut self.deeds, later)
+        let past = self.trace_events.partition_point(|trace_event| trace_event.cycle < self.now);
+        let later = self.trace_events.split_off(past);
+        std::mem::replace(&mut self.trace_events, later)
     }
 
     fn take_changes(&mut self) -> Vec<Event> {

@@ -9,10 +9,10 @@ use tasks::dock::{Dock, DockSet};
 
 use super::{Loss, Passage, Recording, View};
 use crate::change::Change;
-use crate::deed::Deed;
 use crate::hops::{Arrival, LOST_AFTER};
 use crate::robot::Robot;
 use crate::scenario;
+use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
 /// Keeps a robot's run. It changes nothing of the run, and of what observers see.
@@ -95,8 +95,8 @@ impl Recorder {
     }
 
     /// A behaviour has done something, and by that a hormone may have come.
-    pub fn take(&mut self, deed: &Deed, arrival: Option<Arrival>) {
-        let &Deed { cycle, module, event } = deed;
+    pub fn take(&mut self, trace_event: &TraceEvent, arrival: Option<Arrival>) {
+        let &TraceEvent { cycle, module, event } = trace_event;
         match event {
             Event::HormoneSent(dock, data) => {
                 let from = Face { module, dock };
@@ -104,7 +104,7 @@ impl Recorder {
                 self.recording.hormones.push(Passage { from, data, sent: cycle, arrived: None });
             }
             Event::HormoneReceived(..) => {}
-            _ => self.recording.deeds.push(*deed),
+            _ => self.recording.trace_events.push(*trace_event),
         }
         if let Some(Arrival { from, sent }) = arrival
             && let Some(index) = self.under_way.remove(&(from, sent))

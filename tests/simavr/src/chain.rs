@@ -23,7 +23,7 @@ impl Count {
 
 /// Something that a behaviour did.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deed {
+pub struct TraceEvent {
     pub cycle: u64,
     pub module: usize,
     pub event: Behaviour,
@@ -61,11 +61,11 @@ impl Chain {
     }
 
     /// Runs for `cycles`, and returns what the behaviours did meanwhile, in order.
-    pub fn run(&mut self, cycles: u64) -> Vec<Deed> {
+    pub fn run(&mut self, cycles: u64) -> Vec<TraceEvent> {
         self.engine.run_until(self.engine.cycle() + cycles);
         let told = self.engine.take_events().into_iter().filter_map(|told| {
             let event = Behaviour::from_byte(told.value)?;
-            Some(Deed { cycle: told.cycle, module: told.module, event })
+            Some(TraceEvent { cycle: told.cycle, module: told.module, event })
         });
         told.collect()
     }

@@ -7,7 +7,7 @@ use hormone::hormone::Data;
 use tasks::dock::Dock;
 
 use crate::MILLISECOND;
-use crate::chain::Deed;
+use crate::chain::TraceEvent;
 
 /// In this time a hormone is delivered or given up: 21 transmissions, each with its wait for an ACK.
 pub const HOP_AT_MOST: u64 = 250 * MILLISECOND;
@@ -29,22 +29,22 @@ pub struct Hormones {
 
 impl Hormones {
     /// Follows what a chain of `modules` modules did up to `now`.
-    pub fn follow(modules: usize, deeds: &[Deed], now: u64) -> Self {
+    pub fn follow(modules: usize, trace_events: &[TraceEvent], now: u64) -> Self {
         let under_way = vec![VecDeque::new(); modules];
         let mut hormones =
             Hormones { under_way, sent: 0, delivered: 0, lost: 0, unsent: 0, at_tail: Vec::new() };
-        for deed in deeds {
-            match deed.event {
+        for trace_event in trace_events {
+            match trace_event.event {
                 Behaviour::HormoneSent(Dock::Back, data) => {
                     hormones.sent += 1;
-                    hormones.under_way[deed.module].push_back((deed.cycle, data));
+                    hormones.under_way[trace_event.module].push_back((trace_event.cycle, data));
                 }
-                Behaviour::HormoneReceived(Dock::Front, data) => hormones.receive(deed.module, data),
-                Behaviour::HormoneDropped(Dock::Front) => hormones.drop(deed.module),
+                Behaviour::HormoneReceived(Dock::Front, data) => hormones.receive(trace_event.module, data),
+                Behaviour::HormoneDropped(Dock::Front) => hormones.drop(trace_event.module),
                 Behaviour::HormoneSent(..)
                 | Behaviour::HormoneReceived(..)
                 | Behaviour::HormoneDropped(_) => {
-                    panic!("{deed:?}: off the chain")
+                    panic!("{trace_event:?}: off the chain")
                 }
                 Behaviour::HormoneGenerated(_)
                 | Behaviour::TopologyChanged(_)

@@ -46,9 +46,9 @@ fn outcome(robot: impl Robot, timeline: Vec<Event>) -> Outcome {
         format!("{:?}", status.map(|status| (status.module_type, status.neighbours(), status.gait)))
     };
     let mut actions = vec![Vec::new(); count];
-    for deed in recording.deeds.iter().filter(|deed| deed.cycle >= SETTLED) {
-        if let Did::ActionBegun(action) = deed.event {
-            actions[deed.module].push((format!("{action:?}"), deed.cycle));
+    for trace_event in recording.trace_events.iter().filter(|trace_event| trace_event.cycle >= SETTLED) {
+        if let Did::ActionBegun(action) = trace_event.event {
+            actions[trace_event.module].push((format!("{action:?}"), trace_event.cycle));
         }
     }
     Outcome { modules: (0..count).map(describe).collect(), faults: faults(&run, true), actions }

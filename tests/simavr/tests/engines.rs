@@ -66,10 +66,10 @@ fn watch(mut robot: impl Robot, turns: &[(u64, f64)]) -> Seen {
             robot.change(&Change::Roll(degrees)).expect("any robot can be turned");
         }
         robot.run_until(next.end);
-        for deed in robot.take_deeds() {
-            seen.hops.take(&deed, robot.wiring());
-            if !matches!(deed.event, Event::TopologyChanged(_) | Event::ActionBegun(Action::Rest)) {
-                seen.hormones[deed.module].push((deed.event, deed.cycle));
+        for trace_event in robot.take_trace_events() {
+            seen.hops.take(&trace_event, robot.wiring());
+            if !matches!(trace_event.event, Event::TopologyChanged(_) | Event::ActionBegun(Action::Rest)) {
+                seen.hormones[trace_event.module].push((trace_event.event, trace_event.cycle));
             }
         }
         if robot.now() <= AT_FIRST {

@@ -8,7 +8,7 @@ use hormone::event::Event;
 use hormone::module_type::ModuleType::LeftLeg;
 use hormone::rule::received;
 use simavr_harness::{Engine, Image, Images, RobotBuilder};
-use simulation::{Deed, Robot, Run, Shape, faults};
+use simulation::{Robot, Run, Shape, TraceEvent, faults};
 use superbot_tests_simavr::rules::{Master, table::table};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
@@ -35,34 +35,37 @@ fn robot(lame_modules: &[usize]) -> Engine {
 }
 
 /// What it does.
-fn deeds(lame_modules: &[usize]) -> (Engine, Vec<Deed>) {
+fn trace_events(lame_modules: &[usize]) -> (Engine, Vec<TraceEvent>) {
     let mut engine = robot(lame_modules);
     engine.run_until(END);
-    let deeds = engine.take_deeds();
-    (engine, deeds)
+    let trace_events = engine.take_trace_events();
+    (engine, trace_events)
 }
 
-fn actions(deeds: &[Deed], module: usize) -> Vec<Action> {
-    let begun = |deed: &Deed| match deed.event {
-        Event::ActionBegun(action) if deed.module == module && action != Action::Rest => Some(action),
+fn actions(trace_events: &[TraceEvent], module: usize) -> Vec<Action> {
+    let begun = |trace_event: &TraceEvent| match trace_event.event {
+        Event::ActionBegun(action) if trace_event.module == module && action != Action::Rest => Some(action),
         _ => None,
     };
-    deeds.iter().filter_map(begun).collect()
+    trace_events.iter().filter_map(begun).collect()
 }
 
 #[test]
 fn who_has_another_image_acts_by_its_rules_and_all_others_walk_on() {
-    let [(_, alike), (engine, mixed)] = [deeds(&[]), deeds(&LEGS[1..])];
+    let [(_, alike), (engine, mixed)] = [trace_events(&[]), trace_events(&LEGS[1..])];
     assert!((0..MODULES).all(|module| engine.is_right(module)));
     for leg in LEGS {
-        let [before, now] = [&alike, &mixed].map(|deeds| actions(deeds, leg));
+        let [before, now] = [&alike, &mixed].map(|trace_events| actions(trace_events, leg));
         assert!(before.len() > 8 && before.contains(&Swing), "{before:?}");
         let expected = if leg == LEGS[1] { vec![Holding; before.len()] } else { before };
         assert_eq!(now, expected, "module {leg}");
     }
     // A leg sends to nobody: what all others do with their hormones does not change.
-    let others = |deeds: Vec<Deed>| {
-        deeds.into_iter().filter(|deed| deed.module != LEGS[1]).map(|deed| (deed.module, deed.event))
+    let others = |trace_events: Vec<TraceEvent>| {
+        trace_events
+            .into_iter()
+            .filter(|trace_event| trace_event.module != LEGS[1])
+            .map(|trace_event| (trace_event.module, trace_event.event))
     };
     assert!(others(mixed).eq(others(alike)));
 }

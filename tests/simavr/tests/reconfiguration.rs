@@ -5,7 +5,7 @@ use hormone::action::Action::{Curl, Grasp, Roll, Wave};
 use hormone::event::Event as Behaviour;
 use hormone::module_type::ModuleType::{Head, Spine, Tail};
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{Change, Deed, Event, Face, Native, Robot, Run, Scenario};
+use simulation::{Change, Event, Face, Native, Robot, Run, Scenario, TraceEvent};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock::{Back, Front};
 
@@ -24,7 +24,7 @@ const CRAWLS: u64 = 6 * SECOND;
 struct Story {
     engine: Engine,
     timeline: Vec<Event>,
-    deeds: Vec<Deed>,
+    trace_events: Vec<TraceEvent>,
     changes: Vec<Event>,
 }
 
@@ -32,7 +32,7 @@ impl Story {
     fn of(text: &str, seed: u64, threads: usize) -> Self {
         let Scenario { wiring, timeline, .. } = Scenario::from_toml(text).expect("the file is right");
         let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).build().expect("it can be built");
-        Story { engine: Engine::new(robot, threads), timeline, deeds: Vec::new(), changes: Vec::new() }
+        Story { engine: Engine::new(robot, threads), timeline, trace_events: Vec::new(), changes: Vec::new() }
     }
 
     fn ring(seed: u64, threads: usize) -> Self {
@@ -53,7 +53,7 @@ impl Story {
             }
         }
         self.engine.run_until(cycle);
-        self.deeds.extend(self.engine.take_deeds());
+        self.trace_events.extend(self.engine.take_trace_events());
         self.changes.extend(self.engine.take_changes());
     }
 
@@ -98,8 +98,11 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
 
         story.run_until(close + ROLLS);
         let from = story.engine.cycle() - 2 * SECOND;
-        let led = |deed: &&Deed| deed.cycle >= from && matches!(deed.event, Behaviour::HormoneGenerated(_));
-        let mut leaders: Vec<usize> = story.deeds.iter().filter(led).map(|deed| deed.module).collect();
+        let led = |trace_event: &&TraceEvent| {
+            trace_event.cycle >= from && matches!(trace_event.event, Behaviour::HormoneGenerated(_))
+        };
+        let mut leaders: Vec<usize> =
+            story.trace_events.iter().filter(led).map(|trace_event| trace_event.module).collect();
         leaders.dedup();
         let [leader] = leaders[..] else { panic!("one leads, not {leaders:?}") };
         let mut bends = Vec::new();
@@ -148,9 +151,10 @@ fn ends_that_do_not_meet_stay_apart() {
         Story::of(&include_str!("../../../robots/ring.toml").replace("modules = 6", "modules = 5"), 1, 1);
     let close = story.ordered_at(1);
     story.run_until(close + 10 * SECOND);
-    let tail = story.deeds.iter().filter(|deed| deed.module == 4 && deed.cycle > close);
+    let tail =
+        story.trace_events.iter().filter(|trace_event| trace_event.module == 4 && trace_event.cycle > close);
     let mut actions: Vec<_> = tail
-        .filter_map(|deed| match deed.event {
+        .filter_map(|trace_event| match trace_event.event {
             Behaviour::ActionBegun(action @ (Curl | Grasp)) => Some(action),
             _ => None,
         })

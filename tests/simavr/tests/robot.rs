@@ -5,7 +5,7 @@ use hormone::hormone::Data;
 use hormone::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine, Tail};
 use simavr_harness::{Controller, Face, Faults, RobotBuilder};
 use simulation::START_UP;
-use superbot_tests_simavr::chain::{Chain, Count, Deed};
+use superbot_tests_simavr::chain::{Chain, Count, TraceEvent};
 use superbot_tests_simavr::hormones::{HOP_AT_MOST, Hormones};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
@@ -45,11 +45,11 @@ fn a_branch_finds_its_legs() {
     branch.assert_right("at the start");
     let types = [0, 1, 2, 3, 4].map(|module| branch.status(module).map(|status| status.module_type));
     assert_eq!(types, [Head, Branch, Tail, LeftLeg, RightLeg].map(Some));
-    let deeds = branch.run(5 * SECOND);
+    let trace_events = branch.run(5 * SECOND);
     let received_by = |wanted| {
-        deeds
-            .iter()
-            .filter(move |deed| deed.module == wanted && matches!(deed.event, Behaviour::HormoneReceived(..)))
+        trace_events.iter().filter(move |trace_event| {
+            trace_event.module == wanted && matches!(trace_event.event, Behaviour::HormoneReceived(..))
+        })
     };
     for leg in [3, 4] {
         assert_eq!(received_by(leg).count(), 10, "module {leg}");
@@ -60,9 +60,9 @@ fn a_branch_finds_its_legs() {
 #[test]
 fn hormones_reach_the_tail_in_turn() {
     let mut chain = Chain::new(MODULES, 1);
-    let deeds = chain.run(5 * SECOND);
+    let trace_events = chain.run(5 * SECOND);
     chain.assert_right("after 5 s");
-    Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(9);
+    Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(9);
     assert_eq!(chain.sum(Count::RETRIES), 0, "on a good link nothing is repeated");
 }
 
@@ -71,8 +71,8 @@ fn the_outcome_depends_on_the_seed_only() {
     let outcome = |seed, threads| {
         let mut chain = Chain::on_threads(MODULES, seed, threads);
         chain.lose_frames(0.1);
-        let deeds = chain.run(SECOND);
-        (chain.robot().state_hash(), deeds)
+        let trace_events = chain.run(SECOND);
+        (chain.robot().state_hash(), trace_events)
     };
     let expected = outcome(1, 1);
     for threads in 1..=3 {
@@ -122,69 +122,72 @@ const RECEIVER: Face = Face { module: 2, dock: Dock::Front };
 const HIT: Data = Data::A;
 
 /// Runs to the millisecond in which a behaviour does what is waited for, and returns what they did in it.
-fn run_to(chain: &mut Chain, is_it: impl Fn(&Deed) -> bool) -> Vec<Deed> {
+fn run_to(chain: &mut Chain, is_it: impl Fn(&TraceEvent) -> bool) -> Vec<TraceEvent> {
     let end = chain.cycle() + 2 * SECOND;
     loop {
-        let deeds = chain.run(MILLISECOND);
-        if deeds.iter().any(&is_it) {
-            return deeds;
+        let trace_events = chain.run(MILLISECOND);
+        if trace_events.iter().any(&is_it) {
+            return trace_events;
         }
         assert!(chain.cycle() < end, "what was waited for did not happen");
     }
 }
 
-fn is_generated(deed: &Deed) -> bool {
-    matches!(deed.event, Behaviour::HormoneGenerated(_))
+fn is_generated(trace_event: &TraceEvent) -> bool {
+    matches!(trace_event.event, Behaviour::HormoneGenerated(_))
 }
 
 /// When a module first did this.
-fn time_of(deeds: &[Deed], module: usize, event: Behaviour) -> u64 {
-    let deed = deeds.iter().find(|deed| deed.module == module && deed.event == event);
-    deed.unwrap_or_else(|| panic!("module {module}: no {event:?}")).cycle
+fn time_of(trace_events: &[TraceEvent], module: usize, event: Behaviour) -> u64 {
+    let trace_event =
+        trace_events.iter().find(|trace_event| trace_event.module == module && trace_event.event == event);
+    trace_event.unwrap_or_else(|| panic!("module {module}: no {event:?}")).cycle
 }
 
 /// The run in which just that frame from the dock `from` was lost which made a hormone be repeated: one of
-/// the frames sent about the time of the deed `event`. The others are probes, which are not repeated.
-fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<Deed>) {
+/// the frames sent about the time of the trace event `event`. The others are probes, which are not repeated.
+fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<TraceEvent>) {
     let mut chain = Chain::new(MODULES, 1);
-    run_to(&mut chain, |deed| deed.module == from.module && deed.event == event);
+    run_to(&mut chain, |trace_event| trace_event.module == from.module && trace_event.event == event);
     let next = chain.robot().link_counts(from).expect("the dock is attached").frames;
     let runs = (next - 2..next + 3).map(|frame| {
         let mut chain = Chain::new(MODULES, 1);
         chain.set_faults(from, Faults { lost_frames: [frame].into(), ..Faults::default() });
-        let deeds = chain.run(2 * SECOND);
-        (chain, deeds)
+        let trace_events = chain.run(2 * SECOND);
+        (chain, trace_events)
     });
     let mut repeated = runs.filter(|(chain, _)| chain.sum(Count::RETRIES) > 0);
-    let (chain, deeds) = repeated.next().expect("one of these frames is repeated when it is lost");
+    let (chain, trace_events) = repeated.next().expect("one of these frames is repeated when it is lost");
     assert_eq!(chain.robot().link_counts(from).map(|counts| counts.lost_frames), Some(1));
-    (chain, deeds)
+    (chain, trace_events)
 }
 
 #[test]
 fn a_hormone_whose_frame_is_lost_is_repeated() {
     let whole = Chain::new(MODULES, 1).run(2 * SECOND);
-    let (chain, deeds) = lose_one(SENDER, Behaviour::HormoneSent(Dock::Back, HIT));
+    let (chain, trace_events) = lose_one(SENDER, Behaviour::HormoneSent(Dock::Back, HIT));
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
-    Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(3);
+    Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(3);
     // Not before the frame of 1.8 ms and the wait for an ACK are over, of which the first tick may come at
     // once; but for what higher tasks delay HORMONE in the run without a loss.
     let soonest = u64::from(ACK_TIMEOUT - 1) * MILLISECOND + 3 * MILLISECOND / 2;
     let received = Behaviour::HormoneReceived(Dock::Front, HIT);
-    let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
+    let [late, in_time] =
+        [&trace_events, &whole].map(|trace_events| time_of(trace_events, RECEIVER.module, received));
     assert!(late >= in_time + soonest && late <= in_time + 10 * MILLISECOND, "{late} {in_time}");
 }
 
 #[test]
 fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
     let whole = Chain::new(MODULES, 1).run(2 * SECOND);
-    let (chain, deeds) = lose_one(RECEIVER, Behaviour::HormoneReceived(Dock::Front, HIT));
+    let (chain, trace_events) = lose_one(RECEIVER, Behaviour::HormoneReceived(Dock::Front, HIT));
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!((chain.count(RECEIVER, Count::DUPLICATES), chain.sum(Count::DUPLICATES)), (1, 1));
-    Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(3);
+    Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(3);
     let received = Behaviour::HormoneReceived(Dock::Front, HIT);
-    let [late, in_time] = [&deeds, &whole].map(|deeds| time_of(deeds, RECEIVER.module, received));
+    let [late, in_time] =
+        [&trace_events, &whole].map(|trace_events| time_of(trace_events, RECEIVER.module, received));
     assert_eq!(late, in_time, "the hormone itself was not lost");
 }
 
@@ -192,11 +195,11 @@ fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
 fn cut(from: Face) -> (Chain, Hormones) {
     let mut chain = Chain::new(MODULES, 1);
     chain.run(SECOND * 3 / 4);
-    let mut deeds = run_to(&mut chain, is_generated);
+    let mut trace_events = run_to(&mut chain, is_generated);
     chain.set_faults(from, Faults { frame_loss: 1.0, ..Faults::default() });
-    deeds.extend(chain.run(HOP_AT_MOST + 50 * MILLISECOND));
+    trace_events.extend(chain.run(HOP_AT_MOST + 50 * MILLISECOND));
     assert_eq!((chain.count(SENDER, Count::GAVE_UP), chain.sum(Count::GAVE_UP)), (1, 1));
-    let hormones = Hormones::follow(MODULES, &deeds, chain.cycle());
+    let hormones = Hormones::follow(MODULES, &trace_events, chain.cycle());
     chain.set_faults(from, Faults::default());
     chain.run(DISCOVERY);
     chain.assert_right("the link is whole again");
@@ -224,9 +227,9 @@ fn no_hormone_is_lost_without_notice() {
     for seed in 1..=3 {
         let mut chain = Chain::new(MODULES, seed);
         chain.lose_frames(0.3);
-        let deeds = chain.run(20 * SECOND);
+        let trace_events = chain.run(20 * SECOND);
         chain.assert_alive();
-        let hormones = Hormones::follow(MODULES, &deeds, chain.cycle());
+        let hormones = Hormones::follow(MODULES, &trace_events, chain.cycle());
         let given_up = chain.sum(Count::GAVE_UP);
         assert_eq!(hormones.unsent, 0, "seed {seed}: no hormone comes twice: {hormones:?}");
         assert!(hormones.lost as u64 <= given_up, "seed {seed}: {given_up} given up: {hormones:?}");
@@ -246,7 +249,7 @@ const SLAVE: &[Controller] = &[Controller::Slave];
 const BOTH: &[Controller] = &[Controller::Master, Controller::Slave];
 
 /// The next `seconds` of a chain, from where no hormone is under way.
-fn from_a_quiet_moment(chain: &mut Chain, seconds: u64) -> Vec<Deed> {
+fn from_a_quiet_moment(chain: &mut Chain, seconds: u64) -> Vec<TraceEvent> {
     run_to(chain, is_generated);
     chain.run(HOP_AT_MOST);
     chain.run(seconds * SECOND)
@@ -264,8 +267,8 @@ fn recovers_from_resets(module: usize, mcus: &[Controller]) {
         chain.run(START_UP + DISCOVERY);
         chain.assert_right(&format!("reset {number} of {mcus:?} in module {module}"));
     }
-    let deeds = from_a_quiet_moment(&mut chain, 2);
-    Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(4);
+    let trace_events = from_a_quiet_moment(&mut chain, 2);
+    Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(4);
 }
 
 #[test]
@@ -315,8 +318,8 @@ fn an_mcu_held_in_reset_is_missed_and_found_again() {
         assert_eq!(types, expected.map(Some), "{mcus:?}");
         chain.run(START_UP + DISCOVERY);
         chain.assert_right(&format!("{mcus:?} are back"));
-        let deeds = from_a_quiet_moment(&mut chain, 2);
-        Hormones::follow(MODULES, &deeds, chain.cycle()).assert_whole(4);
+        let trace_events = from_a_quiet_moment(&mut chain, 2);
+        Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(4);
     }
 }
 
@@ -329,15 +332,18 @@ fn every_module_keeps_the_beat_while_three_frames_of_four_are_lost() {
     chain.run(SECOND / 2);
     chain.lose_frames(0.75);
     chain.run(20 * SECOND);
-    let deeds = chain.run(20 * SECOND);
+    let trace_events = chain.run(20 * SECOND);
     chain.assert_right("with losses");
     assert!(
-        deeds.iter().all(|deed| !matches!(deed.event, Behaviour::TopologyChanged(_))),
+        trace_events.iter().all(|trace_event| !matches!(trace_event.event, Behaviour::TopologyChanged(_))),
         "a neighbour was missed"
     );
     for module in 0..MODULES - 1 {
-        let acted = |deed: &&Deed| deed.module == module && matches!(deed.event, Behaviour::ActionBegun(_));
-        let beats: Vec<u64> = deeds.iter().filter(acted).map(|deed| deed.cycle / MILLISECOND).collect();
+        let acted = |trace_event: &&TraceEvent| {
+            trace_event.module == module && matches!(trace_event.event, Behaviour::ActionBegun(_))
+        };
+        let beats: Vec<u64> =
+            trace_events.iter().filter(acted).map(|trace_event| trace_event.cycle / MILLISECOND).collect();
         assert_eq!(beats.len(), 40, "module {module}");
         let is_even = |pair: &[u64]| (pair[1] - pair[0]).abs_diff(HALF_PERIOD) < HALF_PERIOD / 4;
         assert!(beats.windows(2).all(is_even), "module {module}: {beats:?}");

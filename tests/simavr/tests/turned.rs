@@ -3,7 +3,7 @@
 use hormone::action::Action::{self, Holding, HoldingOver, Straight, SwingOver};
 use hormone::event::Event as Behaviour;
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{Deed, Native, Robot, Run, Scenario};
+use simulation::{Native, Robot, Run, Scenario, TraceEvent};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
 const SECOND: u64 = 1000 * MILLISECOND;
@@ -39,7 +39,7 @@ fn run<R: Robot>(robot: R, looks: &[u64], mut look: impl FnMut(&R)) -> Run<R> {
 }
 
 /// By leg, the actions that began, with their times.
-fn deeds(mut robot: impl Robot) -> Vec<Vec<(u64, Action)>> {
+fn trace_events(mut robot: impl Robot) -> Vec<Vec<(u64, Action)>> {
     let mut timeline = scenario().timeline.into_iter().peekable();
     while robot.now() < END {
         if let Some(event) = timeline.next_if(|event| event.at <= robot.now()) {
@@ -47,13 +47,13 @@ fn deeds(mut robot: impl Robot) -> Vec<Vec<(u64, Action)>> {
         }
         robot.run_until(robot.now() + 100 * MILLISECOND);
     }
-    let deeds = robot.take_deeds();
+    let trace_events = robot.take_trace_events();
     let of_leg = |leg| {
-        let begun = |deed: &Deed| match deed.event {
-            Behaviour::ActionBegun(action) if deed.module == leg => Some((deed.cycle, action)),
+        let begun = |trace_event: &TraceEvent| match trace_event.event {
+            Behaviour::ActionBegun(action) if trace_event.module == leg => Some((trace_event.cycle, action)),
             _ => None,
         };
-        deeds.iter().filter_map(begun).collect()
+        trace_events.iter().filter_map(begun).collect()
     };
     LEGS.map(of_leg).to_vec()
 }
@@ -82,7 +82,7 @@ fn a_centipede_that_is_turned_over_walks_on() {
 fn each_leg_lifts_its_foot_as_it_lies_in_both_engines() {
     let [over, back] = [0, 1].map(|event| scenario().timeline[event].at);
     let native = Native::new(scenario().wiring, 1, 40 * MILLISECOND);
-    for acts in [deeds(simavr(1, 2)), deeds(native)].concat() {
+    for acts in [trace_events(simavr(1, 2)), trace_events(native)].concat() {
         // Before the first beat a module rests.
         let acts: Vec<_> = acts.into_iter().filter(|act| act.1 != Action::Rest).collect();
         assert!(acts.len() > 20);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hormone::event::Event;
 use simavr_harness::{CLOCK_HZ, Engine, RobotBuilder, Wiring};
-use simulation::{Deed, Face, MILLISECOND, Robot, Shape};
+use simulation::{Face, MILLISECOND, Robot, Shape, TraceEvent};
 
 use crate::arguments::CoreName;
 use crate::chart::{Chart, Curve, Point};
@@ -27,9 +27,9 @@ pub fn plot(images: &Path, threads: usize) -> Result<String, Box<dyn Error>> {
     let robot = RobotBuilder::wired(images, &wiring).seed(1).power_up_within(POWER_UP_WITHIN).build()?;
     let mut engine = Engine::new(robot, threads);
     engine.run_until(FOUND * 1000 * MILLISECOND);
-    Robot::take_deeds(&mut engine);
+    Robot::take_trace_events(&mut engine);
     engine.run_until((FOUND + FOLLOWED) * 1000 * MILLISECOND);
-    let took = took(&Robot::take_deeds(&mut engine), &wiring);
+    let took = took(&Robot::take_trace_events(&mut engine), &wiring);
     let points: Vec<Point> = took.iter().enumerate().filter_map(|(hops, took)| point(hops, took)).collect();
     let curves = [Curve { label: String::new(), points }];
     let x = "hops from where a hormone was generated";
@@ -37,10 +37,10 @@ pub fn plot(images: &Path, threads: usize) -> Result<String, Box<dyn Error>> {
 }
 
 /// By hops, how many cycles each hormone took from where it was generated.
-fn took(deeds: &[Deed], wiring: &Wiring) -> Vec<Vec<u64>> {
+fn took(trace_events: &[TraceEvent], wiring: &Wiring) -> Vec<Vec<u64>> {
     let mut last: Vec<Taken> = vec![None; wiring.modules()];
     let mut took: Vec<Vec<u64>> = Vec::new();
-    for &Deed { cycle, module, event } in deeds {
+    for &TraceEvent { cycle, module, event } in trace_events {
         match event {
             Event::HormoneGenerated(_) => last[module] = Some((cycle, 0)),
             Event::HormoneReceived(dock, _) => {
@@ -74,13 +74,13 @@ mod tests {
         let wiring = Shape::Chain.wiring(3).unwrap();
         let behind = wiring.peer(Face { module: 0, dock: Dock::Back }).unwrap();
         let last = wiring.peer(Face { module: behind.module, dock: Dock::Back }).unwrap();
-        let deed = |cycle, module, event| Deed { cycle, module, event };
-        let deeds = [
-            deed(50, behind.module, Event::HormoneReceived(behind.dock, Data::A)),
-            deed(100, 0, Event::HormoneGenerated(Data::B)),
-            deed(130, behind.module, Event::HormoneReceived(behind.dock, Data::B)),
-            deed(170, last.module, Event::HormoneReceived(last.dock, Data::B)),
+        let trace_event = |cycle, module, event| TraceEvent { cycle, module, event };
+        let trace_events = [
+            trace_event(50, behind.module, Event::HormoneReceived(behind.dock, Data::A)),
+            trace_event(100, 0, Event::HormoneGenerated(Data::B)),
+            trace_event(130, behind.module, Event::HormoneReceived(behind.dock, Data::B)),
+            trace_event(170, last.module, Event::HormoneReceived(last.dock, Data::B)),
         ];
-        assert_eq!(took(&deeds, &wiring), [vec![], vec![30], vec![70]]);
+        assert_eq!(took(&trace_events, &wiring), [vec![], vec![30], vec![70]]);
     }
 }

@@ -2,7 +2,7 @@
 
 use hormone::event::Event as Behaviour;
 use serde::Serialize;
-use simulation::{Deed, Hops};
+use simulation::{Hops, TraceEvent};
 
 use crate::bench::module::{MEASURED, MILLISECOND};
 use crate::controller::Controller;
@@ -85,8 +85,8 @@ impl Watch {
                 continue;
             }
             if let Some(event) = Behaviour::from_byte(told.value) {
-                let deed = Deed { cycle: told.cycle, module: told.module, event };
-                self.hops.take(&deed, engine.robot().wiring());
+                let trace_event = TraceEvent { cycle: told.cycle, module: told.module, event };
+                self.hops.take(&trace_event, engine.robot().wiring());
             } else if told.module == MEASURED {
                 self.mark(told.cycle, told.value);
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use hormone::event::Event;
-use simulation::{Deed, Face, Robot};
+use simulation::{Face, Robot, TraceEvent};
 
 use super::{MILLISECOND, SECOND};
 use crate::bench::{BenchError, unmeasurable};
@@ -19,7 +19,7 @@ const UNDER_WAY: u64 = 100 * MILLISECOND;
 /// what is asked each millisecond is so too, for good.
 pub fn recovery(engine: &mut Engine, mut is_back: impl FnMut(&Engine) -> bool) -> Result<u64, BenchError> {
     let start = engine.cycle();
-    engine.take_deeds();
+    engine.take_trace_events();
     let mut hormones = Hormones { under_way: BTreeMap::new(), last_lost: start, arrived: 0 };
     let mut last_wrong = start;
     while engine.cycle() < start + WATCHED {
@@ -28,8 +28,8 @@ pub fn recovery(engine: &mut Engine, mut is_back: impl FnMut(&Engine) -> bool) -
         if !are_right || !is_back(engine) {
             last_wrong = engine.cycle();
         }
-        for deed in engine.take_deeds() {
-            hormones.take(engine, deed);
+        for trace_event in engine.take_trace_events() {
+            hormones.take(engine, trace_event);
         }
     }
     hormones.give_up(engine.cycle());
@@ -49,15 +49,15 @@ struct Hormones {
 }
 
 impl Hormones {
-    fn take(&mut self, engine: &Engine, deed: Deed) {
+    fn take(&mut self, engine: &Engine, trace_event: TraceEvent) {
         let key = |face: Face| (face.module, face.dock.index());
-        match deed.event {
+        match trace_event.event {
             Event::HormoneSent(dock, _) => {
-                let left = self.under_way.insert((deed.module, dock.index()), deed.cycle);
+                let left = self.under_way.insert((trace_event.module, dock.index()), trace_event.cycle);
                 self.last_lost = self.last_lost.max(left.unwrap_or(0));
             }
             Event::HormoneReceived(dock, _) | Event::HormoneDropped(dock) => {
-                let from = engine.robot().neighbour(Face { module: deed.module, dock });
+                let from = engine.robot().neighbour(Face { module: trace_event.module, dock });
                 if from.and_then(|from| self.under_way.remove(&key(from))).is_some() {
                     self.arrived += 1;
                 }

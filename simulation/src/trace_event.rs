@@ -1,10 +1,10 @@
-//! What behaviours did.
+//! Events of behaviours, with their time and place.
 
 use hormone::event::Event;
 
-/// Something that a behaviour did.
+/// An event that a behaviour has told of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deed {
+pub struct TraceEvent {
     /// In cycles since power-up.
     pub cycle: u64,
     /// The module's index.
