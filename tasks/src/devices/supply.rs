@@ -17,9 +17,9 @@ const REMINDER: u8 = 64;
 pub struct Supply {
     battery: Battery,
     charger: Charger,
-    /// What the other MCU was told last: nothing yet, where this one was reset.
-    told: Option<Allowance>,
-    /// Looks since it was told.
+    /// What was allowed at the last look: nothing yet, where this MCU was reset.
+    allowed: Option<Allowance>,
+    /// Looks since the other MCU was told.
     silent: u8,
     /// What came in through docks of the other MCU, in mA, as far as it is known since the last look.
     beyond: u16,
@@ -28,7 +28,7 @@ pub struct Supply {
 impl Supply {
     /// A full battery, until it is seen.
     pub const fn new() -> Self {
-        Supply { battery: Battery::new(), charger: Charger::new(), told: None, silent: 0, beyond: 0 }
+        Supply { battery: Battery::new(), charger: Charger::new(), allowed: None, silent: 0, beyond: 0 }
     }
 
     /// What may be switched on.
@@ -74,11 +74,11 @@ impl Supply {
         let charger = self.charger.look(Look { voltage, temperature, current });
         let before = self.battery.level();
         // The first look of all is believed: where this MCU alone was reset the battery may be empty.
-        for _ in 0..if self.told.is_none() { SETTLES } else { 1 } {
+        for _ in 0..if self.allowed.is_none() { SETTLES } else { 1 } {
             self.battery.look(voltage);
         }
         let allowance = self.allowance();
-        let is_news = self.told != Some(allowance);
+        let is_news = self.allowed.replace(allowance) != Some(allowance);
         self.silent += 1;
         // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and
         // again, for the other MCU may have been reset, or had no room for it.
@@ -109,7 +109,7 @@ impl Supply {
     }
 
     fn tell(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
-        (self.told, self.silent) = (Some(allowance), 0);
+        self.silent = 0;
         around.request(TaskCode::POWER, Request::Allow(allowance));
     }
 

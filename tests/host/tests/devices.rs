@@ -896,6 +896,19 @@ fn a_slave_that_starts_over_on_an_empty_battery_sheds_at_its_first_look() {
 }
 
 #[test]
+fn one_that_is_to_charge_before_its_first_look_sheds_at_that() {
+    run::<true>(|client| {
+        client.world().battery_mv = 6_200;
+        client.ask(Request::Charge { is_on: true });
+        let told = client.within(300);
+        assert!(told.contains(&allow(Level::Empty, true)), "{told:?}");
+        assert!(told.contains(&(HORMONE, Told::Report(Report::Battery(Level::Empty)))), "{told:?}");
+        client.ask(Request::Turn { axis: Axis::Back, angle: 600, speed: 10 });
+        assert_eq!(client.reports(20), [Report::Refused(TaskCode::joint(Axis::Back))]);
+    });
+}
+
+#[test]
 fn that_all_is_allowed_is_told_again_now_and_then() {
     run::<true>(|client| {
         let told = client.within(60_000);
