@@ -255,11 +255,12 @@ impl Joint {
         drive
     }
 
-    /// The position, if it can be that of the joint.
+    /// The position, if it can be that of the joint: of one that is off any, as it may have been turned while
+    /// nobody measured it.
     fn plausible(&self, reading: u16) -> Option<Position> {
         let position = POTENTIOMETER.position(reading)?;
         match self.position {
-            Some(last) if position.abs_diff(last) > LARGEST_STEP => None,
+            Some(last) if position.abs_diff(last) > LARGEST_STEP && self.is_driven() => None,
             _ => Some(position),
         }
     }

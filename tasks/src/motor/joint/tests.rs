@@ -34,6 +34,18 @@ fn a_reading_too_far_off_for_one_period_is_none_of_the_joint() {
 }
 
 #[test]
+fn a_joint_that_is_off_is_where_it_is_found() {
+    let mut joint = Joint::new(JOINT);
+    joint.step(reading(0));
+    // It was turned by hand while nobody measured it.
+    for _ in 0..100 {
+        assert_eq!(joint.step(reading(200)), 0);
+    }
+    assert_eq!(joint.position(), POTENTIOMETER.position(712));
+    assert_eq!(joint.state(), State::Off);
+}
+
+#[test]
 fn the_setpoint_goes_five_degrees_ahead_and_waits() {
     let mut joint = moving();
     for _ in 0..100 {
