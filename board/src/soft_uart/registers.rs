@@ -47,10 +47,12 @@ pub fn start() {
     // is called.
     let port = unsafe { PORTE::steal() };
     port.porte().modify(|_, w| w.pe7().set_bit().pe5().set_bit());
+    // Falling edges; all edges. While both are disabled, as the change may set their flags, which are cleared
+    // below.
+    external().eicrb().modify(|_, w| w.isc5().val_0x02().isc7().val_0x01());
     listen();
-    timer().tccr3c().write(|w| w.foc3c().set_bit()); // OC3C's own level, unknown after reset
+    timer().tccr3c().write(|w| w.foc3c().set_bit()); // OC3C's own level, low after reset
     port.ddre().modify(|_, w| w.pe5().set_bit());
-    external().eicrb().modify(|_, w| w.isc5().val_0x02().isc7().val_0x01()); // falling edges; all edges
     external().eifr().write(|w| w.intf().set(SENT));
     external().eimsk().modify(|r, w| w.int().set(r.int().bits() | SENT));
 }
