@@ -2,6 +2,7 @@
 
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
+use tasks::bridge::sender::{PAUSE, RETRY_LIMIT};
 use tasks::dock::Dock;
 pub use tasks::superbot::CLOCK_HZ;
 use tasks::superbot::{BAUD, I2C_HZ, MASTER, RESIDENCE, SLAVE};
@@ -26,6 +27,9 @@ pub(crate) const FRAME_OVERHEAD: u64 = 5;
 
 /// The chance below which an arrival counts as none that modules could wait for.
 const HARDLY_ANY: f64 = 0.1;
+
+/// For how long a message is sent again to an MCU that does not answer, before it is given up.
+pub(crate) const GIVEN_UP_AFTER: u64 = RETRY_LIMIT as u64 * PAUSE as u64 * MILLISECOND;
 
 /// Cycles of a bit on the two-wire bus inside a module.
 pub(crate) const I2C_BIT: u64 = (CLOCK_HZ / I2C_HZ) as u64;

@@ -5,7 +5,7 @@ use crate::command::SENDS;
 use crate::course::Course;
 use crate::discovery::Discovery;
 use crate::gait::Gait;
-use crate::hardware::{START_UP, is_on_slave, tries};
+use crate::hardware::{CHARACTER, FRAME_OVERHEAD, GIVEN_UP_AFTER, START_UP, is_on_slave, tries};
 use crate::hops::Hops;
 use crate::recording::Recorder;
 use crate::robot::Robot;
@@ -136,12 +136,17 @@ impl Observer {
         }
     }
 
-    /// Whether the programs that have to hear a command do by one of the times when it is sent.
+    /// Whether the programs that have to hear a command do. The slave takes the first of the times that it
+    /// hears for all, and gives it up where the master does not run soon.
     fn is_heard(&self, event: &Event) -> bool {
-        let Change::Command { at: Face { module, dock }, .. } = event.change else { return true };
+        let &Change::Command { at: Face { module, dock }, ref payload } = &event.change else { return true };
+        let frame = (FRAME_OVERHEAD + payload.len() as u64) * CHARACTER;
         let [master, slave] = self.hear_since[module];
-        let since = if is_on_slave(dock) { master.max(slave) } else { master };
-        SENDS.iter().any(|later| event.at + later >= since)
+        let sent = SENDS.iter().map(|later| event.at + later);
+        if !is_on_slave(dock) {
+            return sent.max().is_some_and(|at| at >= master);
+        }
+        sent.filter(|at| *at >= slave).min().is_some_and(|at| at + frame + GIVEN_UP_AFTER >= master)
     }
 
     fn follow(&mut self, event: &Event) {

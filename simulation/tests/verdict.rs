@@ -93,13 +93,19 @@ fn an_order_that_nobody_hears_is_a_fault_and_nobody_has_to_follow_it() {
         let order = format!("an order to walk by Caterpillar at 1.Back after {at} s");
         format!("nobody heard {order}: no program ran there; give it later")
     };
-    // Its power has not come yet; both its MCUs are reset, or the one that has the dock; the last time that
-    // it is sent they run again.
+    let both = "[[event]]\nat = 2\nreset = 1\n";
+    let [master, slave] = ["master", "slave"].map(|mcu| format!("{both}mcu = \"{mcu}\"\n"));
     for (reset, at, is_heard) in [
+        // Its power has not come yet; both its MCUs are reset, or the one that has the dock; the last time
+        // that it is sent they run again.
         ("", 0.0, false),
-        ("[[event]]\nat = 2\nreset = 1\n", 2.01, false),
-        ("[[event]]\nat = 2\nreset = 1\nmcu = \"slave\"\n", 2.01, false),
-        ("[[event]]\nat = 2\nreset = 1\n", 2.04, true),
+        (both, 2.01, false),
+        (&slave, 2.01, false),
+        (both, 2.04, true),
+        // The slave takes it, and gives it up before the master runs, or just does not.
+        (&master, 2.01, false),
+        (&master, 2.045, false),
+        (&master, 2.048, true),
     ] {
         let order = format!("[[event]]\nat = {at}\ncommand = [0xd2, 1, 255]\nto = \"1.Back\"");
         let faults = verdict(&format!("shape = \"chain\"\nmodules = 2\n{reset}{order}"), 8);

@@ -15,7 +15,8 @@ use tasks::superbot::RESIDENCE;
 
 use super::devices::Devices;
 use super::port::Flight;
-use super::time::{CROSS_AFTER, CROSS_BEFORE, READ, WAKE, transfer};
+use super::time::{CROSS_AFTER, CROSS_BEFORE, READ, TICK, WAKE, transfer};
+use crate::hardware::GIVEN_UP_AFTER;
 
 const MASTER: Router = Router::new(Mcu::Master, RESIDENCE);
 const SLAVE: Router = Router::new(Mcu::Slave, RESIDENCE);
@@ -144,6 +145,20 @@ impl Inside {
         count(&mut self.bridge.messages_sent);
         self.insert(self.bus_until + CROSS_AFTER, Input::Crossed(to, Letter::of(message)));
         Ok(())
+    }
+
+    /// A message has come to an MCU whose program runs from `live` on. It is sent again until then, or given
+    /// up before, and those behind it wait.
+    pub fn send_again(&mut self, now: u64, to: Mcu, message: Letter, live: u64) {
+        let begun_at = self.bus_until.max(now);
+        self.bus_until = live.min(begun_at + GIVEN_UP_AFTER).max(begun_at);
+        let again = (self.bus_until - begun_at) / TICK;
+        self.bridge.retries = self.bridge.retries.wrapping_add(again as u16);
+        if self.bus_until < live {
+            return count(&mut self.bridge.gave_up);
+        }
+        self.crossing[to as usize] += 1;
+        self.insert(self.bus_until, Input::Crossed(to, message));
     }
 
     /// Counts what became of a message that has crossed.

@@ -213,6 +213,10 @@ impl Module {
             Input::Begun(dock, span) => self.ports[usize::from(dock.index())].expect(span),
             Input::Frame(dock, flight) => self.receive(now, dock, &flight),
             Input::Crossed(mcu, message) => {
+                let live = self.live_since[mcu as usize];
+                if now < live {
+                    return self.inside.send_again(now, mcu, message, live);
+                }
                 let delivered = self.deliver(now, mcu, message.message(), Source::Bridge);
                 self.inside.count_crossed(delivered);
                 output.dockings.append(&mut self.inside.devices.dockings);
