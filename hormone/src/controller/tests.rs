@@ -10,6 +10,7 @@ use Action::{Holding, HoldingOver, Rest, Straight, Swing, SwingOver};
 use Data::{A, B};
 use Dock::{Back, Down, Front, Left, Right, Up};
 
+const ALONE: Neighbours = [None; 6];
 const HEAD: Neighbours = [None, Some(Front), None, None, None, None];
 const TAIL: Neighbours = [Some(Back), None, None, None, None, None];
 const LEFT_LEG: Neighbours = [None, Some(Left), None, None, None, None];
@@ -248,7 +249,8 @@ fn another_rhythm_is_taken_up_once_the_present_one_is_silent() {
 
 #[test]
 fn behind_a_module_that_led_for_a_moment_the_rhythm_is_another_whatever_it_follows_and_back() {
-    let rhythm_of = |response: Response| pace_of(response.send.unwrap()).rhythm;
+    // As it is on the wire.
+    let rhythm_of = |response: Response| pace_of(response.send.unwrap()).rhythm % RHYTHMS;
     for rhythm in 0..RHYTHMS {
         let mut controller = module(&HEAD);
         let led = rhythm_of(controller.timer(BEAT).unwrap());
@@ -308,6 +310,15 @@ fn a_motion_is_spread_over_the_beats_of_its_rule() {
 }
 
 #[test]
+fn the_next_posture_is_told_until_the_last_one() {
+    let mut leg = module(&LEFT_LEG);
+    assert_eq!(leg.until_posture(0), None, "it rests");
+    let _ = leg.received(Back, cp(A), 0);
+    let waits = [0, 100, 130, 374, 375, 511].map(|now| leg.until_posture(now));
+    assert_eq!(waits, [Some(125), Some(25), Some(120), Some(1), None, None]);
+}
+
+#[test]
 fn a_right_leg_is_a_left_one_in_a_mirror() {
     let (mut left, mut right) = (module(&LEFT_LEG), module(&RIGHT_LEG));
     let _ = (left.received(Back, cp(A), 0), right.received(Back, cp(B), 0));
@@ -316,6 +327,26 @@ fn a_right_leg_is_a_left_one_in_a_mirror() {
         assert_eq!(right, Posture { roll: -left.roll, ..left });
         assert_ne!(left.roll, 0);
     }
+}
+
+#[test]
+fn a_module_alone_leads_itself_and_rolls_to_turn() {
+    let mut single = Controller::new(GaitName::Single.gait(), 0, 0);
+    let _ = attach(&mut single, &HEAD, 0);
+    assert!(!single.is_leader(), "it is not alone");
+    let _ = attach(&mut single, &ALONE, 0);
+    assert!(single.is_leader());
+    let response = single.timer(400).unwrap();
+    assert_eq!((response.action, response.send), (Some(Action::Inch), None));
+    let inch = Action::Inch.motion().get(4).unwrap();
+    let rolls = [Course::Ahead, Course::Left, Course::Right].map(|course| {
+        let order = Order { what: What::Steer(Steer { course, ..TO_THE_LEFT }), serial: course as u8 };
+        let _ = single.order(None, order, 400);
+        let posture = single.posture(400).unwrap();
+        assert_eq!(Posture { roll: inch.roll, ..posture }, inch);
+        posture.roll
+    });
+    assert_eq!(rolls, [0, inch.roll, -inch.roll]);
 }
 
 /// What comes of a beat's question: no answer, or one from a leg on its feet, or on its back.
@@ -604,6 +635,19 @@ fn an_order_sets_the_period_and_stops_the_robot() {
     assert_eq!(beats, [60_500, 61_000, 61_500]);
 }
 
+#[test]
+fn who_is_ordered_to_walk_as_it_does_goes_on() {
+    let mut head = module(&HEAD);
+    let _ = head.timer(BEAT);
+    let period = Period::of_milliseconds(2 * BEAT).unwrap();
+    let what = What::Walk(GaitName::Centipede as u8, period);
+    assert_eq!(head.order(None, Order { what, serial: 1 }, BEAT + 20), NOTHING);
+    assert_eq!(told(&mut head, BEAT + 20).len(), 1, "it is an order");
+    knows(&mut head, Back, BEAT + 30);
+    assert_eq!(head.status().action, Straight);
+    assert_eq!(head.timer(2 * BEAT).and_then(|response| response.action), Some(Straight));
+}
+
 /// The number is that of a gait which other programs may have.
 #[test]
 fn who_is_ordered_to_walk_by_a_gait_that_it_does_not_have_rests_and_leads_nobody() {
@@ -671,13 +715,14 @@ fn in_ring(leader: &mut Controller, from: u16, to: u16) -> u8 {
     leader.status().gait
 }
 
-/// The leader of a ring that walks by `gait`, and is ordered to close after 2,100 ms; and when that counts.
+/// The leader of a ring that walks by `gait`, and is ordered to close after 2,100 ms; and when that counts:
+/// 2.5 s later.
 fn ordered_to_close(gait: GaitName) -> (Controller, u16) {
     let mut leader = Controller::new(gait.gait(), 3, 0);
     let _ = attach(&mut leader, &SPINE, 0);
     let _ = in_ring(&mut leader, 0, 2_099);
     let _ = leader.order(None, walk(GaitName::CloseRing as u8, 1), 2_100);
-    (leader, 2_100 + CLOSED_AFTER)
+    (leader, 4_600)
 }
 
 /// It led a ring that was cut elsewhere, and has not found that out.
@@ -753,6 +798,24 @@ fn a_leader_whose_token_comes_back_no_more_rests() {
         let _ = leader.timer(now);
     }
     assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
+}
+
+#[test]
+fn who_comes_into_a_ring_waits_for_its_leader_also_where_it_has_led_before() {
+    let mut module = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let first_token = |module: &mut Controller, from: u16| {
+        let is_token =
+            |response: Response| response.send.is_some_and(|sent| matches!(sent.hormone, Hormone::Token(_)));
+        (from..from + 10_000).find(|&now| module.timer(now).is_some_and(is_token))
+    };
+    let _ = attach(&mut module, &SPINE, 100);
+    assert_eq!(first_token(&mut module, 100), Some(2_000));
+    assert_eq!(in_ring(&mut module, 12_000, 14_000), GaitName::RollingTrack as u8);
+    assert!(module.is_leader());
+    let _ = attach(&mut module, &TAIL, 14_000);
+    let _ = attach(&mut module, &SPINE, 15_000);
+    assert!(!module.is_leader());
+    assert_eq!(first_token(&mut module, 15_000), Some(16_000), "two seconds after it left");
 }
 
 #[test]
