@@ -1,5 +1,6 @@
-//! `faults [NAME...]`: plants faults into a copy of the kernel, one after the other, and tells which test in
-//! simavr finds each. All of the list, unless some are named.
+//! `faults [--check] [NAME...]`: plants faults into a copy of the kernel, one after the other, and tells which
+//! test in simavr finds each. All of the list, unless some are named. `--check` only tells whether there are
+//! such faults.
 //!
 //! Fails when a fault is not found, and the list gives no reason; and when one is found that the list says
 //! is not.
@@ -26,8 +27,11 @@ const LIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/faults.toml");
 fn main() -> ExitCode {
     // A name that is not UTF-8 becomes one that no fault has.
     let names = std::env::args_os().skip(1).map(|name| name.to_string_lossy().into_owned());
+    let mut names = names.peekable();
+    let only_checks = names.next_if(|first| first == "--check").is_some();
     let names: Vec<_> = names.collect();
-    match run(&names) {
+    let faults = fault::read(Path::new(LIST)).and_then(|faults| chosen(faults, &names));
+    match faults.and_then(|faults| if only_checks { Ok(true) } else { run(&faults) }) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -38,8 +42,7 @@ fn main() -> ExitCode {
 }
 
 /// Whether all is as the list says.
-fn run(names: &[String]) -> Result<bool, String> {
-    let faults = chosen(fault::read(Path::new(LIST))?, names)?;
+fn run(faults: &[Fault]) -> Result<bool, String> {
     let root = Path::new(ROOT).canonicalize().map_err(|error| format!("{ROOT}: {error}"))?;
     let scratch = Scratch::new(&root, root.join("target/faults"))?;
     let try_it = |test: &str| trial::run(test, &root, scratch.root());
@@ -52,7 +55,7 @@ fn run(names: &[String]) -> Result<bool, String> {
     }
     let mut wrong = Vec::new();
     let (mut caught, mut listed) = (0, 0);
-    for fault in &faults {
+    for fault in faults {
         let start = Instant::now();
         let found = scratch.with(fault, || find(fault, try_it))??;
         let (told, is_right) = match (found, &fault.not_caught) {

@@ -271,6 +271,18 @@ fn what_it_has_built_it_finds_wherever_cargo_builds() {
     }
 }
 
+/// To build the images of a sweep takes minutes.
+#[test]
+fn a_name_that_nobody_knows_is_refused_before_anything_is_built() {
+    let folder = folder("names");
+    let programs = set_up_for(&folder, "echo $* >&2; case $* in *' --check wrong') exit 2; esac");
+    let here = copy(&folder, "here");
+    for command in ["example", "sweep", "model", "faults"] {
+        let (status, text) = said(x_set_up(&here, &[command, "wrong"], &programs));
+        assert_eq!((status, text.lines().count()), (Some(2), 1), "{command}: {text}");
+    }
+}
+
 #[test]
 fn where_sizes_can_not_be_measured_the_file_stays_as_it_was() {
     let folder = folder("sizes");

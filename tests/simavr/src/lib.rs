@@ -29,6 +29,13 @@ pub fn arguments() -> impl Iterator<Item = String> {
     std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned())
 }
 
+/// The arguments of this program, and whether it is only to tell if it takes them: then `--check` comes first.
+pub fn checked_arguments() -> (bool, Vec<String>) {
+    let mut arguments = arguments().peekable();
+    let only_checks = arguments.next_if(|first| first == "--check").is_some();
+    (only_checks, arguments.collect())
+}
+
 /// The test image of this name, as `./x test` lays it down.
 ///
 /// # Panics

@@ -1,13 +1,16 @@
-//! Runs an example in simavr and shows what it prints; without a name, lists the examples.
+//! `example [--check] [NAME]`: runs an example in simavr and shows what it prints; without a name, lists the
+//! examples. `--check` only tells whether there is such an example.
 
 use std::process::ExitCode;
 
-use superbot_tests_simavr::{arguments, examples};
+use superbot_tests_simavr::{checked_arguments, examples};
 
 fn main() -> ExitCode {
     let names = examples::names();
-    let asked: Vec<String> = arguments().collect();
+    let (only_checks, asked) = checked_arguments();
     match &asked[..] {
+        [] if only_checks => {}
+        [name] if only_checks && names.contains(name) => {}
         [] => println!("{}", names.join("\n")),
         [name] if names.contains(name) => print!("{}", examples::run(name)),
         [name] => return refuse(&format!("there is no example {name}; there are: {}", names.join(", "))),

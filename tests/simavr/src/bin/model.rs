@@ -1,17 +1,18 @@
-//! `model [MCU...] [SEQUENCES] [SEED]`: plays so many scripts of kernel calls, drawn by lot, on each MCU, and
+//! `model [--check] [MCU...] [SEQUENCES] [SEED]`: plays so many scripts of kernel calls, drawn by lot, on each MCU, and
 //! holds them against the reference. Without an MCU on the robot's; 100,000 sequences unless a number is
-//! given, from seed 0.
+//! given, from seed 0. `--check` only tells whether it takes these.
 
 use std::process::ExitCode;
 use std::time::Instant;
 
-use superbot_tests_simavr::arguments;
+use superbot_tests_simavr::checked_arguments;
 use superbot_tests_simavr::model::{Campaign, Subject};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
     let (mut targets, mut numbers) = (Vec::new(), Vec::new());
-    for argument in arguments() {
+    let (only_checks, arguments) = checked_arguments();
+    for argument in arguments {
         if let Some(target) = Target::named(&argument) {
             targets.push(target);
         } else if let (Ok(number), ..2) = (argument.parse(), numbers.len()) {
@@ -21,6 +22,9 @@ fn main() -> ExitCode {
             eprintln!("model takes MCUs ({known}), a number of sequences and a seed, not {argument}");
             return ExitCode::from(2);
         }
+    }
+    if only_checks {
+        return ExitCode::SUCCESS;
     }
     if targets.is_empty() {
         targets.push(ATMEGA128);

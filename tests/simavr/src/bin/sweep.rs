@@ -1,17 +1,18 @@
-//! `sweep [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and tells what that finds; `--quick`
-//! tries a seventh of it. All images, unless some are named.
+//! `sweep [--check] [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and tells what that finds; `--quick`
+//! tries a seventh of it. All images, unless some are named. `--check` only tells whether it takes these.
 
 use std::process::ExitCode;
 use std::time::Instant;
 
-use superbot_tests_simavr::arguments;
+use superbot_tests_simavr::checked_arguments;
 use superbot_tests_simavr::sweep::{Extent, Findings, PROGRAMS, sweep_all};
 use superbot_tests_simavr::target::{ATMEGA128, TARGETS, Target};
 
 fn main() -> ExitCode {
     let (mut extent, mut target) = (Extent::Whole, None);
     let mut programs = Vec::new();
-    for argument in arguments() {
+    let (only_checks, arguments) = checked_arguments();
+    for argument in arguments {
         if argument == "--quick" {
             extent = Extent::Sample(7);
         } else if let Some(named) = Target::named(&argument).filter(|_| target.is_none()) {
@@ -25,6 +26,9 @@ fn main() -> ExitCode {
             eprintln!("sweep takes --quick, one MCU ({known}) and images ({images}), not {argument}");
             return ExitCode::from(2);
         }
+    }
+    if only_checks {
+        return ExitCode::SUCCESS;
     }
     if programs.is_empty() {
         programs.extend(PROGRAMS);
