@@ -2,7 +2,10 @@
 
 mod command;
 
-use std::process::Output;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use command::{images, run};
 use serde_json::Value;
@@ -183,6 +186,52 @@ fn a_program_that_crashes_and_a_world_that_breaks_are_told_of_once() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/breaks-the-world.toml");
     let robot = ["gdb", "0.master", file, "--", "-nx", "-batch", "-ex", "continue"];
     expect_once(&run(&robot), "superbot-sim: the world broke after 0.9");
+}
+
+/// What is answered to a packet of this body, without the acknowledgement.
+fn ask(gdb: &mut BufReader<TcpStream>, body: &str) -> String {
+    let sum = body.bytes().fold(0, u8::wrapping_add);
+    write!(gdb.get_mut(), "${body}#{sum:02x}").expect("it is heard");
+    let mut answer = Vec::new();
+    gdb.read_until(b'#', &mut answer).expect("it is answered");
+    gdb.read_exact(&mut [0; 2]).expect("there is a sum");
+    let answer = text(&answer);
+    answer.trim_start_matches('+').trim_matches(['$', '#']).to_owned()
+}
+
+#[test]
+fn a_packet_that_is_none_is_refused_and_what_gdb_has_set_up_stays() {
+    let robot = [&["gdb", "0.master", "--at", "0.2", "--listen", "0"], &ROBOT[..]].concat();
+    let mut server = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    server.args(robot).env("SUPERBOT_IMAGES", images()).stderr(Stdio::piped());
+    let mut server = server.spawn().expect("the program runs");
+    let mut says = BufReader::new(server.stderr.take().expect("it says where it listens")).lines();
+    let address = says.find_map(|line| Some(line.ok()?.split_once("target remote ")?.1.to_owned()));
+    let gdb = TcpStream::connect(address.expect("it listens")).expect("it is there");
+    gdb.set_read_timeout(Some(Duration::from_secs(60))).expect("a time can be set");
+    let mut gdb = BufReader::new(gdb);
+    assert!(ask(&mut gdb, "qSupported:multiprocess+").contains("QStartNoAckMode+"));
+    assert_eq!(ask(&mut gdb, "QStartNoAckMode"), "OK");
+    let stopped = ask(&mut gdb, "vCont;s:p1.1");
+    let tasks = ask(&mut gdb, "qfThreadInfo");
+    let other = tasks.rsplit(',').next().expect("there are tasks").to_owned();
+    assert!(other.starts_with("p01."), "{tasks}");
+    let registers = |gdb: &mut _| ask(gdb, "g");
+    let running = registers(&mut gdb);
+    assert_eq!(ask(&mut gdb, &format!("Hg{other}")), "OK");
+    let of_task = registers(&mut gdb);
+    assert_ne!(of_task, running);
+    let none = ["G00", "Z0", "Hg-1", "T0", "vCont;s", "vCont;x", "qRcmd,zz", "Z2,800100,100000000"];
+    for packet in none.into_iter().chain(["Z2,8010ff,2"]) {
+        let answer = ask(&mut gdb, packet);
+        assert!(answer.starts_with('E'), "{packet}: {answer}");
+        assert_eq!(registers(&mut gdb), of_task, "{packet}");
+    }
+    assert_eq!(ask(&mut gdb, "qfThreadInfo"), tasks);
+    let again = ask(&mut gdb, "vCont;s:p1.1");
+    assert_eq!(again, stopped, "it stops as before, and says so by the same name");
+    assert_eq!(ask(&mut gdb, "D;1"), "OK");
+    assert!(server.wait().expect("it ends").success());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `./x gdb`: gdb on one MCU of a robot that runs. The whole robot stops while gdb has the word.
 //!
 //! - `server`: speaks with gdb, which this process has started.
+//! - `target`: the MCU that has stopped, as gdb asks for it.
 //! - `worker`: runs the robot, in another process, and holds it up before instructions of the MCU.
 //! - `history`: copies of that process, from which the robot runs again to go back.
 //! - `order`: what server and worker tell each other.
@@ -10,6 +11,7 @@ mod history;
 mod order;
 mod process;
 mod server;
+mod target;
 mod worker;
 
 use std::error::Error;

@@ -1,50 +1,19 @@
-//! What gdb is told: its remote protocol, by gdbstub.
+//! Speaks with gdb: its remote protocol, by gdbstub.
 
 use std::error::Error;
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
-use gdbstub::common::{Signal, Tid};
 use gdbstub::conn::Connection;
-use gdbstub::outputln;
 use gdbstub::stub::state_machine::GdbStubStateMachine;
-use gdbstub::stub::{GdbStub, MultiThreadStopReason};
-use gdbstub::target::ext::base::BaseOps;
-use gdbstub::target::ext::base::multithread::{
-    MultiThreadBase, MultiThreadResume, MultiThreadResumeOps, MultiThreadSchedulerLocking,
-    MultiThreadSchedulerLockingOps, MultiThreadSingleStep, MultiThreadSingleStepOps,
-};
-use gdbstub::target::ext::base::reverse_exec::{
-    ReplayLogPosition, ReverseCont, ReverseContOps, ReverseStep, ReverseStepOps,
-};
-use gdbstub::target::ext::breakpoints::{
-    Breakpoints, BreakpointsOps, HwWatchpoint, HwWatchpointOps, SwBreakpoint, SwBreakpointOps, WatchKind,
-};
-use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd, MonitorCmdOps};
-use gdbstub::target::ext::thread_extra_info::{ThreadExtraInfo, ThreadExtraInfoOps};
-use gdbstub::target::{Target, TargetError, TargetResult};
+use gdbstub::stub::{GdbStub, GdbStubError, MultiThreadStopReason};
 use simavr_harness::Image;
-use simulation::CLOCK_HZ;
 
-use super::avr::{Avr, Core, DATA};
-use super::order::{Line, Order, Picture, Points, Reason, Report, Task, Watched, Watchpoint, Way};
-
-/// How gdb knows the MCU while no task runs; no control block lies there.
-const NO_TASK: Tid = NonZeroUsize::MIN;
-
-/// An MCU that has stopped.
-pub struct Stopped {
-    worker: Line,
-    image: Arc<Image>,
-    picture: Picture,
-    points: Points,
-    /// Whether the next resumption is a step.
-    is_step: bool,
-}
+use super::order::{Line, Report};
+use super::target::Stopped;
 
 /// What happens to the server.
 enum Event {
@@ -55,10 +24,13 @@ enum Event {
     WorkerIsGone,
 }
 
+type Stub = GdbStubStateMachine<'static, Stopped, Buffered>;
+type Broken = GdbStubError<io::Error, io::Error>;
+
 /// Serves gdb until it goes. `worker` runs an MCU with this image, and has stopped.
 ///
 /// # Errors
-/// The worker is gone, or gdb says what nobody understands.
+/// The worker is gone, or gdb says what nobody understands while the MCU runs.
 pub fn serve(gdb: TcpStream, worker: Line, image: Arc<Image>, first: Report) -> Result<(), Box<dyn Error>> {
     gdb.set_nodelay(true)?;
     let (sender, events) = mpsc::channel();
@@ -68,9 +40,7 @@ pub fn serve(gdb: TcpStream, worker: Line, image: Arc<Image>, first: Report) -> 
         move || hear_gdb(from_gdb, &sender)
     });
     thread::spawn(move || hear_worker(from_worker, &sender));
-    let mut stopped =
-        Stopped { worker, image, picture: first.picture, points: Points::default(), is_step: false };
-    converse(gdb, &mut stopped, &events)
+    converse(gdb, &mut Stopped::new(worker, image, first), &events)
 }
 
 fn hear_gdb(gdb: TcpStream, events: &Sender<Event>) {
@@ -94,12 +64,25 @@ fn hear_worker(mut worker: Line, events: &Sender<Event>) {
 fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> Result<(), Box<dyn Error>> {
     const WORKER_IS_GONE: &str = "the process that ran the robot is gone: see above";
     let failed = |error: &dyn std::fmt::Display| format!("gdb's server: {error}");
-    let mut stub =
-        GdbStub::new(Buffered(BufWriter::new(gdb))).run_state_machine(stopped).map_err(|e| failed(&e))?;
+    let mut settings = Settings::default();
+    let mut stub = begin(&gdb, stopped, &settings).map_err(|e| failed(&e))?;
     loop {
         stub = match stub {
             GdbStubStateMachine::Idle(stub) => match events.recv()? {
-                Event::Byte(byte) => stub.incoming_data(stopped, byte).map_err(|e| failed(&e))?,
+                Event::Byte(byte) => {
+                    let packet = settings.hear(byte);
+                    match (stub.incoming_data(stopped, byte), packet) {
+                        (Ok(stub), packet) => {
+                            packet.into_iter().for_each(|packet| settings.keep(packet));
+                            stub
+                        }
+                        (Err(error), Some(_)) if is_of_gdb(&error) => {
+                            (&gdb).write_all(settings.refusal())?;
+                            begin(&gdb, stopped, &settings).map_err(|e| failed(&e))?
+                        }
+                        (Err(error), _) => return Err(failed(&error).into()),
+                    }
+                }
                 Event::GdbIsGone => return Ok(()),
                 Event::Report(_) => stub.into(),
                 Event::WorkerIsGone => return Err(WORKER_IS_GONE.into()),
@@ -107,292 +90,108 @@ fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> 
             GdbStubStateMachine::Running(stub) => match events.recv()? {
                 Event::Byte(byte) => stub.incoming_data(stopped, byte).map_err(|e| failed(&e))?,
                 Event::GdbIsGone => return Ok(()),
-                Event::Report(Report { reason, picture }) => {
-                    stopped.picture = picture;
-                    let reason = stopped.reason(reason);
+                Event::Report(report) => {
+                    let reason = stopped.again(report);
+                    settings.keep(packet(&format!("Hg{:x}", stopped.current())));
                     stub.report_stop(stopped, reason).map_err(|e| failed(&e))?
                 }
                 Event::WorkerIsGone => return Err(WORKER_IS_GONE.into()),
             },
             GdbStubStateMachine::CtrlCInterrupt(stub) => {
-                stopped.worker.send(&Order::Interrupt)?;
+                stopped.interrupt()?;
                 let not_yet = None::<MultiThreadStopReason<u32>>;
                 stub.interrupt_handled(stopped, not_yet).map_err(|e| failed(&e))?
             }
-            GdbStubStateMachine::Disconnected(_) => return Ok(()),
+            GdbStubStateMachine::Disconnected(mut stub) => return Ok(stub.borrow_conn().flush()?),
         };
     }
 }
 
+/// A stub that gdb has told all that is kept of what it said.
+fn begin(gdb: &TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<Stub, Broken> {
+    let gdb = gdb.try_clone().ok();
+    let mut stub = GdbStub::new(Buffered { gdb: None, bytes: Vec::new() }).run_state_machine(stopped)?;
+    for &byte in settings.kept.iter().flatten() {
+        if let GdbStubStateMachine::Idle(idle) = stub {
+            stub = idle.incoming_data(stopped, byte)?;
+        }
+    }
+    if let GdbStubStateMachine::Idle(idle) = &mut stub {
+        idle.borrow_conn().gdb = gdb;
+    }
+    Ok(stub)
+}
+
+/// Whether it is for what gdb has said, not for gdb or the worker that is gone.
+fn is_of_gdb(error: &Broken) -> bool {
+    !error.is_connection_error() && !error.is_target_error()
+}
+
+/// The packet that has this body.
+fn packet(body: &str) -> Vec<u8> {
+    let sum = body.bytes().fold(0, u8::wrapping_add);
+    format!("${body}#{sum:02x}").into_bytes()
+}
+
+/// What gdb has set up by packets. A packet that gdbstub does not take ends its stub, and the next one has to
+/// know.
+#[derive(Default)]
+struct Settings {
+    /// The packet that comes in.
+    coming: Vec<u8>,
+    kept: Vec<Vec<u8>>,
+}
+
+impl Settings {
+    /// How packets begin that set something up: what gdb can do, whether packets are acknowledged, and which
+    /// task gdb asks for.
+    const ALL: [&str; 3] = ["$qSupported", NO_ACKNOWLEDGEMENTS, "$Hg"];
+
+    /// Returns the packet that ends with this byte.
+    fn hear(&mut self, byte: u8) -> Option<Vec<u8>> {
+        // Within a packet it is escaped.
+        if byte == b'$' {
+            self.coming.clear();
+        }
+        self.coming.push(byte);
+        let is_whole = self.coming.starts_with(b"$") && self.coming.iter().rev().nth(2) == Some(&b'#');
+        is_whole.then(|| std::mem::take(&mut self.coming))
+    }
+
+    /// Keeps a packet that sets something up, in place of the last one that did.
+    fn keep(&mut self, packet: Vec<u8>) {
+        if let Some(begin) = Self::ALL.into_iter().find(|begin| packet.starts_with(begin.as_bytes())) {
+            self.kept.retain(|kept| !kept.starts_with(begin.as_bytes()));
+            self.kept.push(packet);
+        }
+    }
+
+    /// What gdb is answered to a packet that is none.
+    fn refusal(&self) -> &'static [u8] {
+        let is_bare = self.kept.iter().any(|packet| packet.starts_with(NO_ACKNOWLEDGEMENTS.as_bytes()));
+        if is_bare { b"$E16#ac" } else { b"+$E16#ac" }
+    }
+}
+
+const NO_ACKNOWLEDGEMENTS: &str = "$QStartNoAckMode";
+
 /// A connection that sends what belongs together at once.
-struct Buffered(BufWriter<TcpStream>);
+struct Buffered {
+    /// Who is not there hears nothing.
+    gdb: Option<TcpStream>,
+    bytes: Vec<u8>,
+}
 
 impl Connection for Buffered {
     type Error = io::Error;
 
     fn write(&mut self, byte: u8) -> io::Result<()> {
-        self.0.write_all(&[byte])
+        self.bytes.push(byte);
+        Ok(())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
-    }
-}
-
-impl Stopped {
-    fn current(&self) -> Tid {
-        self.picture.tasks.iter().find(|task| task.is_running).and_then(tid).unwrap_or(NO_TASK)
-    }
-
-    fn reason(&self, reason: Reason) -> MultiThreadStopReason<u32> {
-        let tid = self.current();
-        match reason {
-            Reason::Halt => MultiThreadStopReason::SignalWithThread { tid, signal: Signal::SIGINT },
-            Reason::Step => MultiThreadStopReason::SignalWithThread { tid, signal: Signal::SIGTRAP },
-            Reason::Breakpoint => MultiThreadStopReason::SwBreak(tid),
-            Reason::Watchpoint(address, watched) => {
-                let kind = match watched {
-                    Watched::Change => WatchKind::Write,
-                    Watched::Read => WatchKind::Read,
-                    Watched::Either => WatchKind::ReadWrite,
-                };
-                MultiThreadStopReason::Watch { tid, kind, addr: DATA + u32::from(address) }
-            }
-            Reason::Begin => {
-                MultiThreadStopReason::ReplayLog { tid: Some(tid), pos: ReplayLogPosition::Begin }
-            }
-            Reason::End => MultiThreadStopReason::ReplayLog { tid: Some(tid), pos: ReplayLogPosition::End },
-        }
-    }
-
-    fn task(&self, tid: Tid) -> Option<&Task> {
-        self.picture.tasks.iter().find(|task| usize::from(task.id) == tid.get())
-    }
-
-    fn go(&self, way: Way) -> io::Result<()> {
-        self.worker.send(&Order::Go { way, points: self.points.clone() })
-    }
-
-    /// The address in the data space that gdb means, as far as there is one.
-    fn data_address(&self, address: u32) -> Option<usize> {
-        let address = address.checked_sub(DATA)? as usize;
-        (address < self.picture.data.len()).then_some(address)
-    }
-}
-
-fn tid(task: &Task) -> Option<Tid> {
-    NonZeroUsize::new(task.id.into())
-}
-
-impl Target for Stopped {
-    type Arch = Avr;
-    type Error = io::Error;
-
-    fn base_ops(&mut self) -> BaseOps<'_, Avr, io::Error> {
-        BaseOps::MultiThread(self)
-    }
-
-    fn support_breakpoints(&mut self) -> Option<BreakpointsOps<'_, Self>> {
-        Some(self)
-    }
-
-    fn support_monitor_cmd(&mut self) -> Option<MonitorCmdOps<'_, Self>> {
-        Some(self)
-    }
-}
-
-impl MultiThreadBase for Stopped {
-    fn read_registers(&mut self, registers: &mut Core, tid: Tid) -> TargetResult<(), Self> {
-        let of_task = self.task(tid).map(|task| &task.registers);
-        *registers = Core(of_task.unwrap_or(&self.picture.registers).clone());
-        Ok(())
-    }
-
-    /// Those of the MCU: what a task goes on with lies on its stack.
-    fn write_registers(&mut self, Core(registers): &Core, tid: Tid) -> TargetResult<(), Self> {
-        if tid != self.current() {
-            return Err(TargetError::NonFatal);
-        }
-        self.worker.send(&Order::SetRegisters(registers.clone()))?;
-        self.picture.set_registers(registers);
-        Ok(())
-    }
-
-    fn read_addrs(&mut self, start: u32, data: &mut [u8], _: Tid) -> TargetResult<usize, Self> {
-        let from = match self.data_address(start) {
-            Some(address) => &self.picture.data[address..],
-            None => self.image.flash().get(start as usize..).ok_or(TargetError::NonFatal)?,
-        };
-        let length = data.len().min(from.len());
-        data[..length].copy_from_slice(&from[..length]);
-        Ok(length)
-    }
-
-    fn write_addrs(&mut self, start: u32, data: &[u8], _: Tid) -> TargetResult<(), Self> {
-        let address = self.data_address(start).ok_or(TargetError::NonFatal)?;
-        self.picture.write(address, data).ok_or(TargetError::NonFatal)?;
-        self.worker.send(&Order::Write { address: address as u16, bytes: data.to_vec() })?;
-        Ok(())
-    }
-
-    fn list_active_threads(&mut self, is_active: &mut dyn FnMut(Tid)) -> io::Result<()> {
-        let current = self.current();
-        // gdb takes the first for the one that has stopped.
-        is_active(current);
-        self.picture.tasks.iter().filter_map(tid).filter(|&tid| tid != current).for_each(is_active);
-        Ok(())
-    }
-
-    fn support_resume(&mut self) -> Option<MultiThreadResumeOps<'_, Self>> {
-        Some(self)
-    }
-
-    fn support_thread_extra_info(&mut self) -> Option<ThreadExtraInfoOps<'_, Self>> {
-        Some(self)
-    }
-}
-
-impl ThreadExtraInfo for Stopped {
-    fn thread_extra_info(&self, tid: Tid, buffer: &mut [u8]) -> io::Result<usize> {
-        let info = match self.task(tid) {
-            Some(task) => format!("{}: {}", task.name, task.state),
-            None => "no task".into(),
-        };
-        let length = info.len().min(buffer.len());
-        buffer[..length].copy_from_slice(&info.as_bytes()[..length]);
-        Ok(length)
-    }
-}
-
-/// There is one CPU: whichever task is to go on, the MCU does.
-impl MultiThreadResume for Stopped {
-    fn resume(&mut self) -> io::Result<()> {
-        self.go(if self.is_step { Way::Step } else { Way::Continue })
-    }
-
-    fn clear_resume_actions(&mut self) -> io::Result<()> {
-        self.is_step = false;
-        Ok(())
-    }
-
-    fn set_resume_action_continue(&mut self, _: Tid, _: Option<Signal>) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn support_single_step(&mut self) -> Option<MultiThreadSingleStepOps<'_, Self>> {
-        Some(self)
-    }
-
-    fn support_scheduler_locking(&mut self) -> Option<MultiThreadSchedulerLockingOps<'_, Self>> {
-        Some(self)
-    }
-
-    fn support_reverse_step(&mut self) -> Option<ReverseStepOps<'_, Tid, Self>> {
-        Some(self)
-    }
-
-    fn support_reverse_cont(&mut self) -> Option<ReverseContOps<'_, Tid, Self>> {
-        Some(self)
-    }
-}
-
-impl MultiThreadSingleStep for Stopped {
-    fn set_resume_action_step(&mut self, _: Tid, _: Option<Signal>) -> io::Result<()> {
-        self.is_step = true;
-        Ok(())
-    }
-}
-
-impl MultiThreadSchedulerLocking for Stopped {
-    fn set_resume_action_scheduler_lock(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl ReverseCont<Tid> for Stopped {
-    fn reverse_cont(&mut self) -> io::Result<()> {
-        self.go(Way::Back)
-    }
-}
-
-impl ReverseStep<Tid> for Stopped {
-    fn reverse_step(&mut self, _: Tid) -> io::Result<()> {
-        self.go(Way::StepBack)
-    }
-}
-
-impl Breakpoints for Stopped {
-    fn support_sw_breakpoint(&mut self) -> Option<SwBreakpointOps<'_, Self>> {
-        Some(self)
-    }
-
-    fn support_hw_watchpoint(&mut self) -> Option<HwWatchpointOps<'_, Self>> {
-        Some(self)
-    }
-}
-
-impl SwBreakpoint for Stopped {
-    fn add_sw_breakpoint(&mut self, address: u32, _: usize) -> TargetResult<bool, Self> {
-        self.points.breakpoints.push(address);
-        Ok(true)
-    }
-
-    fn remove_sw_breakpoint(&mut self, address: u32, _: usize) -> TargetResult<bool, Self> {
-        Ok(remove(&mut self.points.breakpoints, &address))
-    }
-}
-
-impl HwWatchpoint for Stopped {
-    fn add_hw_watchpoint(&mut self, address: u32, length: u32, kind: WatchKind) -> TargetResult<bool, Self> {
-        let watchpoint = self.watchpoint(address, length, kind);
-        self.points.watchpoints.extend(watchpoint);
-        Ok(watchpoint.is_some())
-    }
-
-    fn remove_hw_watchpoint(
-        &mut self,
-        address: u32,
-        length: u32,
-        kind: WatchKind,
-    ) -> TargetResult<bool, Self> {
-        let watchpoint = self.watchpoint(address, length, kind);
-        Ok(watchpoint.is_some_and(|watchpoint| remove(&mut self.points.watchpoints, &watchpoint)))
-    }
-}
-
-impl Stopped {
-    fn watchpoint(&self, address: u32, length: u32, kind: WatchKind) -> Option<Watchpoint> {
-        let address = self.data_address(address)? as u16;
-        let watched = match kind {
-            WatchKind::Write => Watched::Change,
-            WatchKind::Read => Watched::Read,
-            WatchKind::ReadWrite => Watched::Either,
-        };
-        Some(Watchpoint { address, length: u16::try_from(length).ok()?, watched })
-    }
-}
-
-/// Removes one that is equal. Returns whether there was one.
-fn remove<T: PartialEq>(from: &mut Vec<T>, what: &T) -> bool {
-    let place = from.iter().position(|one| one == what);
-    place.map(|place| from.remove(place)).is_some()
-}
-
-impl MonitorCmd for Stopped {
-    fn handle_monitor_cmd(&mut self, command: &[u8], mut out: ConsoleOutput<'_>) -> io::Result<()> {
-        match command {
-            b"time" => {
-                let seconds = self.picture.cycle as f64 / f64::from(CLOCK_HZ);
-                outputln!(out, "{seconds:.6} s, cycle {}", self.picture.cycle);
-            }
-            b"tasks" => {
-                for Task { id, name, state, registers, .. } in &self.picture.tasks {
-                    let pc = registers.pc;
-                    outputln!(out, "{name:<16} at {pc:#07x}  control block {id:#06x}  {state}");
-                }
-            }
-            _ => outputln!(out, "monitor tasks: what each task does; monitor time: the time since power-up"),
-        }
-        Ok(())
+        let bytes = std::mem::take(&mut self.bytes);
+        self.gdb.as_mut().map_or(Ok(()), |gdb| Write::write_all(gdb, &bytes))
     }
 }
