@@ -58,6 +58,17 @@ impl History {
         (first..=self.now).filter(is_told).map(moment).collect()
     }
 
+    /// The module and hinge of the joint that turns fastest, or did a millisecond ago where a speed is no number
+    /// any more.
+    pub fn wildest(&self) -> Option<(usize, usize)> {
+        let moments = [self.now, self.now.saturating_sub(1)].map(|step| &self.kept[step % (KEPT + 1)]);
+        let all_numbers = |joints: &&Vec<[Joint; 3]>| joints.iter().flatten().all(|it| it.speed.is_finite());
+        let joints = moments.into_iter().find(all_numbers)?;
+        let speed = |&(module, hinge): &(usize, usize)| joints[module][hinge].speed.abs();
+        let all = (0..joints.len()).flat_map(|module| [0, 1, 2].map(|hinge| (module, hinge)));
+        all.max_by(|one, other| speed(one).total_cmp(&speed(other)))
+    }
+
     /// The hinge of a module that turned fastest before its speed was no number.
     pub fn fastest(&self, module: usize) -> usize {
         let before = self.now.saturating_sub(1).max(1);

@@ -28,6 +28,9 @@ const WILD: f64 = 28.0;
 /// are off by tenths of one.
 const APART: f64 = 20.0;
 
+/// What is told of a force from outside, which is no outcome of a step.
+const FORCE: &str = "a force that is no number";
+
 /// What is no deeper in something than this touches it, in m.
 const TOUCH: f64 = 1e-3;
 
@@ -152,7 +155,7 @@ impl World {
         self.steps += 1;
         if let Some(index) = self.simulation.forces_mut().iter().position(|force| !force.is_finite()) {
             self.keep(volts);
-            return Err(self.broken(Warning { what: "a force that is no number", index }));
+            return Err(self.broken(Warning { what: FORCE, index }));
         }
         let stepped = self.simulation.step();
         self.keep(volts);
@@ -179,6 +182,10 @@ impl World {
         let (numbers, hinges) =
             if what.contains("position") { (POSITIONS, HINGE_POSITION) } else { (SPEEDS, HINGE_SPEED) };
         let [module, place] = [index / numbers, index % numbers];
+        // All is solved at once, so all may be none: the index is that of the first.
+        if let Some((module, hinge)) = self.history.wildest().filter(|_| what != FORCE) {
+            return self.trouble(module, Some(hinge), what.into());
+        }
         if module >= self.modules() {
             return Trouble {
                 seconds: self.seconds(),
@@ -203,15 +210,17 @@ impl World {
 
     /// No joint turns as none can.
     fn expect_calm(&self) -> Result<(), Trouble> {
-        for (index, speed) in self.simulation.speeds().iter().enumerate() {
-            let [module, place] = [index / SPEEDS, index % SPEEDS];
-            let hinge = place.checked_sub(HINGE_SPEED);
-            if !speed.is_finite() || (hinge.is_some() && speed.abs() >= WILD) {
-                let what = format!("its joint turns at {:.0} degrees/s", speed.to_degrees());
-                return Err(self.trouble(module, hinge, what));
-            }
+        let speeds = self.simulation.speeds();
+        if let Some(index) = speeds.iter().position(|speed| !speed.is_finite()) {
+            return Err(self.broken(Warning { what: "a speed that is no number", index }));
         }
-        Ok(())
+        match self.history.wildest() {
+            Some((module, hinge)) if self.speeds(module)[hinge].abs() >= WILD => {
+                let speed = self.speeds(module)[hinge].to_degrees();
+                Err(self.trouble(module, Some(hinge), format!("its joint turns at {speed:.0} degrees/s")))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Two docks take hold of each other where they are, and pull until they fit. What they held they let go.

@@ -69,3 +69,26 @@ fn a_number_that_is_none_is_told_with_its_module() {
 fn a_world_without_modules_is_refused() {
     assert!(matches!(World::new(&[], &Ground::default()), Err(WorldError::Empty)));
 }
+
+/// All that hangs together is solved at once: where one of it is wild, so are all.
+#[test]
+fn of_many_joints_that_turn_as_none_can_the_fastest_is_named() {
+    for volts in [1e6, 1e12] {
+        let mut world = chain(3);
+        let wild = [[0.0; 3], [0.0; 3], [0.0, volts, 0.0]];
+        let trouble = world.step(&wild).expect_err("it breaks").to_string();
+        assert!(trouble.contains("at module 2, back of the roll"), "{volts}: {trouble}");
+    }
+}
+
+/// What the solver makes of one number that is none, all have.
+#[test]
+fn where_no_number_is_left_the_joint_that_was_the_fastest_before_is_named() {
+    let mut world = chain(3);
+    for _ in 0..20 {
+        world.step(&[[0.0; 3], [0.0; 3], [0.0, 10.0, 0.0]]).expect("it turns");
+    }
+    let trouble = world.step(&[[0.0; 3], [1e200, 0.0, 0.0], [0.0; 3]]).expect_err("it breaks");
+    assert!(trouble.to_string().contains("an acceleration that is no number"), "{trouble}");
+    assert!(trouble.place.contains("module 2, back of the roll"), "{trouble}");
+}
