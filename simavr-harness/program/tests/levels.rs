@@ -229,3 +229,18 @@ fn levels_say_what_the_timeline_says() {
     assert!(exact * 10 > middles.len() * 9, "{exact} of {} pulses", middles.len());
     assert!(pulses.iter().all(|pulse| pulse[0].1 && !pulse[1].1 && pulse[1].0 - pulse[0].0 <= 800));
 }
+
+#[test]
+fn whatever_comes_before_the_end_of_its_name_a_file_has_levels() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-names", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    for name in [".vcd", "run.VCD"] {
+        let path = folder.join(name);
+        let path_text = path.to_str().expect("the path is text");
+        let chain = ["sim", "chain", "--modules", "1", "--seconds", "0.1", "--world", "none"];
+        let output = run(&[&chain[..], &["--json", "-", "--trace", path_text]].concat());
+        let written = std::fs::read_to_string(&path).unwrap_or_else(|_| panic!("{output:?}"));
+        assert!(written.starts_with('$'), "{name}: {}", &written[..20]);
+    }
+    std::fs::remove_dir_all(folder).expect("it was made");
+}

@@ -94,7 +94,8 @@ impl Timeline {
         if others.into_iter().flatten().any(|other| other.is(&destination)) {
             return Err(format!("{} is for another result: give --trace another", path.display()).into());
         }
-        let is_vcd = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vcd"));
+        // The whole name may be that: then it is no extension.
+        let is_vcd = path.as_os_str().to_ascii_lowercase().as_encoded_bytes().ends_with(b".vcd");
         Ok(Some(Timeline { destination, is_vcd, mcus: options.trace_of.clone() }))
     }
 
