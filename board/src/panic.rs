@@ -38,7 +38,7 @@ unsafe extern "C" {
     static mut RECORD: [u16; 4];
 }
 
-/// Records where the panic was, and has the watchdog reset the MCU, which takes about 16 ms. Interrupts are
+/// Records where the panic was, and has the watchdog reset the MCU, which takes about 14 ms. Interrupts are
 /// masked.
 pub fn record_and_reset(info: &PanicInfo) -> ! {
     // SAFETY: nothing else runs from here on.

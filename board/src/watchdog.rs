@@ -12,9 +12,9 @@ use kernel::Context;
 #[derive(Clone, Copy)]
 #[repr(u8)]
 pub(crate) enum Patience {
-    /// 16,384 clocks, 16 ms.
+    /// 16,384 clocks, 14 ms.
     Shortest = 0,
-    /// 131,072 clocks, 0.13 s.
+    /// 131,072 clocks, 0.11 s.
     Tenth = 3,
 }
 
@@ -29,7 +29,7 @@ impl Watchdog {
         Watchdog(())
     }
 
-    /// Starts it: from now on it has to be fed every 0.13 s.
+    /// Starts it: from now on it has to be fed every 0.11 s.
     pub fn start(self, context: &mut impl Context) -> Feeder {
         // SAFETY: interrupts are masked.
         context.mask(|_| unsafe { start(Patience::Tenth) });

@@ -123,11 +123,11 @@ fn pins_are_driven_and_read() {
 fn the_watchdog_resets_again_and_again_on_one_clock() {
     let mut mcu = mcu(&build_with("program.c", &["WATCHDOG"]));
     mcu.run_until(16_000_000 / 10);
-    // 2048 cycles of the 128 kHz that simavr gives the watchdog: 16 ms.
-    let period = 16_000_000 / 1000 * 16;
+    // The datasheet's 14.0 ms; and of the next times 28.1 and 56.2.
+    let period = 16 * 14_050;
     let starts: Vec<_> = mcu.markers().iter().map(|marker| marker.cycle).collect();
     assert_eq!(marked(&mcu)[..3], [PORF, WDRF, WDRF]);
-    assert_eq!(mcu.resets(), 6);
+    assert_eq!(mcu.resets(), 7);
     for pair in starts.windows(2) {
         let length = pair[1] - pair[0];
         assert!((period..period + 1000).contains(&length), "{length}");
@@ -141,6 +141,18 @@ fn the_watchdog_can_be_switched_off_after_its_reset() {
     assert_eq!(mcu.run_to_end(16_000_000 / 10), State::Done);
     assert_eq!(marked(&mcu), [PORF, PORF | WDRF, 0, PORF | WDRF, 0x55]);
     assert_eq!(mcu.resets(), 1);
+}
+
+/// Without the timed sequence one that is off is switched on, for the time that is written with it, and one
+/// that is on stays as it is.
+#[test]
+fn the_watchdog_is_switched_on_by_a_single_write() {
+    let mut mcu = mcu(&build_with("program.c", &["WATCHDOG_WRITTEN"]));
+    mcu.run_until(16_000_000 / 10);
+    let starts: Vec<_> = mcu.markers().iter().map(|marker| marker.cycle).collect();
+    assert_eq!(marked(&mcu), [PORF, 0x0a, PORF | WDRF, 0x0a]);
+    let period = 16 * 14_050 * 4;
+    assert!((period..period + 1000).contains(&(starts[2] - starts[0])), "{starts:?}");
 }
 
 #[test]

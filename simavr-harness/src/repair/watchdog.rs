@@ -1,7 +1,9 @@
 //! The watchdog of the ATmega128 (chapter "Watchdog Timer"). It has no interrupt, so simavr leaves
 //! its IRQs without the pool that simavr's own reset then dereferences, and crashes; and it keeps
 //! the watchdog running after a reset, and as long as WDRF is set, as newer parts do. Here it is off
-//! after every reset, and the timed sequence switches it off whatever WDRF says.
+//! after every reset, and the timed sequence switches it off whatever WDRF says. One that is off is switched
+//! on, for any time, by a single write. Its times are the typical ones at 5 V; simavr has those of later
+//! parts.
 //!
 //! On every part the instruction WDR registers a cycle timer outside any register write; it too has
 //! to keep the deadline of a run.
@@ -10,6 +12,7 @@ use std::ffi::{c_int, c_void};
 use std::sync::OnceLock;
 
 use simavr_ffi as ffi;
+use simulation::CLOCK_HZ;
 
 use crate::cpu::{Cpu, RegisterBits};
 use crate::device::WrappedWrites;
@@ -19,9 +22,17 @@ type Request = unsafe extern "C" fn(*mut ffi::avr_io_t, u32, *mut c_void) -> c_i
 /// simavr's handler of requests to a watchdog, the same for all instances.
 static REQUEST: OnceLock<Request> = OnceLock::new();
 
-/// WDTCR of the ATmega128: the watchdog may be switched off; it is on.
+/// WDTCR of the ATmega128: the watchdog may be switched off; it is on; for how long.
 const WDCE: u8 = 0x10;
 const WDE: u8 = 0x08;
+const WDP: u8 = 0x07;
+
+/// How long the shortest of its times takes (table "Watchdog Timer Prescale Select", at 5 V), in microseconds.
+/// Each is twice the one before.
+const SHORTEST_MICROS: u64 = 14_050;
+
+/// By which simavr asks a watchdog to start over, as for WDR.
+const START_OVER: u32 = u32::from_be_bytes(*b"wdtr");
 
 pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
     cpu.peripherals(|kind, peripheral| {
@@ -34,7 +45,7 @@ pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
             let watchdog = peripheral.cast::<ffi::avr_watchdog_t>();
             let has_interrupt = (*watchdog).watchdog.vector != 0;
             if !has_interrupt {
-                wrapped.wrap(cpu, RegisterBits::from((*watchdog).wde).address, switch_off);
+                wrapped.wrap(cpu, RegisterBits::from((*watchdog).wde).address, follow);
                 (*peripheral).reset = None;
             }
             if let Some(request) = (*peripheral).ioctl {
@@ -45,11 +56,30 @@ pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
     });
 }
 
-/// Ends the timed sequence. simavr's timer may run on, and then does nothing.
-fn switch_off(cpu: Cpu, wdtcr: u16, before: u8, written: u8) {
-    if before & WDCE != 0 && written & WDE == 0 {
+/// Does what the chip does with what is written to WDTCR, behind what simavr does.
+fn follow(cpu: Cpu, wdtcr: u16, before: u8, written: u8) {
+    let was_on = before & WDE != 0;
+    if !was_on {
+        cpu.set_bits(wdtcr, WDE | WDP, false);
+        cpu.set_bits(wdtcr, written & (WDE | WDP), true);
+    } else if before & WDCE != 0 && written & WDE == 0 {
+        // simavr's timer may run on, and then does nothing.
         cpu.set_bits(wdtcr, WDE, false);
     }
+    let now = cpu.data(wdtcr);
+    let starts = now & WDE != 0 && (!was_on || (before ^ now) & WDP != 0);
+    cpu.peripherals(|kind, peripheral| {
+        let Some(handler) = REQUEST.get().filter(|_| kind == "watchdog") else { return };
+        // SAFETY: as where it was installed; the handler is simavr's own.
+        unsafe {
+            let micros = SHORTEST_MICROS << (now & WDP);
+            (*peripheral.cast::<ffi::avr_watchdog_t>()).cycle_count =
+                micros * u64::from(CLOCK_HZ) / 1_000_000;
+            if starts {
+                handler(peripheral, START_OVER, std::ptr::null_mut());
+            }
+        }
+    });
 }
 
 unsafe extern "C" fn keep_deadline_after_request(

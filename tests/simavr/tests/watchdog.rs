@@ -50,8 +50,8 @@ fn a_task_whose_clock_stops_is_reset() {
     }
 }
 
-/// How long before the watchdog could bite: it waits for 0.13 s, of which some have gone by.
-const BEFORE: u64 = 75 * MILLISECOND;
+/// So long, in ms, the watchdog does not bite: it waits for 0.11 s, of which up to 50 ms have gone by.
+const BEFORE: u64 = 60;
 
 #[test]
 fn while_hormone_hangs_neighbours_are_heard_and_probed_and_joints_controlled() {
@@ -89,7 +89,7 @@ fn while_hormone_hangs_neighbours_are_heard_and_probed_and_joints_controlled() {
         (sent, heard, hormones, count(engine, "MOTORS", 0), count(engine, "MOTORS", 1))
     };
     let (sent, heard, hormones, periods, missed) = counts(&engine);
-    engine.run_until(engine.cycle() + BEFORE);
+    engine.run_until(engine.cycle() + BEFORE * MILLISECOND);
     assert_eq!(resets(&engine, 1), [0, 0]);
     let after = counts(&engine);
     assert_eq!(after.2, hormones, "HORMONE goes on");
@@ -97,5 +97,8 @@ fn while_hormone_hangs_neighbours_are_heard_and_probed_and_joints_controlled() {
     assert_ne!(after.1, heard, "the neighbour's probes");
     // A spine's joints are at rest, or are controlled each millisecond.
     let controlled = after.3.wrapping_sub(periods);
-    assert!(after.4 == missed && (controlled == 0 || controlled >= 70), "{controlled} periods");
+    assert!(
+        after.4 == missed && (controlled == 0 || u64::from(controlled) >= BEFORE - 5),
+        "{controlled} periods"
+    );
 }
