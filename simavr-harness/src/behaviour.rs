@@ -7,7 +7,7 @@ use simulation::{
     Transcript, Trouble, Wiring, WiringError,
 };
 
-use crate::controller::Controller;
+use crate::Controller;
 use crate::counters;
 use crate::engine::Engine;
 use crate::mcu::Mcu;

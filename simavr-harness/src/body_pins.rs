@@ -4,7 +4,7 @@ use simulation::{Body, CLOCK_HZ, Drives};
 use tasks::dock::{Dock, DockSet};
 use tasks::superbot::{MASTER, SLAVE};
 
-use crate::controller::Controller;
+use crate::Controller;
 use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};
 use crate::mcu::Mcu;
 use crate::part::Pin;

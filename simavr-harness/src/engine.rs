@@ -17,7 +17,7 @@ use std::thread;
 
 use simulation::{Bodies, Environment, MILLISECOND};
 
-use crate::controller::Controller;
+use crate::Controller;
 use crate::physics::Physics;
 use crate::robot::{Delivery, Event, LONGEST_WINDOW, Member, Robot};
 use crate::rounds::{self, Halves, Round, Rounds};

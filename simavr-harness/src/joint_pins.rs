@@ -3,7 +3,7 @@
 
 use tasks::motor::Axis;
 
-use crate::controller::Controller;
+use crate::Controller;
 
 /// Data addresses.
 pub const TCCR1A: u16 = 0x4f;

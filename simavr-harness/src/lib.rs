@@ -20,7 +20,6 @@ pub mod bench;
 mod body_pins;
 mod bus;
 mod character;
-mod controller;
 mod counters;
 mod coverage;
 mod cpu;
@@ -53,7 +52,6 @@ mod wires;
 
 pub use bus::{Bus, BusCounts};
 pub use character::Character;
-pub use controller::Controller;
 pub use coverage::{Coverage, Ways};
 pub use cpu::{Registers, Reset};
 pub use engine::Engine;
@@ -74,6 +72,8 @@ pub use repair::usart::UsartCounts;
 pub use robot::{Event, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Body, CLOCK_HZ, Face, Terrain, Wiring, WiringError};
+/// Here an `Mcu` is one that runs.
+pub use tasks::router::Mcu as Controller;
 pub use terrain::ground;
 pub use trace::{BusSignal, Line, bus_lines, motor_lines, serial_line};
 pub use trace::{Holder, NotTraceable, SerialTrace, Slice, TaskState, TaskTrace, Trace, Wait};

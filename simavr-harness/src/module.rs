@@ -9,10 +9,10 @@ use tasks::link::counters::LinkCounters;
 use tasks::superbot::{Half, MASTER, SLAVE};
 use thiserror::Error;
 
+use crate::Controller;
 use crate::body_pins::{self, BodyPins};
 use crate::bus::{Bus, BusCounts};
 use crate::character::Character;
-use crate::controller::Controller;
 use crate::counters;
 use crate::cpu::News;
 use crate::image::Image;

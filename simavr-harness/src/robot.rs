@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, VecDeque};
 
 use console::request::Topic;
 use simulation::{
-    Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Mcus, Motion, Placing, Random,
-    START_UP, Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, lateness,
+    Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Motion, Placing, Random, START_UP,
+    Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, lateness,
 };
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
 use world::{Ground, Make, Trouble, WorldError};
 
+use crate::Controller;
 use crate::character::Character;
-use crate::controller::Controller;
 use crate::cpu::Reset;
 use crate::link::{Channel, Faults, LinkCounts};
 use crate::mcu::McuError;
@@ -329,12 +329,7 @@ impl Robot {
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Push { .. } => {}
             &Change::Reset { module, mcus } => {
-                let mcus: &[Controller] = match mcus {
-                    Mcus::Master => &[Controller::Master],
-                    Mcus::Slave => &[Controller::Slave],
-                    Mcus::Both => &Controller::ALL,
-                };
-                for &mcu in mcus {
+                for mcu in Controller::ALL.into_iter().filter(|mcu| mcus.contains(*mcu)) {
                     self.members[module].module.mcu_mut(mcu).reset(Reset::External);
                 }
             }

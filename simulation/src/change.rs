@@ -8,6 +8,7 @@ use hormone::order::{Order, What};
 use hormone::period::Period;
 use hormone::standing::STOP;
 use serde::Deserialize;
+use tasks::router::Mcu;
 
 use crate::wiring::{Face, Wiring, WiringError};
 
@@ -56,6 +57,16 @@ pub enum Mcus {
     Master,
     Slave,
     Both,
+}
+
+impl Mcus {
+    pub fn contains(self, mcu: Mcu) -> bool {
+        match self {
+            Mcus::Both => true,
+            Mcus::Master => mcu == Mcu::Master,
+            Mcus::Slave => mcu == Mcu::Slave,
+        }
+    }
 }
 
 /// Directions of links.

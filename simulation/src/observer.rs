@@ -1,6 +1,8 @@
 //! All observers of a robot at once.
 
-use crate::change::{Change, Links, Mcus};
+use tasks::router::Mcu;
+
+use crate::change::{Change, Links};
 use crate::command::SENDS;
 use crate::course::Course;
 use crate::discovery::Discovery;
@@ -185,13 +187,12 @@ impl Observer {
             self.audible = audible;
         }
         if let Change::Reset { module, mcus } = *change {
-            let [master, slave] = &mut self.hear_since[module];
-            for (since, mcu) in [(master, Mcus::Master), (slave, Mcus::Slave)] {
-                if mcus == Mcus::Both || mcus == mcu {
+            for (mcu, since) in Mcu::ALL.into_iter().zip(&mut self.hear_since[module]) {
+                if mcus.contains(mcu) {
                     *since = (at + START_UP + self.start).max(*since);
                 }
             }
-            if mcus != Mcus::Slave {
+            if mcus.contains(Mcu::Master) {
                 self.discovery.restarted(module, at);
                 self.gait.restarted(module, self.hear_since[module][0]);
             }

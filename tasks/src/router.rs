@@ -8,10 +8,14 @@ use crate::message::{Address, TaskCode};
 
 /// One of the two MCUs of a module (paper, section 3).
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
+#[cfg_attr(not(target_arch = "avr"), derive(Debug, PartialOrd, Ord, Hash))]
 pub enum Mcu {
     Master,
     Slave,
+}
+
+impl Mcu {
+    pub const ALL: [Mcu; 2] = [Mcu::Master, Mcu::Slave];
 }
 
 /// A set of tasks: one bit for each code.

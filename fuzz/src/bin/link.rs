@@ -35,7 +35,7 @@ fn frame<'i>(input: &mut &'i [u8]) -> Option<Frame<'i>> {
 /// Both MCUs' routers must keep a neighbour's message from docks and system tasks.
 fn check(at: Dock, to: TaskCode, payload: &[u8]) {
     assert!(payload.len() <= MAX_PAYLOAD);
-    for mcu in [Mcu::Master, Mcu::Slave] {
+    for mcu in Mcu::ALL {
         match Router::new(mcu, Residence { master: ALL, slave: ALL })
             .route(Address::here(to), Source::Dock(at))
         {

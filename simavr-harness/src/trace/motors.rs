@@ -5,7 +5,7 @@
 //! "16-bit Timer/Counter", "Phase and Frequency Correct PWM Mode"). A pin is high while the counter is below
 //! the compare register, whose value is taken over at the bottom.
 
-use crate::controller::Controller;
+use crate::Controller;
 use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};
 use crate::trace::{Line, RegisterWrite, Trace};
 

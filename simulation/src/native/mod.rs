@@ -41,7 +41,7 @@ use crate::wiring::{Face, Wiring, WiringError};
 use docking::{Due, SOONEST};
 use hormone::gait::{Gait, GaitName};
 use hormone::status::Status;
-use module::{Module, Output, is_reset, mcu_of};
+use module::{Module, Output, mcu_of};
 use orientation::SAMPLE_PERIOD;
 use plants::motion::Motion;
 use plants::trouble::Trouble;
@@ -260,7 +260,7 @@ impl Robot for Native {
         match change {
             Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
             &Change::Reset { module, mcus } => {
-                self.dockings.retain(|due| due.module != module || !is_reset(mcu_of(due.dock()), mcus));
+                self.dockings.retain(|due| due.module != module || !mcus.contains(mcu_of(due.dock())));
                 self.modules[module].reset(self.now, mcus);
                 self.due[module] = self.now;
             }

@@ -129,7 +129,7 @@ impl Module {
         let acceleration = embodied.body.acceleration;
         let told = embodied.step(runs);
         self.feel(acceleration);
-        for (mcu, letters) in [Mcu::Master, Mcu::Slave].into_iter().zip(told) {
+        for (mcu, letters) in Mcu::ALL.into_iter().zip(told) {
             for letter in letters {
                 // What finds no room is lost, as on the MCUs.
                 let _ = self.deliver(now, mcu, letter.message(), Source::Task);
@@ -275,9 +275,9 @@ impl Module {
 
     /// Programs start over.
     pub fn reset(&mut self, now: u64, mcus: Mcus) {
-        let is_reset = |mcu: Mcu| is_reset(mcu, mcus);
+        let is_reset = |mcu: Mcu| mcus.contains(mcu);
         let live = (now + START_UP).max(self.powered_up_at) + START;
-        for mcu in [Mcu::Master, Mcu::Slave].into_iter().filter(|mcu| is_reset(*mcu)) {
+        for mcu in Mcu::ALL.into_iter().filter(|mcu| is_reset(*mcu)) {
             self.live_since[mcu as usize] = live;
             self.clocks[mcu as usize] = Clock { started_at: live };
         }
@@ -308,15 +308,6 @@ impl Module {
     fn port(&mut self, dock: Dock) -> &mut Port {
         self.touched.insert(dock);
         &mut self.ports[usize::from(dock.index())]
-    }
-}
-
-/// Whether an MCU is one of these.
-pub fn is_reset(mcu: Mcu, mcus: Mcus) -> bool {
-    match mcus {
-        Mcus::Both => true,
-        Mcus::Master => mcu == Mcu::Master,
-        Mcus::Slave => mcu == Mcu::Slave,
     }
 }
 

@@ -147,7 +147,7 @@ fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outco
     let residence = Residence { master: residents(TASKS[0]), slave: residents(TASKS[1]) };
     let office = |here: usize| {
         forever(PostOffice {
-            router: Router::new([Mcu::Master, Mcu::Slave][here], residence),
+            router: Router::new(Mcu::ALL[here], residence),
             tasks: forever([(TASKS[here], mailboxes[here])]),
             devices: nobody,
             links: &[],

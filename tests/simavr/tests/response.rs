@@ -23,7 +23,7 @@ fn computed(controller: Controller) -> Responses {
 
 #[test]
 fn no_byte_is_lost_at_any_line_for_an_interrupt_that_is_too_late() {
-    for controller in [Controller::Master, Controller::Slave] {
+    for controller in Controller::ALL {
         let interrupts = computed(controller).interrupts;
         let slack = |vector: u8| interrupts.iter().find(|one| one.vector == vector)?.slack();
         for vector in [6, 8, 18, 30] {

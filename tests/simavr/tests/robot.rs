@@ -246,7 +246,7 @@ fn no_hormone_is_lost_without_notice() {
 
 const MASTER: &[Controller] = &[Controller::Master];
 const SLAVE: &[Controller] = &[Controller::Slave];
-const BOTH: &[Controller] = &[Controller::Master, Controller::Slave];
+const BOTH: &[Controller] = &Controller::ALL;
 
 /// The next `seconds` of a chain, from where no hormone is under way.
 fn from_a_quiet_moment(chain: &mut Chain, seconds: u64) -> Vec<TraceEvent> {

@@ -9,10 +9,10 @@ use tasks::superbot::MASTER_AXES;
 
 use super::watch::{Periodic, Watch};
 use super::{Style, chain};
+use crate::Controller;
 use crate::bench::module::control::{Control, TURN};
 use crate::bench::module::{MEASURED, MILLISECOND, ModuleImages, SECOND, awake, babble, module, saturated};
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::image::Place;
 use crate::part::Pin;

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::module::{MEASURED, ModuleImages, SECOND, babble, join, milliseconds, step};
 use super::{BenchError, unmeasurable};
-use crate::controller::Controller;
+use crate::Controller;
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
 use simulation::Face;

@@ -4,8 +4,8 @@ use hormone::event::Event as Behaviour;
 use serde::Serialize;
 use simulation::{Hops, TraceEvent};
 
+use crate::Controller;
 use crate::bench::module::{MEASURED, MILLISECOND};
-use crate::controller::Controller;
 use crate::counters;
 use crate::engine::Engine;
 

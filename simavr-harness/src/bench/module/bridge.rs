@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::link::{in_turn, word};
 use super::{MEASURED, MILLISECOND, SECOND, images, module};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
 

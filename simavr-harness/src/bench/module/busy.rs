@@ -14,9 +14,9 @@ use tasks::message::{MAX_PAYLOAD, TaskCode};
 
 use super::control::{PULL, pull};
 use super::{BYTE, MEASURED, MILLISECOND, ModuleImages, SECOND};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
 use crate::character::Character;
-use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::mcu::Mcu;
 use crate::module::CONTROL_PROBE;

@@ -4,8 +4,8 @@
 use tasks::motor::Axis;
 
 use super::{MEASURED, MILLISECOND};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::module::CONTROL_PROBE;
 use crate::probe::Edge;

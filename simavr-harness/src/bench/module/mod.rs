@@ -21,7 +21,7 @@ use serde::Serialize;
 use simulation::arq;
 
 use super::{BenchError, unmeasurable};
-use crate::controller::Controller;
+use crate::Controller;
 use crate::engine::Engine;
 use crate::image::Image;
 use crate::module::{Images, Module};

@@ -6,8 +6,8 @@ use tasks::dock::Dock;
 
 use super::control::{Control, TURN};
 use super::{MEASURED, ModuleImages, SECOND, awake, expect_no_reset, load, module};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
 

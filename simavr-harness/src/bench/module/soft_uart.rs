@@ -6,8 +6,8 @@ use simulation::Face;
 use tasks::dock::Dock;
 
 use super::{MILLISECOND, images};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::engine::Engine;
 use crate::module::Images;
 use crate::robot::RobotBuilder;

@@ -8,8 +8,8 @@ use tasks::dock::Dock;
 
 use super::recovery::recovery;
 use super::{MEASURED, SECOND, images, milliseconds};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::counters;
 use crate::engine::Engine;
 use crate::image::{Image, Place, Symbol};

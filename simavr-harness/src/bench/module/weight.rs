@@ -8,8 +8,8 @@ use world::Ground;
 
 use super::control::jitter;
 use super::{ModuleImages, SECOND};
+use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
-use crate::controller::Controller;
 use crate::counters;
 use crate::engine::Engine;
 use crate::mcu::Mcu;
