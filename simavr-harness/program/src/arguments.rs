@@ -334,7 +334,8 @@ fn at(text: &str) -> Result<f64, String> {
 
 fn probability(text: &str) -> Result<f64, String> {
     match text.parse() {
-        Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(probability),
+        // Of two zeros the one without a sign: else they are two runs of a campaign.
+        Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(f64::abs(probability)),
         _ => Err("give a probability from 0 to 1".into()),
     }
 }

@@ -275,6 +275,17 @@ fn a_campaign_that_grows_keeps_what_is_done() {
         assert_eq!(output.status.code(), Some(2));
         assert!(said(&output).contains(advice), "{}", said(&output));
     }
+
+    let result = fs::read_dir(format!("{}/runs", campaign.directory())).unwrap().next().unwrap().unwrap();
+    let result = format!("runs/{}", result.file_name().to_str().unwrap());
+    for own in ["campaign.json", "jobs", "runs.csv", "summary.csv", &result] {
+        let svg = format!("{}/{own}", campaign.directory());
+        let before = fs::read(&svg).unwrap();
+        let output = campaign.report(&["--plot", "failed", "--against", "loss", "--svg", &svg]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(said(&output).contains("is the campaign's own: give --svg another"), "{}", said(&output));
+        assert_eq!(fs::read(&svg).unwrap(), before, "{own}");
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A campaign's directory: the list of jobs, and how engines for lists of jobs take it.
 
 use std::error::Error;
+use std::ffi::OsStr;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,11 @@ use super::text;
 
 /// The most tasks of an array that Slurm takes unless it is set up otherwise (MaxArraySize).
 const ARRAY: usize = 1000;
+
+/// What lies in a campaign's directory beside the results and the tables.
+const LIST: &str = "jobs";
+const SLURM: &str = "slurm.sh";
+const PLAN: &str = "campaign.json";
 
 /// A list of jobs, and where it lies.
 pub struct Jobs {
@@ -109,11 +115,11 @@ impl Jobs {
     }
 
     fn list_path(&self) -> PathBuf {
-        self.directory.join("jobs")
+        self.directory.join(LIST)
     }
 
     fn slurm_path(&self) -> PathBuf {
-        self.directory.join("slurm.sh")
+        self.directory.join(SLURM)
     }
 }
 
@@ -124,7 +130,12 @@ pub fn results(directory: &Path) -> PathBuf {
 
 /// Where what a campaign runs is kept.
 pub fn plan_path(directory: &Path) -> PathBuf {
-    directory.join("campaign.json")
+    directory.join(PLAN)
+}
+
+/// Whether a file of this name in a campaign's directory is the campaign's own, and no table.
+pub fn is_own(name: &OsStr) -> bool {
+    [LIST, SLURM, PLAN].map(OsStr::new).contains(&name)
 }
 
 /// A job as a line for a shell. It is done once its result is there, however often it is run. It fails as the

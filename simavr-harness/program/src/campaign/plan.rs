@@ -245,6 +245,7 @@ mod tests {
             ("robot = { shape = 'six-legs', modules = 2 }", "at least 11 modules"),
             ("loss = [0.3, 0.3]", "asked for twice"),
             ("seconds = [1, 1.0]", "asked for twice"),
+            ("loss = [0.0, -0.0]", "asked for twice"),
         ] {
             let error = plan(text).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(error.contains(advice), "{text}: {error}");

@@ -1,9 +1,11 @@
 //! `./x report`: tables of what came of a campaign's runs, and plots.
 
 use std::error::Error;
+use std::ffi::OsStr;
 use std::fmt::Write;
+use std::path::Path;
 
-use super::super::json::Destination;
+use super::super::json::{Destination, is_same};
 use super::super::output::print;
 use super::CampaignReport;
 use super::jobs;
@@ -15,6 +17,11 @@ use super::summary::Summary;
 
 /// Runs that failed are told up to this number; all are in the table.
 const MOST_FAILURES: usize = 20;
+
+/// What is written to the campaign's directory.
+const RUNS: &str = "runs.csv";
+const TYPED_RUNS: &str = "runs.parquet";
+const SUMMARY: &str = "summary.csv";
 
 /// Of what a run did wrong so many lines are told.
 const MOST_FAULTS: usize = 3;
@@ -32,6 +39,7 @@ pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
     if let [figure, parameter, svg] = [&options.plot, &options.against, &options.svg].map(Option::as_deref)
         && let (Some(figure), Some(parameter), Some(svg)) = (figure, parameter, svg)
     {
+        expect_no_other(Path::new(svg), &options.directory)?;
         let destination = Destination::file(svg.as_ref(), None, "--svg")?;
         destination.write_text(&plot::plot(
             &plot::curves(&outcomes, figure, parameter)?,
@@ -41,11 +49,22 @@ pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
     }
     let summary = Summary::of(&outcomes)?;
     let columns = results::columns(&rows);
-    super::write(&options.directory.join("runs.csv"), results::csv(&columns, &rows)?)?;
-    super::write(&options.directory.join("runs.parquet"), parquet(&columns, &rows)?)?;
-    super::write(&options.directory.join("summary.csv"), summary.csv()?)?;
+    super::write(&options.directory.join(RUNS), results::csv(&columns, &rows)?)?;
+    super::write(&options.directory.join(TYPED_RUNS), parquet(&columns, &rows)?)?;
+    super::write(&options.directory.join(SUMMARY), summary.csv()?)?;
     print(summary)?;
     print(failures(&outcomes)?)
+}
+
+/// Makes sure that a plot is neither written over what the campaign has nor overwritten by a table.
+fn expect_no_other(svg: &Path, directory: &Path) -> Result<(), String> {
+    let folder = svg.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let is_table = |name: &OsStr| [RUNS, TYPED_RUNS, SUMMARY].map(OsStr::new).contains(&name);
+    let is_taken = |name| is_same(folder, directory) && (jobs::is_own(name) || is_table(name));
+    if svg.file_name().is_some_and(is_taken) || is_same(folder, &jobs::results(directory)) {
+        return Err(format!("{} is the campaign's own: give --svg another", svg.display()));
+    }
+    Ok(())
 }
 
 /// The runs that failed, each with the command that runs it again, and how many are to come.
