@@ -58,8 +58,8 @@ impl History {
         (first..=self.now).filter(is_told).map(moment).collect()
     }
 
-    /// The module and hinge of the joint that turns fastest, or did a millisecond ago where a speed is no number
-    /// any more.
+    /// The module and hinge of the joint that turns fastest, or did a millisecond ago where a speed is no
+    /// number any more.
     pub fn wildest(&self) -> Option<(usize, usize)> {
         let moments = [self.now, self.now.saturating_sub(1)].map(|step| &self.kept[step % (KEPT + 1)]);
         let all_numbers = |joints: &&Vec<[Joint; 3]>| joints.iter().flatten().all(|it| it.speed.is_finite());

@@ -27,8 +27,8 @@ const WDCE: u8 = 0x10;
 const WDE: u8 = 0x08;
 const WDP: u8 = 0x07;
 
-/// How long the shortest of its times takes (table "Watchdog Timer Prescale Select", at 5 V), in microseconds.
-/// Each is twice the one before.
+/// The shortest of its times in microseconds (table "Watchdog Timer Prescale Select", at 5 V). Each is twice
+/// the one before.
 const SHORTEST_MICROS: u64 = 14_050;
 
 /// By which simavr asks a watchdog to start over, as for WDR.

@@ -1,6 +1,6 @@
-//! `faults [--check] [NAME...]`: plants faults into a copy of the kernel, one after the other, and tells which
-//! test in simavr finds each. All of the list, unless some are named. `--check` only tells whether there are
-//! such faults.
+//! `faults [--check] [NAME...]`: plants faults into a copy of the kernel, one after the other, and tells
+//! which test in simavr finds each. All of the list, unless some are named. `--check` only tells whether
+//! there are such faults.
 //!
 //! Fails when a fault is not found, and the list gives no reason; and when one is found that the list says
 //! is not.

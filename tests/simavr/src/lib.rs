@@ -29,7 +29,8 @@ pub fn arguments() -> impl Iterator<Item = String> {
     std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned())
 }
 
-/// The arguments of this program, and whether it is only to tell if it takes them: then `--check` comes first.
+/// The arguments of this program, and whether it only has to tell if it takes them: then `--check` comes
+/// first.
 pub fn checked_arguments() -> (bool, Vec<String>) {
     let mut arguments = arguments().peekable();
     let only_checks = arguments.next_if(|first| first == "--check").is_some();
