@@ -370,6 +370,7 @@ const QUICK: [&str; 6] = ["sim", "chain", "--engine", "host", "--seconds", "2"];
 /// The program with what it prints, and says, going elsewhere.
 fn run_into(arguments: &[&str], output: Stdio, said: Stdio) -> Output {
     let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
+    program.env("SUPERBOT_IMAGES", images());
     program.args(arguments).stdout(output).stderr(said).output().expect("the program can be run")
 }
 
