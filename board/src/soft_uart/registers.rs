@@ -83,6 +83,9 @@ pub fn begin_pulses(lead: u16) {
     timer().tccr3a().write(|w| unsafe { w.bits(SETS | PULSES_A) });
     // SAFETY: the timer touches no memory, whatever its registers hold.
     timer().tccr3b().write(|w| unsafe { w.bits(CLOCK | PULSES_B) });
+    // What was written before the mode need not be in the buffer that is taken over with the first pulse, for
+    // "the CPU will access the OCR3x directly". Those of units A and C are set with that pulse.
+    timer().ocr3b().write(|w| w.set(u16::MAX));
     ignore_match_b();
 }
 

@@ -52,9 +52,9 @@ pub(crate) struct Timer3 {
     zero_at: Option<u64>,
     stands_at: u16,
     mode: Mode,
-    /// OCR3A, OCR3B, OCR3C as they are compared, and as the program sees them.
+    /// OCR3A, OCR3B, OCR3C as they are compared, and the buffers that they are taken over from with PWM.
     compared: [u16; 3],
-    written: [u16; 3],
+    buffered: [u16; 3],
     /// The high byte on its way to or from a 16-bit register.
     high: u8,
     /// Up to which cycle matches and overflows have happened.
@@ -73,7 +73,7 @@ pub(crate) fn attach(cpu: Cpu, capture: u8) -> Option<Attached<Timer3>> {
         stands_at: 0,
         mode: Mode::Normal,
         compared: [0; 3],
-        written: [0; 3],
+        buffered: [0; 3],
         high: 0,
         done: 0,
         capture_level: false,
@@ -93,7 +93,7 @@ impl Timer3 {
         self.stands_at = 0;
         self.mode = Mode::Normal;
         self.compared = [0; 3];
-        self.written = [0; 3];
+        self.buffered = [0; 3];
         self.done = cpu.cycle();
     }
 
@@ -147,7 +147,7 @@ impl Timer3 {
         if self.mode != Mode::FastPwm {
             return;
         }
-        self.compared = self.written;
+        self.compared = self.buffered;
         for (unit, pin) in COMPARE_PINS.into_iter().enumerate() {
             match Self::output(cpu, unit) {
                 Output::Port | Output::Toggle => {}
@@ -157,9 +157,12 @@ impl Timer3 {
         }
     }
 
+    /// Without PWM the program "will access the OCR3x directly": as the datasheet may be read, the buffer
+    /// keeps what it held.
     fn write_compare(&mut self, cpu: Cpu, unit: usize, value: u16) {
-        self.written[unit] = value;
-        if self.mode != Mode::FastPwm {
+        if self.mode == Mode::FastPwm {
+            self.buffered[unit] = value;
+        } else {
             self.compared[unit] = value;
             self.done = cpu.cycle(); // what the counter has passed is no match
         }
