@@ -165,7 +165,15 @@ fn wait_until_ready(task: &mut Task) {
 /// Reads a byte. No write may be under way.
 fn read(address: u16) -> u8 {
     set_address(address);
-    registers().eecr().write(|w| w.eere().set_bit()); // the CPU halts for 4 cycles
+    // SAFETY: one bit of EECR, and the EEPROM touches no memory. By OUT: set by ST or STS, as the compiler
+    // might do it, EERE triggers an interrupt that nobody enabled (datasheet, "Errata").
+    unsafe {
+        asm!(
+            "out 0x1c, {read}", // 1: EERE; the CPU halts for 4 more
+            read = in(reg) 1u8,
+            options(nostack, preserves_flags)
+        );
+    }
     registers().eedr().read().bits()
 }
 
