@@ -1,7 +1,8 @@
 //! The analog-to-digital converter: what the motors and the power need, measured in rounds, one each
 //! millisecond.
 //!
-//! A round is a chain of conversions, 104 us each, each begun by the interrupt that ends the one before:
+//! A round is a chain of conversions, 200 us the first and 104 us the others, each begun by the interrupt
+//! that ends the one before:
 //!
 //! 1. an input of the multiplexer, if one was [asked for](Analog::look);
 //! 2. the current of one dock that is [watched](Analog::watch), in turn: each is seen at least every third
@@ -12,6 +13,10 @@
 //! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its
 //! interrupt comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks
 //! that wait for them delay it. While there is nothing to measure there are no rounds.
+//!
+//! Between its chains the converter is off, for one that is on begins a conversion whenever the MCU goes to
+//! sleep (ATmega128 datasheet, "Idle Mode"): nobody's, and a round that found it under way would measure
+//! nothing.
 
 use avr_device::atmega128a::{ADC, TC2};
 use kernel::{Context, Masked, MaskedCell, Semaphore};
@@ -65,11 +70,12 @@ const REFERENCE: u8 = 1 << 6; // REFS0
 /// ADMUX: the pin of the multiplexer's output.
 const MULTIPLEXER: u8 = 7;
 
-/// ADCSRA: begin a conversion. The converter is on; its clock of 125 kHz lies within the 50 to 200 kHz that
-/// 10 bits take (ATmega128 datasheet, "Prescaling and Conversion Timing").
-const CONVERT: u8 = 1 << 7 | 1 << 6 | 0b111; // ADEN, ADSC, clock / 128
-/// The same, and have it interrupt; one that has ended before does so no longer.
-const START: u8 = CONVERT | 1 << 4 | 1 << 3; // ADIF, which a one clears, ADIE
+/// ADCSRA: begin a conversion, and have it interrupt; one that has ended before does so no longer. The
+/// converter's clock of 125 kHz lies within the 50 to 200 kHz that 10 bits take (ATmega128 datasheet,
+/// "Prescaling and Conversion Timing").
+const START: u8 = 1 << 7 | 1 << 6 | 1 << 4 | 1 << 3 | 0b111; // ADEN, ADSC, ADIF, ADIE, clock / 128
+/// The converter is off.
+const OFF: u8 = 0;
 
 /// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
@@ -167,8 +173,9 @@ impl Adc {
     ) -> (Rhythm, Analog) {
         context.mask(|masked| ROUNDS.trip.set(masked, Some(trip)));
         superbot::start_multiplexer();
-        // The first conversion with a reference may be off (datasheet, "ADC Voltage Reference"): nobody's.
-        command(0, CONVERT);
+        // The first conversion with a reference may be off (datasheet, "ADC Voltage Reference"): a chain of
+        // its own, of the last input, before anybody asks.
+        context.mask(|masked| convert(masked, 0));
         let timer = timer();
         timer.ocr2().write(|w| w.set(TOP));
         // WGM21 alone: clear timer on compare match.
@@ -274,16 +281,17 @@ pub(crate) fn reading(masked: &Masked, Input(input): Input) -> u16 {
 fn convert(masked: &Masked, input: u8) {
     ROUNDS.input.set(masked, input);
     let pin = if input >= Input::MULTIPLEXED { MULTIPLEXER } else { input };
-    command(pin, START);
-}
-
-/// Has the converter do with a pin what ADCSRA is to say.
-#[inline(always)]
-fn command(pin: u8, adcsra: u8) {
     // SAFETY: the converter touches no memory, whatever its registers hold.
     registers().admux().write(|w| unsafe { w.bits(REFERENCE | pin) });
     // SAFETY: the converter touches no memory, whatever its registers hold.
-    registers().adcsra().write(|w| unsafe { w.bits(adcsra) });
+    registers().adcsra().write(|w| unsafe { w.bits(START) });
+}
+
+/// Switches the converter off: the chain has ended.
+#[inline(always)]
+fn switch_off() {
+    // SAFETY: the converter touches no memory, whatever its registers hold.
+    registers().adcsra().write(|w| unsafe { w.bits(OFF) });
 }
 
 /// Begins the conversion of the next dock's current, or else of the joints' inputs. Returns whether there was
@@ -371,8 +379,11 @@ pub fn conversion_complete(masked: &Masked) {
     keep_reading(masked, input);
     if let Some(next) = input.checked_sub(1) {
         convert(masked, if ROUNDS.without_currents.get(masked) { next & !1 } else { next });
-    } else if Rounds::looks_once(masked) {
-        ROUNDS.joints.set(masked, None);
+    } else {
+        switch_off();
+        if Rounds::looks_once(masked) {
+            ROUNDS.joints.set(masked, None);
+        }
     }
 }
 
@@ -395,10 +406,14 @@ pub fn other_conversion_complete(serving: &mut Serving) {
         let reading = keep_reading(masked, input);
         if input >= Input::MULTIPLEXED {
             ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) & !(1 << (input & 7)));
-            convert_rest(masked);
+            if !convert_rest(masked) {
+                switch_off();
+            }
             return None;
         }
-        convert_joints(masked);
+        if !convert_joints(masked) {
+            switch_off();
+        }
         let place = input & 3;
         ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) & !(1 << place));
         if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {

@@ -118,6 +118,9 @@ impl Mcu {
             }
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;
+            if let Some(adc) = self.adc.as_mut().filter(|_| self.asleep) {
+                adc.with(self.cpu, |adc| adc.sleeps(self.cpu));
+            }
         }
         let to_next_timer = self.process_timers();
         self.watch_window();

@@ -106,6 +106,15 @@ impl Adc {
         interrupt::refresh(cpu, self.complete);
     }
 
+    /// The core goes to sleep: where the converter is on and idle, a conversion begins (chapter "Power
+    /// Management and Sleep Modes", "Idle Mode").
+    pub fn sleeps(&mut self, cpu: Cpu) {
+        if self.on_since.is_some() && self.conversion.is_none() {
+            self.begin(cpu, cpu.cycle());
+            self.show_whether_converting(cpu);
+        }
+    }
+
     fn switch_off(&mut self) {
         self.on_since = None;
         self.has_converted = false;
