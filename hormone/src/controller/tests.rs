@@ -197,6 +197,30 @@ fn a_hormone_that_does_not_come_is_made_good_and_dropped_when_it_comes_late() {
 }
 
 #[test]
+fn what_is_sent_says_whether_it_was_made_good_here_or_on_the_way_here() {
+    let says = |response: Response| pace_of(response.send.unwrap()).is_made_good;
+    assert!(!says(module(&HEAD).timer(BEAT).unwrap()), "it leads");
+    let mut spine = module(&SPINE);
+    assert!(!says(spine.received(Front, nth(0), 0)));
+    assert!(says(spine.timer(BEAT + 12).unwrap()));
+    assert!(!says(spine.received(Front, nth(2), 2 * BEAT)));
+    let made_good = Pace { is_made_good: true, number: 3, ..pace(B) };
+    assert!(says(spine.received(Front, Hormone::Pace(made_good), 3 * BEAT)));
+}
+
+#[test]
+fn a_letter_that_the_gait_does_not_have_is_dropped() {
+    for (gait, data, action) in
+        [(1, B, Some(Straight)), (1, Data::C, None), (2, Data::E, Some(Action::Wave)), (2, Data::F, None)]
+    {
+        let mut spine = module(&SPINE);
+        let response = spine.received(Front, Hormone::Pace(Pace { name: gait, ..pace(data) }), 10);
+        assert_eq!(response.action, action, "{gait} {data:?}");
+        assert_eq!(spine.status().dropped, u16::from(action.is_none()));
+    }
+}
+
+#[test]
 fn after_eight_beats_without_a_hormone_a_leg_rests() {
     let mut leg = module(&LEFT_LEG);
     let _ = leg.received(Back, cp(A), 0);
