@@ -110,8 +110,8 @@ fn a_number_of_inputs_and_a_package_have_to_be_such() {
     says(&["fuzz", "many"], "a number of inputs");
     says(&["fuzz", "1000", "more"], "a number of inputs");
     says(&["fuzz", "4294967297"], "up to 999999999");
-    says(&["mutants"], "kernel|tasks");
-    says(&["mutants", "board"], "kernel|tasks");
+    says(&["mutants"], "kernel|tasks|hormone");
+    says(&["mutants", "board"], "kernel|tasks|hormone");
 }
 
 /// `-n` of avrdude forbids to write: fuses must not be written for all that.
@@ -181,7 +181,7 @@ fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
         };
         write_program(&programs.join(name), says);
     }
-    for name in ["bash", "cmp", "dirname", "sed"] {
+    for name in ["bash", "cmp", "dirname", "mkdir", "sed"] {
         let path = std::env::var_os("PATH").expect("there is one");
         let places = std::env::split_paths(&path).map(|place| place.join(name));
         let place = places.into_iter().find(|place| place.exists()).expect("it is there");
@@ -223,6 +223,23 @@ fn x_set_up(path: &Path, arguments: &[&str], programs: &Path) -> Command {
     command.env("PATH", programs).env("SUPERBOT_AVR_CARGO", "cargo");
     command.env("SUPERBOT_MUJOCO", "there").env("LIBCLANG_PATH", "there");
     command
+}
+
+/// cargo-mutants ends with 3 where the tests of a mutant did not end, whether others were missed or not.
+#[test]
+fn mutants_that_no_test_finds_are_told_also_where_others_do_not_end() {
+    let folder = folder("mutants");
+    let cargo = r#"[ $1 = install ] && exit
+        mkdir -p $3/mutants.out && printf "$MISSED" >$3/mutants.out/missed.txt && exit $STATUS"#;
+    let programs = set_up_for(&folder, cargo);
+    let here = copy(&folder, "here");
+    for package in ["kernel", "tasks", "hormone"] {
+        for (status, missed, ends) in [(0, "", 0), (3, "", 0), (2, "one", 1), (3, "one", 1), (4, "", 4)] {
+            let mut command = x_set_up(&here, &["mutants", package], &programs);
+            command.env("STATUS", status.to_string()).env("MISSED", missed);
+            assert_eq!(said(command), (Some(ends), String::new()), "{package}, {status}, {missed}");
+        }
+    }
 }
 
 /// The program of an earlier build is there still: what it says would be by another source.
