@@ -300,6 +300,20 @@ fn a_name_that_nobody_knows_is_refused_before_anything_is_built() {
     }
 }
 
+/// The simulator is asked first, and then says it itself.
+#[test]
+fn an_option_that_the_simulator_does_not_take_is_refused_before_images_are_built() {
+    let folder = folder("options");
+    let is_asked = "case $* in *' --wrong --help') exit 2;; *--wrong) echo wrong >&2; exit 2;; esac";
+    let programs = set_up_for(&folder, &format!("{is_asked}; echo cargo $* >&2"));
+    let here = copy(&folder, "here");
+    for command in ["sim", "terrain", "period", "campaign"] {
+        let (status, text) = said(x_set_up(&here, &[command, "--wrong"], &programs));
+        assert_eq!(status, Some(2), "{command}: {text}");
+        assert_eq!(text, "cargo build --locked --release -p superbot-sim\nwrong\n", "{command}");
+    }
+}
+
 #[test]
 fn where_sizes_can_not_be_measured_the_file_stays_as_it_was() {
     let folder = folder("sizes");
