@@ -15,6 +15,8 @@ use crate::mcu::Mcu;
 use crate::part::Part;
 use crate::repair::watchdog;
 
+mod devices;
+
 /// What an instruction can change.
 #[derive(PartialEq)]
 struct Seen {
