@@ -165,6 +165,17 @@ fn a_robot_of_which_all_were_reset_goes_by_what_it_begins_with() {
 }
 
 #[test]
+fn who_has_no_order_is_told_one_and_two_that_have_none_leave_each_other_alone() {
+    let (mut ledger, theirs) = (Ledger::new(1), Standing::none(2));
+    assert!(!ledger.hear(Front, theirs, true, 0));
+    assert_eq!(ledger.next_due(0), None);
+    ledger.set(Standing { number: 0x8001, ..Standing::none(3) }, DockSet::EMPTY, 0);
+    assert!(!ledger.hear(Front, theirs, true, 0));
+    let front = DockSet::of(&[Front]);
+    assert_eq!(ledger.due(front, 0), Some((front, false)));
+}
+
+#[test]
 fn of_two_orders_one_supersedes_the_other_and_none_itself() {
     let numbers = [0, 1, 2, 0x3FFF, 0x4000, 0x4001, 0x7FFF, 0x8001, 0x8002, 0xC001, 0xC002, 0xFFFE, 0xFFFF];
     let orders = || {
@@ -197,7 +208,7 @@ fn an_order_has_the_next_number_unless_it_was_given_already_and_stands() {
 #[test]
 fn a_record_is_an_order_or_nothing() {
     for gait in 0..=u8::MAX {
-        for (number, period) in [(0, 127), (1, 127), (0x7FFF, 5), (0x8001, 80), (3, 4), (3, 255)] {
+        for (number, period) in [(0, 127), (1, 127), (0x7FFF, 5), (0x8000, 80), (3, 4), (3, 255)] {
             let [low, high] = u16::to_le_bytes(number);
             let record = [gait, low, high, period];
             let order = Standing::from_record(record);
