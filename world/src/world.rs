@@ -28,9 +28,6 @@ const WILD: f64 = 28.0;
 /// are off by tenths of one.
 const APART: f64 = 20.0;
 
-/// What is told of a force from outside, which is no outcome of a step.
-const FORCE: &str = "a force that is no number";
-
 /// What is no deeper in something than this touches it, in m.
 const TOUCH: f64 = 1e-3;
 
@@ -155,7 +152,7 @@ impl World {
         self.steps += 1;
         if let Some(index) = self.simulation.forces_mut().iter().position(|force| !force.is_finite()) {
             self.keep(volts);
-            return Err(self.broken(Warning { what: FORCE, index }));
+            return Err(self.named(Warning { what: "a force that is no number", index }));
         }
         let stepped = self.simulation.step();
         self.keep(volts);
@@ -178,14 +175,20 @@ impl World {
         self.history.keep(joints);
     }
 
-    fn broken(&self, Warning { what, index }: Warning) -> Trouble {
+    /// What a step has made: all is solved at once, so all numbers may be none, and the index is that of the
+    /// first.
+    fn broken(&self, warning: Warning) -> Trouble {
+        match self.history.wildest() {
+            Some((module, hinge)) => self.trouble(module, Some(hinge), warning.what.into()),
+            None => self.named(warning),
+        }
+    }
+
+    /// The number with this index is none.
+    fn named(&self, Warning { what, index }: Warning) -> Trouble {
         let (numbers, hinges) =
             if what.contains("position") { (POSITIONS, HINGE_POSITION) } else { (SPEEDS, HINGE_SPEED) };
         let [module, place] = [index / numbers, index % numbers];
-        // All is solved at once, so all may be none: the index is that of the first.
-        if let Some((module, hinge)) = self.history.wildest().filter(|_| what != FORCE) {
-            return self.trouble(module, Some(hinge), what.into());
-        }
         if module >= self.modules() {
             return Trouble {
                 seconds: self.seconds(),
