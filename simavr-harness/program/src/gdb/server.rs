@@ -65,7 +65,7 @@ fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> 
     const WORKER_IS_GONE: &str = "the process that ran the robot is gone: see above";
     let failed = |error: &dyn std::fmt::Display| format!("gdb's server: {error}");
     let mut settings = Settings::default();
-    let mut stub = begin(&gdb, stopped, &settings).map_err(|e| failed(&e))?;
+    let mut stub = begin(gdb.try_clone()?, stopped, &settings).map_err(|e| failed(&e))?;
     loop {
         stub = match stub {
             GdbStubStateMachine::Idle(stub) => match events.recv()? {
@@ -78,7 +78,7 @@ fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> 
                         }
                         (Err(error), Some(_)) if is_of_gdb(&error) => {
                             (&gdb).write_all(settings.refusal())?;
-                            begin(&gdb, stopped, &settings).map_err(|e| failed(&e))?
+                            begin(gdb.try_clone()?, stopped, &settings).map_err(|e| failed(&e))?
                         }
                         (Err(error), _) => return Err(failed(&error).into()),
                     }
@@ -108,8 +108,7 @@ fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> 
 }
 
 /// A stub that gdb has told all that is kept of what it said.
-fn begin(gdb: &TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<Stub, Broken> {
-    let gdb = gdb.try_clone().ok();
+fn begin(gdb: TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<Stub, Broken> {
     let mut stub = GdbStub::new(Buffered { gdb: None, bytes: Vec::new() }).run_state_machine(stopped)?;
     for &byte in settings.kept.iter().flatten() {
         if let GdbStubStateMachine::Idle(idle) = stub {
@@ -117,7 +116,7 @@ fn begin(gdb: &TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<
         }
     }
     if let GdbStubStateMachine::Idle(idle) = &mut stub {
-        idle.borrow_conn().gdb = gdb;
+        idle.borrow_conn().gdb = Some(gdb);
     }
     Ok(stub)
 }
