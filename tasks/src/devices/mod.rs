@@ -2,8 +2,8 @@
 //! sensors, power, memory.
 //!
 //! Each is a small state machine that takes requests and is stepped, and runs to completion: they share one
-//! stack, one mailbox and one [task]. Stacks of their own would take about 120 bytes each, and there are seven
-//! of these on the master and five on the slave.
+//! stack, one mailbox and one [task]. Stacks of their own would take about 120 bytes each, and there are
+//! seven of these on the master and five on the slave.
 //!
 //! [`Devices`] holds them all, for whoever drives them: give it [each message](Devices::receive) as it comes;
 //! after these, when a joint has changed its state by itself, when a power switch has opened, and when
