@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::bounds::Bounds;
 use crate::costs::Costs;
 use crate::problem::Problem;
 use crate::releases::{Event, Releases, Run};
@@ -9,7 +10,7 @@ use crate::releases::{Event, Releases, Run};
 /// Longer than this, in cycles, nobody looks: the CPU is taken to be busy for ever. 10 s.
 pub const PATIENCE: u64 = 160_000_000;
 
-/// After a return, and behind what enables interrupts, the program executes one instruction, of 4 cycles at
+/// Behind `reti`, and behind what enables interrupts, the program executes one instruction, of 4 cycles at
 /// most, before the next interrupt.
 pub const BETWEEN: u64 = 4;
 
@@ -19,11 +20,18 @@ pub struct Runs {
     times: u64,
     /// All of them together.
     cycles: u64,
+    /// What the interrupted program executes behind each of them, in cycles, though an interrupt is pending.
+    behind: u64,
 }
 
 impl Runs {
-    fn of(run: &Run, costs: &Costs) -> Result<Self, Vec<Problem>> {
-        Ok(Runs { vector: run.vector, times: run.times.into(), cycles: costs.of(run)? })
+    fn of(run: &Run, costs: &Costs, bounds: &Bounds) -> Result<Self, Vec<Problem>> {
+        let behind = run.vector.map_or(0, |vector| behind(vector, bounds));
+        Ok(Runs { vector: run.vector, times: run.times.into(), cycles: costs.of(run)?, behind })
+    }
+
+    fn with_behind(&self) -> u64 {
+        self.cycles + self.times * self.behind
     }
 
     /// One of them.
@@ -47,7 +55,12 @@ impl<'a> Costed<'a> {
     ///
     /// # Errors
     /// All that keeps a run from having a bound, and names of tasks that are not listed.
-    pub fn of(event: &'a Event, releases: &Releases, costs: &Costs) -> Result<Self, Vec<Problem>> {
+    pub fn of(
+        event: &'a Event,
+        releases: &Releases,
+        costs: &Costs,
+        bounds: &Bounds,
+    ) -> Result<Self, Vec<Problem>> {
         let named = |name: &String| {
             let task = releases.tasks.iter().find(|task| task.name == *name);
             let missing = || Problem::NoTask { event: event.name.clone(), task: name.clone() };
@@ -59,36 +72,36 @@ impl<'a> Costed<'a> {
         for run in &event.runs {
             match &run.by {
                 Some(task) => *tasks.entry(named(task)?).or_default() += costs.of(run)?,
-                None => runs[0].push(Runs::of(run, costs)?),
+                None => runs[0].push(Runs::of(run, costs, bounds)?),
             }
         }
         for run in &event.or {
-            runs[1].push(Runs::of(run, costs)?);
+            runs[1].push(Runs::of(run, costs, bounds)?);
         }
         Ok(Costed { event, needed, runs, tasks })
     }
 
     /// What it takes of interrupts.
     pub fn interrupts(&self) -> u64 {
-        self.most(|_| true, 0)
+        self.most(|_| true, |run| run.cycles)
     }
 
-    /// What it takes of interrupts with such vectors, and so many cycles more for each run.
-    pub fn interrupts_of(&self, is_such: impl Fn(u8) -> bool, more: u64) -> u64 {
-        self.most(|run| run.vector.is_some_and(&is_such), more)
+    /// What it takes of interrupts with such vectors, with what the program executes behind each.
+    pub fn interrupts_of(&self, is_such: impl Fn(u8) -> bool) -> u64 {
+        self.most(|run| run.vector.is_some_and(&is_such), Runs::with_behind)
     }
 
-    fn most(&self, counts: impl Fn(&&Runs) -> bool, more: u64) -> u64 {
-        let cycles =
-            |runs: &[Runs]| runs.iter().filter(&counts).map(|run| run.cycles + run.times * more).sum::<u64>();
+    fn most(&self, counts: impl Fn(&&Runs) -> bool, cycles: impl Fn(&Runs) -> u64) -> u64 {
+        let of = |runs: &[Runs]| runs.iter().filter(&counts).map(&cycles).sum::<u64>();
         let [runs, instead] = &self.runs;
-        cycles(runs).max(cycles(instead))
+        of(runs).max(of(instead))
     }
 
     /// What it takes of interrupts, with what a lower task executes behind each, and of tasks that go before
     /// a task of this priority, or beside it.
     pub fn cycles(&self, priority: u8) -> u64 {
-        self.most(|_| true, BETWEEN) + self.tasks.range(..=priority).map(|(_, cycles)| cycles).sum::<u64>()
+        self.most(|_| true, Runs::with_behind)
+            + self.tasks.range(..=priority).map(|(_, cycles)| cycles).sum::<u64>()
     }
 
     /// How many come within so many cycles, at most, while no task below this priority runs.
@@ -127,6 +140,15 @@ impl<'a> Costed<'a> {
     pub fn of_cpu(&self, cycles: u64) -> f64 {
         f64::from(self.event.sources) * cycles as f64 / self.event.every as f64
     }
+}
+
+/// What the interrupted program executes behind an interrupt that returns by `reti`, in cycles: an
+/// instruction, which may be the first of a critical section, and one more behind that section. Behind any
+/// other it executes nothing.
+fn behind(vector: u8, bounds: &Bounds) -> u64 {
+    let mut interrupts = bounds.interrupts.iter();
+    let by_reti = interrupts.any(|interrupt| interrupt.vector == vector && interrupt.masked_last > 0);
+    if by_reti { BETWEEN + bounds.masked_by_instructions() + BETWEEN } else { 0 }
 }
 
 /// So many times so many cycles, or for ever.

@@ -2,10 +2,11 @@
 //!
 //! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with
 //! the lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for
-//! all with lower vectors that come until it is accepted. Behind `reti` an instruction more runs of what was
-//! interrupted; and where that one masks interrupts, all up to where they are enabled. Behind `sei` and
-//! `ret`, by which the kernel returns, none does. A flag is a bit: what sets it again before its interrupt is
-//! accepted has none of its own.
+//! all with lower vectors that come until it is accepted. Behind a handler that returns by `reti` an
+//! instruction more of the interrupted program runs. Where that one masks interrupts, all up to where they
+//! are enabled runs, too. Behind `sei` and `ret`, by which the kernel returns, none does, and none behind
+//! `reti` and `ret`, as the vectors of `board` do. A flag is a bit: what sets it again before its interrupt
+//! is accepted has none of its own.
 
 use serde::Serialize;
 
@@ -69,9 +70,8 @@ impl Latency {
         while latency < PATIENCE {
             // One that comes as it is about to be accepted still goes before.
             let goes_before = |other: u8| other < vector && !excluded.contains(&other);
-            let before = |one: &Costed| {
-                all_of(one.times_without_tasks(latency + 1), one.interrupts_of(goes_before, BETWEEN))
-            };
+            let before =
+                |one: &Costed| all_of(one.times_without_tasks(latency + 1), one.interrupts_of(goes_before));
             let next = blocking + costed.iter().map(before).sum::<u64>();
             if next <= latency {
                 return (blocking, Some(latency));

@@ -17,6 +17,8 @@ pub struct Stretches {
     pub longest: Longest,
     /// How it may return: with interrupts enabled, masked.
     returns: [bool; 2],
+    /// It returns by `reti`: to its caller, of whom an instruction runs before the next interrupt.
+    is_handler: bool,
 }
 
 /// Whether interrupts are masked.
@@ -72,6 +74,7 @@ impl<'a> Stretcher<'a> {
             ways.enter((entry, false));
         }
         let mut returns = [false; 2];
+        let mut is_handler = false;
         let mut seen = BTreeSet::new();
         let begins = if begins_masked { Mode::Masked } else { Mode::Enabled };
         let mut due = vec![(entry, begins)];
@@ -79,6 +82,7 @@ impl<'a> Stretcher<'a> {
             let Some(node) = flow.nodes.get(&place).filter(|_| seen.insert((place, mode))) else {
                 continue;
             };
+            is_handler |= is_return_from_interrupt(node);
             for after in self.add(place, node, mode, begins, flow, &mut ways)? {
                 returns[usize::from(after != Mode::Enabled)] |= node.next.is_empty();
                 due.extend(node.next.iter().map(|&(to, _)| (to, after)));
@@ -87,7 +91,7 @@ impl<'a> Stretcher<'a> {
         ways.bound(self.image, flow, self.facts)?;
         let no_path = |_| Problem::NoPath { function: self.image.name(entry.0).to_owned() };
         let longest = ways.longest().map_err(|error| BTreeSet::from([no_path(error)]))?;
-        Ok(Stretches { longest, returns })
+        Ok(Stretches { longest, returns, is_handler })
     }
 
     /// Adds an instruction, with what it calls. Returns how it goes on.
@@ -113,10 +117,18 @@ impl<'a> Stretcher<'a> {
             let both = |other: Stretches| Stretches {
                 longest: one.longest.max(other.longest),
                 returns: [0, 1].map(|mode| one.returns[mode] || other.returns[mode]),
+                is_handler: one.is_handler || other.is_handler,
             };
             called = Some(called.map_or(one, both));
         }
-        if let Some(Stretches { longest, returns }) = called {
+        if let Some(Stretches { longest, is_handler: true, .. }) = called {
+            ways.add_inside(longest.between.max(longest.out_of));
+            if let Some(first) = longest.whole.max(longest.into).filter(|_| is_masked) {
+                ways.end(place, cycles + first);
+            }
+            return Ok(vec![Mode::Enabled]);
+        }
+        if let Some(Stretches { longest, returns, .. }) = called {
             ways.add_inside(longest.between);
             if let Some(whole) = longest.whole.filter(|_| is_masked) {
                 ways.go_on((place, false), cycles + whole, node);
@@ -131,7 +143,7 @@ impl<'a> Stretcher<'a> {
             let modes = [Mode::Enabled, masked].into_iter().zip(returns);
             return Ok(modes.filter(|(_, returns)| *returns).map(|(mode, _)| mode).collect());
         }
-        let is_return_from_interrupt = node.masking == Masking::Enables && node.next.is_empty();
+        let is_return_from_interrupt = is_return_from_interrupt(node);
         let after = match (node.masking, mode) {
             (Masking::Nothing, _) => mode,
             (Masking::Masks, Mode::Enabled) => Mode::Masked,
@@ -160,4 +172,9 @@ impl<'a> Stretcher<'a> {
         }
         Ok(vec![after])
     }
+}
+
+/// Whether an instruction is `reti`.
+fn is_return_from_interrupt(node: &Node) -> bool {
+    node.masking == Masking::Enables && node.next.is_empty()
 }

@@ -121,7 +121,7 @@ impl Responses {
         }
         let mut costed = Vec::new();
         for event in &releases.events {
-            match Costed::of(event, releases, costs) {
+            match Costed::of(event, releases, costs, bounds) {
                 Ok(one) => costed.push(one),
                 Err(more) => problems.extend(more),
             }
@@ -182,9 +182,7 @@ impl Responses {
         }
         // A task that is below wakes no more than once, and its wake-up is an interrupt's.
         let below = releases.tasks.iter().filter(|other| other.priority > priority).count() as u64;
-        // One that is under way, and one to whose begin an interrupt returns.
-        let masked = bounds.masked_by_instructions() + BETWEEN;
-        let blocking = locked.max(masked) + masked;
+        let blocking = locked.max(bounds.masked_by_instructions() + BETWEEN);
         let mut response = Response {
             task: task.name.clone(),
             priority,

@@ -64,7 +64,8 @@ fn each_bound_is_exact() {
             (2, 71, 71, 0, 11 + 71),
             (3, 2 + 1 + 4 + masks + 4, 2, 12, 4),
             (4, 1 + long + 2 + 4, 1 + long + 2 + 4, 0, 11 + 1 + long + 2 + 4),
-            (5, 1 + 1 + 4, 2, 0, 0)
+            (5, 1 + 1 + 4, 2, 0, 0),
+            (6, 4 + 1 + 4 + 4, 4 + 1 + 4, 0, 0)
         ]
     );
     let tasks: Vec<_> = bounds.tasks.iter().map(|task| (task.name.as_str(), task.masked)).collect();
