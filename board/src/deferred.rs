@@ -153,16 +153,24 @@ macro_rules! fast_interrupt {
     ($(#[$attribute:meta])* fn $vector:ident($masked:ident) $body:block) => {
         $(#[$attribute])*
         #[unsafe(no_mangle)]
-        unsafe extern "avr-interrupt" fn $vector() {
-            // SAFETY: the hardware comes here with interrupts masked, and nothing enables them before the
-            // return. The context is lent as `Masked` alone, with which no kernel call can be made.
-            let mut interrupt = unsafe { $crate::kernel::Interrupt::assume() };
-            $crate::kernel::Context::mask(&mut interrupt, |$masked| $body)
+        unsafe extern "C" fn $vector() -> ! {
+            $crate::fast_handler! {
+                #[unsafe(export_name = concat!(stringify!($vector), "_handler"))]
+                fn handler($masked) $body
+            }
+            // SAFETY: the hardware comes here, and `handler` restores all registers and flags.
+            unsafe {
+                ::core::arch::asm!(
+                    $crate::call_handler!(handler), // 8
+                    handler = sym handler,
+                    options(noreturn),
+                )
+            }
         }
     };
 }
 
-/// Defines the vector INT7, which goes on to `$rises` or `$changes`.
+/// Defines the vector INT7, which goes on to `$rises` or `$changes`, two [fast handlers](fast_handler).
 ///
 /// Assembly, as Rust can't look at the line before it saves what the longer of the two needs: so rising
 /// edges, which are half of them all, take 40 cycles less. No register and no flag changes.
@@ -173,25 +181,58 @@ macro_rules! line_interrupt {
         /// INT7.
         #[unsafe(no_mangle)]
         unsafe extern "C" fn __vector_8() -> ! {
-            // SAFETY: the hardware comes here, and what it goes on to is a vector.
+            // SAFETY: the hardware comes here, and the handlers restore all registers and flags.
             unsafe {
                 ::core::arch::asm!(
                     "sbis 0x01, 7",    // 2, or 1: PINE7 skips the next where the line is high
-                    "jmp {changes}",   // 3
+                    "rjmp 2f",         // 2
                     "push r24",        // 2
                     "lds r24, 0x8a",   // 2: TCCR3B
                     "sbrs r24, 6",     // 2, or 1: ICES3 skips the next where it is to rise
                     "rjmp 1f",         // 2
                     "pop r24",         // 2
-                    "jmp {rises}",     // 3
+                    $crate::call_handler!(rises), // 8
                     "1:",
                     "pop r24",         // 2
-                    "jmp {changes}",   // 3
+                    "2:",
+                    $crate::call_handler!(changes), // 8
                     rises = sym $rises,
                     changes = sym $changes,
                     options(noreturn),
                 )
             }
         }
+    };
+}
+
+/// Defines a handler for a vector that [calls](call_handler) it. It saves the registers that it uses.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! fast_handler {
+    ($(#[$attribute:meta])* fn $name:ident($masked:ident) $body:block) => {
+        $(#[$attribute])*
+        unsafe extern "avr-interrupt" fn $name() {
+            // SAFETY: a vector calls this, with interrupts masked, and nothing enables them before the return.
+            // The context is lent as `Masked` alone, with which no kernel call can be made.
+            let mut interrupt = unsafe { $crate::kernel::Interrupt::assume() };
+            $crate::kernel::Context::mask(&mut interrupt, |$masked| $body)
+        }
+    };
+}
+
+/// The end of a vector, in assembly: it calls a handler, an operand of this name, which returns by `reti`,
+/// and returns itself by `ret`.
+///
+/// Behind `reti` the CPU executes one instruction before the next interrupt (ATmega128 datasheet, "Reset and
+/// Interrupt Handling"). That is this `ret`. Otherwise it would be one of the interrupted program; and were
+/// that the `cli` of a critical section, a pending interrupt would wait for the whole section.
+///
+/// The linker's `--relax` would make a jump of a `call` before a `ret`, but not of two words.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! call_handler {
+    ($name:ident) => {
+        // 4 cycles for `call`, in two words, and 4 for `ret`
+        concat!(".word 0x940e\n.word gs({", stringify!($name), "})\nret")
     };
 }

@@ -150,10 +150,12 @@ macro_rules! vectors {
             /// INT5.
             fn __vector_6(masked) { $crate::soft_uart::pulse_begins(masked) }
         }
-        $crate::fast_interrupt! {
+        $crate::fast_handler! {
+            #[unsafe(no_mangle)]
             fn soft_uart_line_rises(masked) { $crate::soft_uart::line_rises(masked) }
         }
-        $crate::fast_interrupt! {
+        $crate::fast_handler! {
+            #[unsafe(no_mangle)]
             fn soft_uart_line_changes(masked) { $crate::soft_uart::line_changes(masked) }
         }
         $crate::line_interrupt!(soft_uart_line_rises, soft_uart_line_changes);

@@ -121,11 +121,13 @@ impl Bus for Interface {
         if !task.mask(|masked| PACKETS.engine.get(masked).is_idle()) {
             return;
         }
-        // Byte by byte, so that interrupts are never masked for long: in this state the interrupt reads none.
         let [_, cells @ ..] = &PACKETS.outgoing;
-        for (cell, byte) in cells.iter().zip(bytes) {
-            task.mask(|masked| cell.set(masked, *byte));
-        }
+        // All at once, 8 cycles a byte: the bus waits for this, and byte by byte it would take 10.
+        task.mask(|masked| {
+            for (cell, byte) in cells.iter().zip(bytes) {
+                cell.set(masked, *byte);
+            }
+        });
         task.mask(|masked| PACKETS.length.set(masked, 1 + bytes.len().min(CAPACITY) as u8));
         self.send_again(task);
     }

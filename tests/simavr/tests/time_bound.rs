@@ -90,6 +90,17 @@ fn longest(windows: &[MaskedWindow], bounds: &Bounds) -> BTreeMap<u8, u64> {
     longest
 }
 
+/// Else an instruction of the interrupted program would run behind it though an interrupt is pending, and with
+/// a `cli` the whole critical section.
+#[test]
+fn no_handler_returns_by_reti_to_the_program() {
+    for name in ["firmware-master", "firmware-slave"] {
+        for interrupt in computed(name).bounds.interrupts {
+            assert_eq!(interrupt.masked_last, 0, "{name}: {}", interrupt.name());
+        }
+    }
+}
+
 #[test]
 fn of_the_robot() {
     let mcus = [(Controller::Master, "firmware-master"), (Controller::Slave, "firmware-slave")];

@@ -53,8 +53,8 @@ macro_rules! interrupt {
 
 /// Declares the vector that drives the kernel's tick.
 ///
-/// It counts the present tick up and compares it with the first deadline: 39 cycles a tick with the
-/// interrupt's own 6, or 45 in one tick of 256, however many timers are armed. Only when a timer is due does
+/// It counts the present tick up and compares it with the first deadline: 40 cycles a tick with the
+/// interrupt's own 6, or 46 in one tick of 256, however many timers are armed. Only when a timer is due does
 /// it become an interrupt like any other. It does what `timer::count_tick` does on the host.
 #[macro_export]
 macro_rules! tick_interrupt {
@@ -92,7 +92,9 @@ macro_rules! tick_interrupt {
                 "pop r0",                 // 2
                 "pop r30",                // 2
                 "pop r31",                // 2
-                "reti",                   // 4
+                "sei",                    // 1: takes effect after the next instruction,
+                ".set tick_goes_on, .",
+                "ret",                    // 4: so what waits comes before what was preempted
                 ticks = sym $crate::TICKS,
                 next = sym $crate::NEXT_DEADLINE,
                 expire = sym $crate::expire,
