@@ -287,7 +287,7 @@ fn convert(masked: &Masked, input: u8) {
     registers().adcsra().write(|w| unsafe { w.bits(START) });
 }
 
-/// Switches the converter off: the chain has ended.
+/// Switches the converter off.
 #[inline(always)]
 fn switch_off() {
     // SAFETY: the converter touches no memory, whatever its registers hold.
@@ -313,8 +313,13 @@ fn convert_rest(masked: &Masked) -> bool {
     true
 }
 
+/// Begins the conversion of the joints' inputs, or else switches the converter off: the chain has ended.
+/// Returns whether there were any.
 fn convert_joints(masked: &Masked) -> bool {
-    let Some(highest) = ROUNDS.joints.get(masked) else { return false };
+    let Some(highest) = ROUNDS.joints.get(masked) else {
+        switch_off();
+        return false;
+    };
     // Who looks once wants to see all.
     let leaves_out = !ROUNDS.without_currents.get(masked) && !Rounds::looks_once(masked);
     ROUNDS.without_currents.set(masked, leaves_out);
@@ -406,14 +411,10 @@ pub fn other_conversion_complete(serving: &mut Serving) {
         let reading = keep_reading(masked, input);
         if input >= Input::MULTIPLEXED {
             ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) & !(1 << (input & 7)));
-            if !convert_rest(masked) {
-                switch_off();
-            }
+            convert_rest(masked);
             return None;
         }
-        if !convert_joints(masked) {
-            switch_off();
-        }
+        convert_joints(masked);
         let place = input & 3;
         ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) & !(1 << place));
         if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {
