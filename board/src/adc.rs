@@ -1,22 +1,22 @@
-//! The analog-to-digital converter: what the motors and the power need, measured in rounds, one each
+//! The analog-to-digital converter: it measures what the motors and the power need, in rounds, one each
 //! millisecond.
 //!
 //! A round is a chain of conversions, 200 us the first and 104 us the others, each begun by the interrupt
 //! that ends the one before:
 //!
 //! 1. an input of the multiplexer, if one was [asked for](Analog::look);
-//! 2. the current of one dock that is [watched](Analog::watch), in turn: each is seen at least every third
-//!    millisecond, and a current out of bounds opens the dock's power switch then and there;
+//! 2. the current of one dock that is [watched](Analog::watch), in turn: each is measured at least every
+//!    third millisecond, and a current out of bounds opens the dock's power switch at once;
 //! 3. the potentiometers of the joints, while those are controlled or were asked for; in every second round
 //!    their motors' currents too, each before its potentiometer.
 //!
-//! Timer2 begins the rounds, and with them the periods of the joints' control. It is a clock of its own: its
-//! interrupt comes before the tick's and half a tick away from it, so that neither kernel timers nor tasks
-//! that wait for them delay it. While there is nothing to measure there are no rounds.
+//! Timer2 begins the rounds, and with them the periods of the joints' control. It is a separate clock: its
+//! interrupt has priority over the tick's and occurs half a tick away from it, so that neither kernel timers
+//! nor tasks that wait for them delay it. While there is nothing to measure there are no rounds.
 //!
-//! Between its chains the converter is off, for one that is on begins a conversion whenever the MCU goes to
-//! sleep (ATmega128 datasheet, "Idle Mode"): nobody's, and a round that found it under way would measure
-//! nothing.
+//! Between its chains the converter is off. If it were on, it would begin a conversion whenever the MCU goes
+//! to sleep (ATmega128 datasheet, "Idle Mode"). Nothing would need that conversion, and a round that found it
+//! under way would measure nothing.
 
 use avr_device::atmega128a::{ADC, TC2};
 use kernel::{Context, Masked, MaskedCell, Semaphore};
@@ -29,10 +29,10 @@ use crate::superbot::{self, CLOCK_HZ, DOCK_CURRENT_AT_REST, DOCK_CURRENT_LIMIT, 
 
 /// An analog input.
 ///
-/// 0 to 3 are potentiometer and current of the joint in this half, then of the roll joint; 4 to 6 the
-/// currents of the docks by place ([`Half::docks`](superbot::Half::docks)); all at the pins ADC0 to ADC6. 8
-/// to 15 are the inputs of the multiplexer, whose output is at ADC7. ADC4 to ADC7 belong to JTAG as long as
-/// the fuse JTAGEN is programmed.
+/// 0 to 3 are the potentiometer and current of the joint in this half, then of the roll joint. 4 to 6 are the
+/// currents of the docks by place ([`Half::docks`](superbot::Half::docks)). All these are at the pins ADC0 to
+/// ADC6. 8 to 15 are the inputs of the multiplexer, whose output is at ADC7. ADC4 to ADC7 belong to JTAG as
+/// long as the fuse JTAGEN is programmed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Input(u8);
 
@@ -53,12 +53,12 @@ impl Input {
         Input(Self::MULTIPLEXED + number)
     }
 
-    /// The bit of an input of the multiplexer among those asked for.
+    /// The bit of an input of the multiplexer among those that were asked for.
     fn multiplexed_bit(self) -> Option<u8> {
         (self.0 >= Self::MULTIPLEXED).then(|| 1 << (self.0 & 7))
     }
 
-    /// The bit of a dock's current among those asked for.
+    /// The bit of a dock's current among those that were asked for.
     fn dock_bit(self) -> Option<u8> {
         (self.0 >= Self::FIRST_DOCK).then(|| 1 << (self.0 & 3))
     }
@@ -70,17 +70,17 @@ const REFERENCE: u8 = 1 << 6; // REFS0
 /// ADMUX: the pin of the multiplexer's output.
 const MULTIPLEXER: u8 = 7;
 
-/// ADCSRA: begin a conversion, and have it interrupt; one that has ended before does so no longer. The
-/// converter's clock of 125 kHz lies within the 50 to 200 kHz that 10 bits take (ATmega128 datasheet,
+/// ADCSRA: begins a conversion with its interrupt enabled, and clears the interrupt of an earlier one. The
+/// converter's clock of 125 kHz lies within the 50 to 200 kHz that 10 bits need (ATmega128 datasheet,
 /// "Prescaling and Conversion Timing").
 const START: u8 = 1 << 7 | 1 << 6 | 1 << 4 | 1 << 3 | 0b111; // ADEN, ADSC, ADIF, ADIE, clock / 128
 /// The converter is off.
 const OFF: u8 = 0;
 
-/// The prescaler of 64 is the least with which a round of 1 ms fits 8 bits.
+/// The prescaler of 64 is the smallest with which a round of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
 
-/// TCCR2: that prescaler. (Timer0 has another table.)
+/// TCCR2: the prescaler of 64. Timer0 has another table of prescalers.
 const CLOCK_SELECT: u8 = 0b011; // CS22:0
 
 /// Timer2's compare value.
@@ -93,7 +93,7 @@ const TOP: u8 = {
 
 /// The rounds.
 struct Rounds {
-    /// What is being converted.
+    /// The input that is being converted.
     input: MaskedCell<u8>,
     /// The docks that are watched, and those that were asked for: a bit for each place.
     watched: MaskedCell<u8>,
@@ -107,9 +107,9 @@ struct Rounds {
     /// The inputs of the multiplexer that were asked for, a bit each.
     wanted: MaskedCell<u8>,
     readings: [MaskedCell<u16>; 16],
-    /// What to post at the start of a round while the joints are driven.
+    /// The semaphore to post at the start of a round while the joints are driven.
     period: MaskedCell<Option<&'static Semaphore>>,
-    /// The docks whose switches were opened, a bit each, and what to post then.
+    /// The docks whose switches were opened, a bit each, and the semaphore to post then.
     tripped: MaskedCell<u8>,
     trip: MaskedCell<Option<&'static Semaphore>>,
 }
@@ -141,11 +141,11 @@ fn timer() -> TC2 {
     unsafe { TC2::steal() }
 }
 
-/// Has rounds begin as long as there is anything to measure.
+/// Lets rounds begin as long as there is anything to measure.
 fn go_on(_: &Masked) {
     let timer = timer();
     if timer.timsk().read().ocie2().bit_is_clear() {
-        timer.tifr().write(|w| w.ocf2().set_bit()); // a round that nobody wanted
+        timer.tifr().write(|w| w.ocf2().set_bit()); // a round that nothing needed
         timer.timsk().modify(|_, w| w.ocie2().set_bit());
     }
 }
@@ -173,14 +173,14 @@ impl Adc {
     ) -> (Rhythm, Analog) {
         context.mask(|masked| ROUNDS.trip.set(masked, Some(trip)));
         superbot::start_multiplexer();
-        // The first conversion with a reference may be off (datasheet, "ADC Voltage Reference"): a chain of
-        // its own, of the last input, before anybody asks.
+        // The first conversion with a reference may be off (datasheet, "ADC Voltage Reference"). It is a
+        // chain of its own, of the last input, before anything is asked for.
         context.mask(|masked| convert(masked, 0));
         let timer = timer();
         timer.ocr2().write(|w| w.set(TOP));
         // WGM21 alone: clear timer on compare match.
         timer.tccr2().write(|w| w.wgm21().set_bit().cs2().set(CLOCK_SELECT));
-        timer.tcnt2().write(|w| w.set(TOP / 2)); // half a tick away from the tick, where that has just been started
+        timer.tcnt2().write(|w| w.set(TOP / 2)); // half a tick away from the tick, if that was just started
         (Rhythm(()), Analog(()))
     }
 }
@@ -189,7 +189,7 @@ impl Adc {
 pub struct Rhythm(());
 
 impl Rhythm {
-    /// From the next round on, in each: puts the joints' drives into effect, measures the inputs up to
+    /// From the next round on, each round puts the joints' drives into effect, measures the inputs up to
     /// `highest`, and posts `period`.
     pub fn begin(&mut self, context: &mut impl Context, period: &'static Semaphore, highest: Input) {
         context.mask(|masked| {
@@ -200,7 +200,7 @@ impl Rhythm {
         });
     }
 
-    /// Ends that, once the last drives are in effect.
+    /// Ends what [`begin`](Self::begin) began, once the last drives are in effect.
     pub fn end(&mut self, context: &mut impl Context) {
         context.mask(|masked| {
             joints::control(masked, false);
@@ -218,7 +218,7 @@ impl Rhythm {
     }
 }
 
-/// The rounds as they serve whoever wants to know something now and then.
+/// The rounds for callers that need a reading now and then.
 pub struct Analog(());
 
 impl Analog {
@@ -237,7 +237,7 @@ impl Analog {
     }
 
     /// The reading that was asked for, 0 to 1023, once it is there.
-    #[inline(never)] // else what is computed of the value is computed while interrupts are masked
+    #[inline(never)] // otherwise the compiler moves computations on the value into the critical section
     pub fn seen(&mut self, context: &mut impl Context, input: Input) -> Option<u16> {
         context.mask(|masked| {
             let is_awaited = if let Some(bit) = input.multiplexed_bit() {
@@ -251,7 +251,7 @@ impl Analog {
         })
     }
 
-    /// Watches the current of the dock at `place`, 0 to 2, or no longer.
+    /// Begins or ends to watch the current of the dock at `place`, 0 to 2.
     pub fn watch(&mut self, context: &mut impl Context, place: u8, is_on: bool) {
         let bit = 1 << (place & 3);
         context.mask(|masked| {
@@ -261,7 +261,7 @@ impl Analog {
         });
     }
 
-    /// The docks whose switches have been opened for their currents since this was last asked, a bit each.
+    /// The docks whose switches have been opened because of their currents since the last call, a bit each.
     pub fn take_tripped(&mut self, context: &mut impl Context) -> u8 {
         context.mask(|masked| {
             let tripped = ROUNDS.tripped.get(masked);
@@ -271,7 +271,7 @@ impl Analog {
     }
 }
 
-/// What an input read when it was last measured, 0 to 1023.
+/// The last reading of an input, 0 to 1023.
 #[inline(always)]
 pub(crate) fn reading(masked: &Masked, Input(input): Input) -> u16 {
     ROUNDS.readings.get(usize::from(input)).map_or(0, |reading| reading.get(masked))
@@ -320,21 +320,21 @@ fn convert_joints(masked: &Masked) -> bool {
         switch_off();
         return false;
     };
-    // Who looks once wants to see all.
+    // A single look needs all inputs.
     let leaves_out = !ROUNDS.without_currents.get(masked) && !Rounds::looks_once(masked);
     ROUNDS.without_currents.set(masked, leaves_out);
     convert(masked, if leaves_out { highest & !1 } else { highest });
     true
 }
 
-/// Whether a conversion is under way, or its result not looked at: to begin another one would do nothing, or
-/// have the result taken for the other's.
+/// Whether a conversion is under way, or its result has not been handled yet. Beginning another one would do
+/// nothing then, or the result would be taken for the other's.
 #[inline(always)]
 fn is_converting(masked: &Masked) -> bool {
     registers().adcsra().read().adsc().bit_is_set() || deferred::waits(masked, source::CONVERSION)
 }
 
-/// The interrupt "Timer/Counter2 Compare Match": a round begins, with the joints before anything else.
+/// The interrupt "Timer/Counter2 Compare Match": begins a round, with the joints first.
 #[doc(hidden)]
 #[inline(always)]
 pub fn begin_round(masked: &Masked) {
@@ -342,7 +342,7 @@ pub fn begin_round(masked: &Masked) {
     deferred::raise(masked, source::ROUND);
 }
 
-/// What else there is to do as a round begins.
+/// The rest of the work at the beginning of a round.
 #[doc(hidden)]
 #[inline(always)]
 pub fn round(serving: &mut Serving) {
@@ -373,7 +373,8 @@ pub fn round(serving: &mut Serving) {
     }
 }
 
-/// The interrupt "ADC Conversion Complete", which is no kernel's: the joints' inputs follow each other.
+/// The interrupt "ADC Conversion Complete", which does not enter the kernel: the joints' inputs follow each
+/// other.
 #[doc(hidden)]
 #[inline(always)]
 pub fn conversion_complete(masked: &Masked) {

@@ -1,4 +1,4 @@
-//! A board with nothing but its MCU, which is none of SuperBot's: as much as the kernel's tests need.
+//! A board with nothing but its MCU, which is none of SuperBot's: only what the kernel's tests need.
 
 use kernel::Boot;
 
@@ -21,7 +21,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// The devices, or `None` if they were taken before. From here on idle is what `sleep` means.
+    /// The devices, or `None` if they were taken before. From here on `sleep` means idle mode.
     pub fn take(boot: &mut Boot) -> Option<Board> {
         mcu::take(boot).map(|()| Board { tick: Tick::new(), trap: Trap::new(), external: External::new() })
     }

@@ -52,7 +52,7 @@ pub struct Board {
 impl Board {
     /// The devices, or `None` if they were taken before.
     ///
-    /// Idle is what `sleep` means from here on. The watchdog stays as it is.
+    /// From here on `sleep` means idle mode. The watchdog stays as it is.
     pub fn take(boot: &mut Boot) -> Option<Board> {
         mcu::take(boot)?;
         // SAFETY: the board is taken once, so nothing else uses these registers.

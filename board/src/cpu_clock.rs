@@ -1,4 +1,4 @@
-//! The clock of tasks' times, for the kernel's feature `cpu-time`: Timer3, which counts the MCU's clocks.
+//! The clock of tasks' CPU times, for the kernel's feature `cpu-time`: Timer3, which counts the MCU's clocks.
 
 use avr_device::atmega128a::TC3;
 
@@ -10,7 +10,8 @@ const TURNS: u8 = 1 << 4 | 1 << 2;
 /// Half a turn.
 const HALF: u16 = 0x8000;
 
-/// The clock of tasks' times. It uses Timer3, as does the UART in software: a program starts one of them.
+/// The clock of tasks' CPU times. It uses Timer3, as does the UART in software: a program can start only one
+/// of them.
 pub struct CpuClock(());
 
 impl CpuClock {
@@ -18,7 +19,7 @@ impl CpuClock {
         CpuClock(())
     }
 
-    /// Starts the clock. To be called before the kernel runs: from then on it counts.
+    /// Starts the clock. It must be called before the kernel runs; the clock counts from then on.
     pub fn start(self, _: impl Serves<CpuClock>, _: &mut kernel::Boot) {
         // SAFETY: nothing else uses Timer3, and interrupts are masked. No value of its registers touches
         // memory.

@@ -1,4 +1,4 @@
-//! What the on-chip debugger sees, and the simulator with it.
+//! Marks for the on-chip debugger and the simulator.
 
 use core::arch::asm;
 

@@ -1,21 +1,21 @@
-//! Vectors that enter no kernel, and the interrupt by which they hand over what needs it.
+//! Vectors that do not enter the kernel, and the interrupt to which they hand over work that needs it.
 //!
-//! A handler of [`kernel::interrupt!`] may call the kernel, and pays for that with some 120 cycles: all
-//! registers that a call may change are saved, and the stack is another. A byte in the middle of a frame
-//! needs no kernel. The vectors that come for each byte or edge are therefore Rust functions with the ABI
-//! `avr-interrupt`: the compiler saves the registers that they use, and no more. Where a task is to be woken
-//! they raise a software interrupt, which posts.
+//! A handler of [`kernel::interrupt!`] may call the kernel, at a cost of some 120 cycles: it saves all
+//! registers that a call may change, and changes the stack. A byte in the middle of a frame does not need the
+//! kernel. The vectors that occur for each byte or edge are therefore Rust functions with the ABI
+//! `avr-interrupt`: the compiler saves the registers that they use, and no more. To wake a task they raise a
+//! software interrupt, which posts.
 //!
-//! That interrupt is "Store Program Memory Ready". It lasts as long as it is enabled, since no program here
-//! writes its own flash, and all others come first (ATmega128 datasheet, "Boot Loader Support", SPMCSR). So a
-//! period of the joints' control never waits for a byte and for what follows from it.
+//! That interrupt is "Store Program Memory Ready". It is pending as long as it is enabled, since no program
+//! here writes its own flash, and all others have priority over it (ATmega128 datasheet, "Boot Loader
+//! Support", SPMCSR). So a period of the joints' control never waits for the work that follows from a byte.
 
 use avr_device::atmega128a::BOOT_LOAD;
 use kernel::{Context, Interrupt, Masked, MaskedCell};
 
 use crate::joints;
 
-/// What can be handed over: a bit each, the lowest is served first.
+/// The sources of work that can be handed over: a bit each, the lowest is served first.
 #[doc(hidden)]
 pub mod source {
     /// A round of measurement has begun, [`adc::round`](crate::adc::round).
@@ -28,14 +28,14 @@ pub mod source {
     pub const SOFT_UART: u8 = 1 << 4;
     /// The last stop bit of the UART in software is on the wire.
     pub const SOFT_UART_SENT: u8 = 1 << 5;
-    /// A conversion is complete that is none of the joints'.
+    /// A conversion of an input that is not the joints' is complete.
     pub const CONVERSION: u8 = 1 << 6;
 }
 
-/// What was raised and not served, and [`IS_SERVING`].
+/// The sources that were raised and not served, and [`IS_SERVING`].
 static RAISED: MaskedCell<u8> = MaskedCell::new(0);
 
-/// While the software interrupt serves a source it lets others in, but not itself.
+/// Set while the software interrupt serves a source: other interrupts may occur, but not itself.
 const IS_SERVING: u8 = 1 << 7;
 
 /// SPMCSR: the interrupt is enabled.
@@ -43,12 +43,12 @@ const ENABLED: u8 = 1 << 7; // SPMIE
 
 #[inline(always)]
 fn enable(is_on: bool) {
-    // SAFETY: of the bits of SPMCSR only SPMIE is ever set, and without an instruction SPM the register does
-    // nothing else.
+    // SAFETY: only the bit SPMIE of SPMCSR is ever set. Without an instruction SPM the register does nothing
+    // else.
     unsafe { BOOT_LOAD::steal().spmcsr().write(|w| w.bits(if is_on { ENABLED } else { 0 })) };
 }
 
-/// Has the software interrupt serve `source`, once. 10 cycles.
+/// Makes the software interrupt serve `source`, once. 10 cycles.
 #[inline(always)]
 pub(crate) fn raise(masked: &Masked, source: u8) {
     let raised = RAISED.get(masked) | source;
@@ -58,7 +58,7 @@ pub(crate) fn raise(masked: &Masked, source: u8) {
     }
 }
 
-/// Has the software interrupt not serve `source`, if it has not yet.
+/// Cancels `source`, if the software interrupt has not served it yet.
 pub(crate) fn withdraw(masked: &Masked, source: u8) {
     let others = RAISED.get(masked) & !source;
     RAISED.set(masked, others);
@@ -73,8 +73,9 @@ pub(crate) fn waits(masked: &Masked, source: u8) -> bool {
     RAISED.get(masked) & source != 0
 }
 
-/// Whether the software interrupt has nothing to serve, and is off. A write to the EEPROM begins only then:
-/// as long as that lasts the chip may keep SPMCSR as it is ("EEPROM Write Prevents Writing to SPMCSR").
+/// Whether the software interrupt has nothing to serve, and is disabled. Only then may a write to the EEPROM
+/// begin: while one is under way, writing SPMCSR may have no effect ("EEPROM Write Prevents Writing to
+/// SPMCSR").
 #[inline(always)]
 pub(crate) fn is_free(masked: &Masked) -> bool {
     RAISED.get(masked) == 0
@@ -88,7 +89,8 @@ pub(crate) fn renew(masked: &Masked) {
     }
 }
 
-/// The software interrupt as it serves a source. Others may come in a [window](Self::window), but not itself.
+/// The software interrupt while it serves a source. Other interrupts may occur in a [window](Self::window),
+/// but not itself.
 #[doc(hidden)]
 pub struct Serving<'a> {
     pub(crate) interrupt: &'a mut Interrupt,
@@ -96,8 +98,8 @@ pub struct Serving<'a> {
 }
 
 impl<'a> Serving<'a> {
-    /// Begins with what is to be served now. What else was raised has the interrupt come again, after those
-    /// that are before it in the order of the vectors.
+    /// Begins with the source to be served now. For the other sources that were raised, the interrupt occurs
+    /// again, after those before it in the order of the vectors.
     ///
     /// # Safety
     /// Only in the software interrupt.
@@ -114,20 +116,20 @@ impl<'a> Serving<'a> {
         Serving { interrupt, source }
     }
 
-    /// Whether it is this [source] that is served.
+    /// Whether this [source] is the one that is served.
     #[inline(always)]
     pub fn is(&self, source: u8) -> bool {
         self.source & source != 0
     }
 
-    /// Lets others in.
+    /// Lets other interrupts occur.
     #[inline(always)]
     pub(crate) fn window(&mut self) {
-        // SAFETY: this is the software interrupt, which is not enabled, and none enables it while it serves.
+        // SAFETY: this is the software interrupt, which is disabled; no handler enables it while it serves.
         unsafe { self.interrupt.window() };
     }
 
-    /// It is served.
+    /// Ends the service of the source.
     #[inline(always)]
     pub fn end(mut self) {
         self.window();
@@ -141,12 +143,13 @@ impl<'a> Serving<'a> {
     }
 }
 
-/// Defines a vector that enters no kernel. `$body` gets the proof that interrupts are masked. All others wait
-/// for it: of those that must not be late [`board/releases.toml`](../releases.toml) has the deadlines, and
-/// `./x response` prints what is left.
+/// Defines a vector that does not enter the kernel. `$body` gets the proof that interrupts are masked. All
+/// others wait for it: for those that must not be late, [`board/releases.toml`](../releases.toml) has the
+/// deadlines, and `./x response` prints the time that is left.
 ///
-/// It must call no function that is not inlined: then the compiler would save all registers that a call may
-/// change. Where idle is tickless, one that stores the time does, and takes 500 cycles where it ends a sleep.
+/// It must not call a function that is not inlined, or the compiler saves all registers that a call may
+/// change. With tickless idle, a vector that stores the time does call one, and takes 500 cycles if it ends a
+/// sleep.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! fast_interrupt {
@@ -170,10 +173,10 @@ macro_rules! fast_interrupt {
     };
 }
 
-/// Defines the vector INT7, which goes on to `$rises` or `$changes`, two [fast handlers](fast_handler).
+/// Defines the vector INT7, which calls `$rises` or `$changes`, two [fast handlers](fast_handler).
 ///
-/// Assembly, as Rust can't look at the line before it saves what the longer of the two needs: so rising
-/// edges, which are half of them all, take 40 cycles less. No register and no flag changes.
+/// It is in assembly, as Rust would save what the longer of the two needs before it could read the line. So
+/// rising edges, half of all edges, take 40 cycles less. No register and no flag changes.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! line_interrupt {
@@ -184,11 +187,11 @@ macro_rules! line_interrupt {
             // SAFETY: the hardware comes here, and the handlers restore all registers and flags.
             unsafe {
                 ::core::arch::asm!(
-                    "sbis 0x01, 7",    // 2, or 1: PINE7 skips the next where the line is high
+                    "sbis 0x01, 7",    // 2, or 1: PINE7 skips the next if the line is high
                     "rjmp 2f",         // 2
                     "push r24",        // 2
                     "lds r24, 0x8a",   // 2: TCCR3B
-                    "sbrs r24, 6",     // 2, or 1: ICES3 skips the next where it is to rise
+                    "sbrs r24, 6",     // 2, or 1: ICES3 skips the next if a rise is expected
                     "rjmp 1f",         // 2
                     "pop r24",         // 2
                     $crate::call_handler!(rises), // 8

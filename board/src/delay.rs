@@ -1,5 +1,5 @@
-//! embedded-hal's delays for a task. A millisecond or more blocks the task, so that others run; only less
-//! than that is spent in a loop.
+//! embedded-hal's delays for a task. A delay of a millisecond or more blocks the task, so that others run;
+//! only a shorter one is spent in a loop.
 
 use core::arch::asm;
 
@@ -60,8 +60,8 @@ impl DelayNs for Delay<'_> {
     }
 }
 
-/// Keeps the CPU busy for so many of its cycles, down to a whole four of them, interrupts not counted, and a
-/// few for the call.
+/// Keeps the CPU busy for `CYCLES` cycles, rounded down to a multiple of four. Interrupts and a few cycles
+/// for the call come on top.
 #[inline(always)]
 pub fn cycles<const CYCLES: u16>() {
     if CYCLES >= 4 {
@@ -69,7 +69,7 @@ pub fn cycles<const CYCLES: u16>() {
     }
 }
 
-/// Four clocks `times` over, which is not 0: that would be 65,536 times.
+/// Spends four clocks `times` times. `times` must not be 0, which would count as 65,536.
 #[inline(always)]
 fn spin(times: u16) {
     // SAFETY: counts a register pair down.

@@ -1,7 +1,7 @@
-//! The EEPROM: 4 KB that keep without power.
+//! The EEPROM: 4 KB that keep their content without power.
 //!
 //! A byte takes 8.5 ms to write. Meanwhile the task is blocked and the CPU is free; no call waits in a loop.
-//! One task alone may also write byte by byte, without the interrupt, and look now and then whether one is
+//! Alternatively, one task alone may write byte by byte, without the interrupt, and poll whether a byte is
 //! written: [`Eeprom`].
 
 use core::arch::asm;
@@ -14,10 +14,10 @@ use crate::WithTask;
 use crate::deferred;
 use crate::interrupts::Serves;
 
-/// Bytes that the EEPROM holds.
+/// The size of the EEPROM, in bytes.
 pub const SIZE: u16 = 4096;
 
-/// Some of the bytes asked for lie beyond [`SIZE`]. None was read or written.
+/// Some of the requested bytes lie beyond [`SIZE`]. None was read or written.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct OutOfRange;
 
@@ -26,9 +26,9 @@ static FREE: Semaphore = Semaphore::new(1);
 static IS_READY: Semaphore = Semaphore::new(0);
 
 fn registers() -> EEPROM {
-    // SAFETY: whoever has `Eeprom` uses the registers alone. Once that has started, tasks use them while they
-    // hold `FREE`'s signal; the interrupt uses only the bit that enables it, which a task sets when it goes to
-    // wait.
+    // SAFETY: the owner of `Eeprom` alone uses the registers. Once it is started, tasks use them while they
+    // hold `FREE`'s signal; the interrupt uses only the bit that enables it, which a task sets before it
+    // waits.
     unsafe { EEPROM::steal() }
 }
 
@@ -40,8 +40,8 @@ impl Eeprom {
         Eeprom(())
     }
 
-    /// Whether no byte is being written. Only then may one be read or written. To be asked until one is
-    /// written: what interrupts hand over to tasks may wait for that.
+    /// Whether no byte is being written. Only then may one be read or written. After a write, call it until
+    /// it returns `true`: what interrupts hand over to tasks may wait for that.
     pub fn is_ready(&self, task: &mut Task) -> bool {
         let is_ready = registers().eecr().read().eewe().bit_is_clear();
         if is_ready {
@@ -55,30 +55,30 @@ impl Eeprom {
         read(address)
     }
 
-    /// Begins to write a byte, 8.5 ms long. It wears its place, good for 100,000 writes.
+    /// Begins to write a byte, which takes 8.5 ms. A write wears its place, which lasts for 100,000 writes.
     pub fn write(&mut self, task: &mut Task, address: u16, byte: u8) {
         write(task, address, byte);
     }
 
-    /// Opens the EEPROM to tasks.
+    /// Opens the EEPROM to several tasks.
     pub fn start(self, _: impl Serves<Eeprom>) -> Storage {
         Storage(())
     }
 }
 
-/// The EEPROM, for any number of tasks. One at a time uses it: each call takes it for as long as it lasts,
-/// and blocks until it has it.
+/// The EEPROM, for any number of tasks. One uses it at a time: each call takes the EEPROM for its whole
+/// duration, and blocks until it has it.
 ///
-/// A task that writes blocks while it has the EEPROM, which is why this is no `kernel::Mutex`: who waits for
-/// it waits up to 8.5 ms for each byte, whatever its priority.
+/// A task that writes blocks while it has the EEPROM, which is why this is no `kernel::Mutex`: a task that
+/// waits for it waits up to 8.5 ms for each byte, whatever its priority.
 #[derive(Clone, Copy)]
 pub struct Storage(());
 
 impl Storage {
-    /// Reads as many bytes as `buffer` holds, from `address` on. About 2 us a byte.
+    /// Fills `buffer` with the bytes from `address` on. About 2 us a byte.
     ///
     /// # Errors
-    /// [`OutOfRange`], with `buffer` as it was.
+    /// [`OutOfRange`], with `buffer` unchanged.
     pub fn read(self, task: &mut Task, address: u16, buffer: &mut [u8]) -> Result<(), OutOfRange> {
         let addresses = addresses(address, buffer.len())?;
         take(task);
@@ -89,11 +89,11 @@ impl Storage {
         Ok(())
     }
 
-    /// Writes `bytes` from `address` on, and returns when they are written: 8.5 ms for each. A byte that is
-    /// there already is left alone, which takes no time and wears nothing; any other wears its place, good
-    /// for 100,000 writes.
+    /// Writes `bytes` from `address` on, and returns when they are written: 8.5 ms for each. A byte that has
+    /// the right value already is not written, which takes no time and wears nothing. Any other wears its
+    /// place, which lasts for 100,000 writes.
     ///
-    /// Others see all of `bytes` or none. A reset in between leaves the first ones written.
+    /// Other tasks see all of `bytes` or none. A reset during the write leaves the first ones written.
     ///
     /// # Errors
     /// [`OutOfRange`], with nothing written.
@@ -165,8 +165,8 @@ fn wait_until_ready(task: &mut Task) {
 /// Reads a byte. No write may be under way.
 fn read(address: u16) -> u8 {
     set_address(address);
-    // SAFETY: one bit of EECR, and the EEPROM touches no memory. By OUT: set by ST or STS, as the compiler
-    // might do it, EERE triggers an interrupt that nobody enabled (datasheet, "Errata").
+    // SAFETY: one bit of EECR, and the EEPROM touches no memory. By OUT, because EERE, if set by ST or STS as
+    // the compiler might do, triggers an interrupt that was not enabled (datasheet, "Errata").
     unsafe {
         asm!(
             "out 0x1c, {read}", // 1: EERE; the CPU halts for 4 more
@@ -182,19 +182,19 @@ fn write(task: &mut Task, address: u16, byte: u8) {
     set_address(address);
     // SAFETY: the EEPROM touches no memory, whatever its registers hold.
     registers().eedr().write(|w| unsafe { w.bits(byte) });
-    // The software interrupt comes in the window, if it is due.
+    // The software interrupt occurs in the window, if it is due.
     while !task.mask(begin_write) {
         task.window();
     }
 }
 
-/// Begins to write, unless the software interrupt is due. Returns whether it has.
+/// Begins to write, unless the software interrupt is due. Returns whether it did.
 fn begin_write(masked: &Masked) -> bool {
     if !deferred::is_free(masked) {
         return false;
     }
     // SAFETY: two bits of EECR, and the EEPROM touches no memory. EEWE counts only within four cycles of
-    // EEMWE: interrupts are masked.
+    // EEMWE, so interrupts are masked.
     unsafe {
         asm!(
             "sbi 0x1c, 2", // 2 cycles: EEMWE
@@ -210,7 +210,7 @@ fn set_address(address: u16) {
     registers().eear().write(|w| unsafe { w.bits(address) });
 }
 
-/// The interrupt "EEPROM Ready". It lasts until it is disabled.
+/// The interrupt "EEPROM Ready". It stays pending until it is disabled.
 #[doc(hidden)]
 #[inline(always)]
 pub fn ready(interrupt: &mut Interrupt) {

@@ -1,12 +1,12 @@
-//! What vectors and tasks share, lent in place. A [`kernel::MaskedCell`] gives and takes copies, which a
-//! vector has no time for.
+//! Values that vectors and tasks share, lent in place. A [`kernel::MaskedCell`] copies its value in and out,
+//! for which a vector has no time.
 
 use kernel::Masked;
 
 /// A value that is lent only while interrupts are masked.
 pub struct Guarded<T>(T);
 
-// SAFETY: the value is reached by `get` alone, whose result lives no longer than the proof that interrupts
+// SAFETY: only `get` gives access to the value, and its result lives no longer than the proof that interrupts
 // are masked. The MCU has one core, so nothing else runs meanwhile.
 unsafe impl<T: Send> Sync for Guarded<T> {}
 

@@ -1,26 +1,26 @@
-//! Which program serves which interrupts.
+//! The interrupt vectors that a program links.
 //!
-//! A vector, once linked, brings its handler and all that it uses. So the program says which devices it
-//! starts, in [`interrupts!`](crate::interrupts!), and gets just their vectors; and a device asks for the
-//! proof before it starts.
+//! A vector, once linked, pulls in its handler and all that it uses. So a program names the devices that it
+//! starts in [`interrupts!`](crate::interrupts!), and gets only their vectors. A device asks for the proof
+//! before it starts.
 
 /// Proof that the vectors of the device `D` are linked.
 ///
 /// # Safety
-/// They must be; [`interrupts!`](crate::interrupts!) sees to it.
+/// They must be; [`interrupts!`](crate::interrupts!) makes sure of it.
 #[diagnostic::on_unimplemented(
     message = "no interrupt vectors for `{D}`",
     note = "name it in `board::interrupts!({Self}: ...)`"
 )]
 pub unsafe trait Serves<D> {}
 
-/// Defines the interrupt vectors of the devices named, and a type that proves it.
+/// Defines the interrupt vectors of the named devices, and a type that proves it.
 ///
 /// ```ignore
 /// board::interrupts!(Interrupts: Tick, Usart0, Usart1, Twi, Adc);
 /// ```
-/// Once in a program: a second definition of a vector does not link. `I2c` serves `Twi` too, for they share
-/// a vector: a program that starts both names `I2c` alone.
+/// Use it once in a program: a second definition of a vector does not link. `I2c` serves `Twi` too, since
+/// they share a vector: a program that starts both names `I2c` alone.
 #[macro_export]
 macro_rules! interrupts {
     ($name:ident: $($device:ident),+ $(,)?) => {
@@ -62,7 +62,7 @@ macro_rules! deferred_interrupt {
     };
 }
 
-/// What a device does where the software interrupt serves a source of its own: then that is all.
+/// Serves a source of the device, if that is the one to be served, and ends the service then.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! serve {
@@ -101,7 +101,7 @@ macro_rules! serve {
 }
 
 /// The vectors of one device. Numbers are the ATmega128's (datasheet, "Interrupt Vectors", counted from 0);
-/// those by which MCUs differ stand in [`mcu`](crate::mcu).
+/// those that differ between MCUs are in [`mcu`](crate::mcu).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! vectors {

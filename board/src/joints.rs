@@ -1,8 +1,9 @@
 //! The joints' motors behind [`JointMotors`]: a bridge with a pin for its speed and one for its direction.
 //!
-//! A drive takes effect as the next period begins, in that period's interrupt. So it does so in time, however
-//! late the task was that computed it. The vectors that come before that interrupt look whether it is due,
-//! and begin the period in its stead: of what may keep it waiting, they never add to the rest.
+//! A drive takes effect at the beginning of the next period, in that period's interrupt. So it is in time,
+//! however late the task was that computed it. The vectors that have priority over that interrupt check
+//! whether it is due, and begin the period in its stead. So they never add to the other delays of that
+//! interrupt.
 
 use avr_device::atmega128a::{PORTB, PORTC, TC1, TC2};
 use embedded_hal::digital::OutputPin;
@@ -21,7 +22,7 @@ use crate::superbot::{
 
 const _: () = assert!(pwm::TOP == FULL_DRIVE as u16, "PWM_HZ and FULL_DRIVE do not fit each other");
 
-/// What a period begins with.
+/// The state of the present period, and the drives that take effect with the next one.
 struct Period {
     state: MaskedCell<u8>,
     /// The directions, bits of PORTC: of the joint in this half, and of the roll joint. Their task alone sets
@@ -41,7 +42,7 @@ static PERIOD: Period = Period {
 const IS_OFF: u8 = 0;
 /// The next period has not begun.
 const IS_AWAITED: u8 = 1;
-/// It has, and its interrupt has not come yet.
+/// The period has begun, and its interrupt has not occurred yet.
 const HAS_BEGUN: u8 = 2;
 
 /// PORTC: PC0 and PC1.
@@ -63,7 +64,7 @@ impl Joints {
         Joints { rhythm, probe: probe.into_output(), highest: JOINT_CURRENT }
     }
 
-    /// And the roll joint, on the master.
+    /// Adds the roll joint, on the master.
     pub fn with_roll(self, speed: RollPwm, direction: RollDirection) -> Self {
         speed.start();
         direction.into_output();
@@ -114,7 +115,7 @@ impl JointMotors for Joints {
     }
 }
 
-/// The joints are controlled from now on, or no longer: then the last drives are put into effect.
+/// Begins or ends the control of the joints. When it ends, the last drives are put into effect.
 #[inline(always)]
 pub(crate) fn control(masked: &Masked, is_on: bool) {
     PERIOD.state.set(masked, if is_on { IS_AWAITED } else { IS_OFF });
@@ -124,7 +125,7 @@ pub(crate) fn control(masked: &Masked, is_on: bool) {
     }
 }
 
-/// The period's interrupt has come.
+/// The period's interrupt has occurred: the next period is awaited.
 #[inline(always)]
 pub(crate) fn await_next(masked: &Masked) {
     if PERIOD.state.get(masked) == HAS_BEGUN {
@@ -132,7 +133,7 @@ pub(crate) fn await_next(masked: &Masked) {
     }
 }
 
-/// Begins the period where its interrupt waits for the vector that calls this.
+/// Begins the period if its interrupt waits for the vector that calls this.
 #[inline(always)]
 pub(crate) fn begin_if_due(masked: &Masked) {
     if is_due() {
@@ -140,7 +141,7 @@ pub(crate) fn begin_if_due(masked: &Masked) {
     }
 }
 
-/// As [`begin_if_due`], for handlers of the kernel's, which may call.
+/// As [`begin_if_due`], for handlers of the kernel, which may call functions.
 #[inline(always)]
 pub(crate) fn begin_if_due_by_call(masked: &Masked) {
     #[inline(never)]
@@ -152,8 +153,8 @@ pub(crate) fn begin_if_due_by_call(masked: &Masked) {
     }
 }
 
-/// The last thing that a handler of the kernel's does: a period that has become due since need not wait until
-/// the interrupt is left, and for what is masked behind it.
+/// Called last by handlers of the kernel: a period that has become due meanwhile need not wait until the
+/// interrupt is left, nor for a critical section behind it.
 #[doc(hidden)]
 #[inline(always)]
 #[expect(clippy::redundant_closure, reason = "without, the compiler makes a function of it")]

@@ -20,12 +20,12 @@
 //! })
 //! ```
 //!
-//! Which MCU it is, a Cargo feature of its name says: `atmega128`, the default, or `atmega328p`,
-//! `atmega1284p` or `atmega2560`. Those three have what the kernel's tests need and no more.
-//! With the feature `qemu` a program is for QEMU's idea of the ATmega328P or the ATmega2560.
+//! A Cargo feature selects the MCU: `atmega128`, the default, or `atmega328p`, `atmega1284p` or `atmega2560`.
+//! Those three have what the kernel's tests need and no more. With the feature `qemu` a program is for QEMU's
+//! model of the ATmega328P or the ATmega2560.
 //!
-//! Devices exist on the AVR only. What decides without touching one, [`twi::engine`], [`twi::transaction`],
-//! [`soft_uart::decoder`] and [`soft_uart::encoder`], is tested on the host.
+//! Devices exist on the AVR only. The modules that decide without touching a device, [`twi::engine`],
+//! [`twi::transaction`], [`soft_uart::decoder`] and [`soft_uart::encoder`], are tested on the host.
 
 #![no_std]
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]

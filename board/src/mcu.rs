@@ -1,8 +1,8 @@
-//! The MCU: registers, vectors and pins by which those differ that the kernel is tested on.
+//! The MCU: the registers, vectors and pins in which the MCUs differ that the kernel is tested on.
 //!
-//! Each has a file that gives the same names:
+//! Each MCU has a file that provides these names:
 //! - `MARK`: the I/O address of the register that takes the program's marks;
-//! - `set_up`: readies what has no driver;
+//! - `set_up`: sets up what has no driver;
 //! - `start_tick`: starts the timer behind the tick;
 //! - `start_timer2`, `enable_timer2`: the timer behind single steps, and its interrupt;
 //! - `start_external`: starts the one external interrupt that is in use;
@@ -58,9 +58,8 @@ compile_error!("QEMU has this MCU not: with the feature qemu enable one of atmeg
 
 static IS_TAKEN: MaskedCell<bool> = MaskedCell::new(false);
 
-/// Readies the MCU for whoever takes it: idle is what `sleep` means from here on, and the analog comparator,
-/// the one device that runs out of reset without being needed, is switched off. `None` if it was taken
-/// before.
+/// Prepares the MCU: from here on `sleep` means idle mode, and the analog comparator is switched off, the one
+/// device that runs after reset without being needed. `None` if it was taken before.
 pub(crate) fn take(boot: &mut Boot) -> Option<()> {
     boot.mask(|masked| {
         let was_taken = IS_TAKEN.get(masked);

@@ -1,4 +1,4 @@
-//! What compiled code calls to copy and to fill memory, in place of the general functions of Rust's
+//! The functions that compiled code calls to copy and to fill memory, in place of the general ones of Rust's
 //! `compiler_builtins`: those take three times as long, and 16 bytes more of the stack of every task that
 //! copies a message.
 
@@ -11,7 +11,7 @@ use core::arch::asm;
 #[unsafe(no_mangle)]
 unsafe extern "C" fn memcpy(to: *mut u8, from: *const u8, count: usize) -> *mut u8 {
     let [low, high] = count.to_le_bytes();
-    // SAFETY: the caller's: both have `count` bytes.
+    // SAFETY: the caller guarantees that both have `count` bytes.
     unsafe {
         asm!(
             "rjmp 3f",
@@ -38,7 +38,7 @@ unsafe extern "C" fn memcpy(to: *mut u8, from: *const u8, count: usize) -> *mut 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn memset(to: *mut u8, value: i16, count: usize) -> *mut u8 {
     let [low, high] = count.to_le_bytes();
-    // SAFETY: the caller's: `to` has `count` bytes.
+    // SAFETY: the caller guarantees that `to` has `count` bytes.
     unsafe {
         asm!(
             "rjmp 3f",

@@ -1,14 +1,15 @@
 //! A number that differs from boot to boot, without a clock or a radio: it seeds link epochs and back-off.
 //!
-//! It lies in SRAM that the start-up code leaves alone, with its complement beside it. A reset leaves both,
-//! and the next number follows from the last. At power-up the two hardly fit, and the number is folded from
-//! all the SRAM that the program does not use: most bits come up alike each time, but some of so many do not.
+//! It lies in SRAM that the start-up code does not initialize, with its complement beside it. A reset keeps
+//! both, and the next number follows from the last. At power-up the two hardly ever match, and the number is
+//! folded from all the SRAM that the program does not use: most bits come up the same each time, but some of
+//! so many do not.
 
 use core::arch::global_asm;
 use core::ptr;
 
-/// How far the next number lies from the last: odd, so that none returns before all 65,536 were used, and
-/// near 65,536 divided by the golden ratio, so that neighbours lie far apart.
+/// The distance from each number to the next: odd, so that none returns before all 65,536 were used, and near
+/// 65,536 divided by the golden ratio, so that neighbours lie far apart.
 const STEP: u16 = 0x9e37;
 
 // In assembly, because a Rust static in this section would be loaded with the image.
@@ -19,14 +20,14 @@ unsafe extern "C" {
     #[link_name = "board_nonce"]
     static mut LAST: [u16; 2];
 
-    /// Where the program's variables end: the linker's.
+    /// The end of the program's variables, from the linker.
     static _end: u8;
 }
 
 /// The last byte of SRAM (ATmega128 datasheet, "SRAM Data Memory").
 const SRAM_END: usize = 0x10ff;
 
-/// The number of this boot. To be called once, before the tasks run.
+/// The number of this boot. It must be called once, before the tasks run.
 pub(crate) fn next() -> u16 {
     let last = &raw mut LAST;
     // SAFETY: nothing else uses `LAST`; volatile, because it holds what was there before the program started.

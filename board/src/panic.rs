@@ -1,4 +1,4 @@
-//! What a panic leaves for the next start, for programs that can panic.
+//! Records of panics for the next start, for programs that can panic.
 //!
 //! ```ignore
 //! #[panic_handler]
@@ -7,8 +7,8 @@
 //! }
 //! ```
 //!
-//! The record lies in SRAM that the start-up code leaves alone: every reset keeps it but one by a loss of
-//! power. What the MCU started from is `Board::reset_cause`, after a panic the watchdog.
+//! The record lies in SRAM that the start-up code does not initialize: it survives every reset except a loss
+//! of power. `Board::reset_cause` tells why the MCU started: after a panic it is the watchdog.
 
 use core::arch::{asm, global_asm};
 use core::panic::PanicInfo;
@@ -17,15 +17,16 @@ use kernel::{Boot, Context, Interrupt};
 
 use crate::watchdog::{self, Patience};
 
-/// Where a panic was.
+/// The place of a panic.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct PanicRecord {
-    /// The address of the `Stack` of the task that ran, as the linker's map has it; in a handler, of the task
-    /// that it interrupted; before any task ran, of the kernel's idle task.
+    /// The address of the `Stack` of the task that ran, as in the linker's map. In a handler, that of the
+    /// task that it interrupted; before any task ran, that of the kernel's idle task.
     pub task: u16,
-    /// Line in the source, up to 65,535. 0: no panic, but the task has overflowed its stack.
+    /// Line in the source, up to 65,535. 0 means that there was no panic, but the task has overflowed its
+    /// stack.
     pub line: u16,
-    /// Column in that line, likewise.
+    /// Column in that line, up to 65,535.
     pub column: u16,
 }
 
@@ -38,8 +39,8 @@ unsafe extern "C" {
     static mut RECORD: [u16; 4];
 }
 
-/// Records where the panic was, and has the watchdog reset the MCU, which takes about 14 ms. Interrupts are
-/// masked.
+/// Records the place of the panic, and lets the watchdog reset the MCU, which takes about 14 ms. Interrupts
+/// are masked from here on.
 pub fn record_and_reset(info: &PanicInfo) -> ! {
     // SAFETY: nothing else runs from here on.
     unsafe { asm!("cli", options(nomem, nostack)) };
@@ -59,7 +60,7 @@ pub fn record_overflow_and_reset(stack: usize) -> ! {
     record(PanicRecord { task: stack as u16, line: 0, column: 0 })
 }
 
-/// Leaves a record and has the watchdog reset the MCU. Interrupts are masked.
+/// Writes the record and lets the watchdog reset the MCU. Interrupts must be masked.
 fn record(PanicRecord { task, line, column }: PanicRecord) -> ! {
     let record = &raw mut RECORD;
     // SAFETY: nothing else runs. Volatile, because it is read after a reset.
@@ -69,7 +70,7 @@ fn record(PanicRecord { task, line, column }: PanicRecord) -> ! {
     loop {}
 }
 
-/// What the last panic left, once: `None` when there was none since it was last asked for.
+/// Takes the record of the last panic: `None` if there was no panic since it was last taken.
 pub fn take(_: &mut Boot) -> Option<PanicRecord> {
     let record = &raw mut RECORD;
     // SAFETY: no task runs yet, so nothing else uses it. Volatile, because it holds what was there before the
@@ -83,7 +84,7 @@ pub fn take(_: &mut Boot) -> Option<PanicRecord> {
     Some(PanicRecord { task, line, column })
 }
 
-/// Chance values at power-up fit it one time in 65,536.
+/// Random values at power-up match it once in 65,536 times.
 fn checksum(words: [u16; 3]) -> u16 {
     words.into_iter().fold(0x5a5a, |sum: u16, word| sum.rotate_left(5).wrapping_add(word))
 }

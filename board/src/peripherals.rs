@@ -31,7 +31,7 @@ pub trait Side {
     #[doc(hidden)]
     const HALF: Half;
 
-    /// Where a sensor of this half alone is read, and what its readings mean.
+    /// The input of a sensor that this half alone has, and the scale of its readings.
     #[doc(hidden)]
     fn sensor(sensor: Sensor) -> Option<(Input, Scale)>;
 }
@@ -82,7 +82,7 @@ pub struct Peripherals<S> {
     emitters: Output<PortB, 0>,
     charger: Output<PortD, 7>,
     eeprom: Eeprom,
-    // Held for its pin: the supply of the docking motors.
+    // Kept for its pin: the supply of the docking motors.
     _latch_supply: Pwm<Timer1C>,
     side: PhantomData<S>,
 }
@@ -149,7 +149,7 @@ impl<S: Side> device::Peripherals for Peripherals<S> {
     }
 
     fn end_switches(&mut self, dock: Dock) -> EndSwitches {
-        // Pressed, a switch pulls its pin low.
+        // A switch that is pressed pulls its pin low.
         let pressed = !SwitchPort::input();
         let is_at =
             |end| Self::place(dock).is_some_and(|place| pressed & superbot::end_switch(place, end) != 0);

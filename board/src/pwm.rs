@@ -1,8 +1,8 @@
 //! Pulse-width modulation by the 16-bit timers, behind [`SetDutyCycle`].
 //!
-//! In the phase and frequency correct mode, which the datasheet prefers for motors. A duty of 0 is no pulse
-//! at all, where the fast mode leaves a spike of one clock; pulses are symmetrical, so their middle is a
-//! quiet moment to measure a motor's current; and a new duty starts with a new pulse.
+//! The timers run in the phase and frequency correct mode, which the datasheet prefers for motors. A duty of
+//! 0 is no pulse at all, where the fast mode leaves a spike of one clock. Pulses are symmetrical, so their
+//! middle is a quiet moment to measure a motor's current. A new duty starts with a new pulse.
 
 use core::convert::Infallible;
 use core::marker::PhantomData;
@@ -22,7 +22,7 @@ pub(crate) const TOP: u16 = {
 
 /// TCCRnB: phase and frequency correct up to ICRn.
 const MODE: u8 = 1 << 4; // WGMn3
-/// TCCRnB: the timer's clock is the MCU's.
+/// TCCRnB: the timer counts the MCU's clock.
 const CLOCK: u8 = 1 << 0; // CSn0
 
 /// A timer's compare unit and its pin, named by its type.
@@ -81,10 +81,10 @@ macro_rules! compare {
 
         impl Compare for $Compare {
             fn connect() {
-                // SAFETY: all that shares these registers does so with interrupts masked.
+                // SAFETY: all code that shares these registers changes them with interrupts masked.
                 let (timer, port) = unsafe { ($timer::steal(), $port::steal()) };
                 interrupt::free(|_| {
-                    // The mode first: in others ICRn takes no value (ATmega128 datasheet, "Input Capture
+                    // The mode first: in other modes ICRn takes no value (ATmega128 datasheet, "Input Capture
                     // Register"). The clock last, unless another unit has started it.
                     // SAFETY: a mode of the timer that touches no memory.
                     timer.$mode_b().modify(|r, w| unsafe { w.bits(r.bits() | MODE) });
@@ -97,10 +97,10 @@ macro_rules! compare {
             }
 
             fn set(value: u16) {
-                // SAFETY: the compare register is written by whoever has this unit, with interrupts masked
+                // SAFETY: only the owner of this unit writes the compare register, with interrupts masked
                 // below.
                 let timer = unsafe { $timer::steal() };
-                // Masked: the timer's 16-bit registers share a byte on their way (ATmega128 datasheet,
+                // Masked: the accesses to the timer's 16-bit registers share a byte (ATmega128 datasheet,
                 // "Accessing 16-bit Registers").
                 interrupt::free(|_| timer.$compare().write(|w| w.set(value)));
             }

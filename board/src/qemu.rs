@@ -1,11 +1,11 @@
-//! Marks as QEMU shows them: characters on USART0, for the feature `qemu`.
+//! Marks for QEMU: characters on USART0, for the feature `qemu`.
 //!
-//! QEMU has no register that a program may use for marks, and does not tell that a program has ended. Its
+//! QEMU has no register that a program may use for marks, and does not show that a program has ended. Its
 //! USART sends a character at once, whatever the baud rate, so a mark waits for nothing.
 
 use core::arch::asm;
 
-/// What the program sends at its end.
+/// The program sends this at its end.
 pub const END: [u8; 2] = [0xff, 0x04];
 
 /// Sends `value`. 6 cycles.
@@ -23,7 +23,7 @@ pub fn mark(value: u8) {
     }
 }
 
-/// Stops the MCU for good, and tells so.
+/// Sends [`END`] and stops the MCU for good.
 pub fn halt() -> ! {
     // SAFETY: nothing runs after this.
     unsafe { asm!("cli", options(nomem, nostack)) }

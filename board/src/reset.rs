@@ -1,4 +1,4 @@
-//! Why the MCU started.
+//! The cause of the last reset.
 
 use avr_device::atmega128a::CPU;
 
@@ -29,7 +29,7 @@ impl ResetCause {
         self.0
     }
 
-    /// The supply voltage came up.
+    /// The supply voltage rose at power-up.
     pub fn is_power_on(self) -> bool {
         self.0 & Self::POWER_ON != 0
     }
@@ -39,17 +39,17 @@ impl ResetCause {
         self.0 & Self::EXTERNAL != 0
     }
 
-    /// The supply voltage sagged.
+    /// The supply voltage dropped.
     pub fn is_brown_out(self) -> bool {
         self.0 & Self::BROWN_OUT != 0
     }
 
-    /// The watchdog was not fed.
+    /// The watchdog was not fed in time.
     pub fn is_watchdog(self) -> bool {
         self.0 & Self::WATCHDOG != 0
     }
 
-    /// A debugger asked for it.
+    /// A debugger requested it.
     pub fn is_jtag(self) -> bool {
         self.0 & Self::JTAG != 0
     }

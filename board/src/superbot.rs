@@ -1,14 +1,14 @@
-//! The board description: what is wired to what on the two boards of a SuperBot module. What does not
-//! depend on pins, as docks, rates and where tasks reside, stands in [`tasks::superbot`].
+//! The board description: the wiring of the two boards of a SuperBot module. What does not depend on pins,
+//! such as docks, rates and where tasks reside, is in [`tasks::superbot`].
 //!
-//! The paper gives two ATmega128 at 16 MHz, six docks and I2C between the MCUs; the lab's simulator
-//! ReMod3D gives the docks and joints of each half. No schematic is public, so the rest is our
-//! assumption: pins, channels and timers. Whoever has the schematic changes these two files, and what the
+//! The paper gives two ATmega128 at 16 MHz, six docks and I2C between the MCUs; the lab's simulator ReMod3D
+//! gives the docks and joints of each half. No schematic is public, so the rest is our assumption: pins,
+//! channels and timers. With the schematic at hand, these two files have to be changed, and what the
 //! simulator has at the pins (board/README.md, "Wiring").
 //!
 //! The serial ports of the docks: USART0 at RXD0 = PE0 and TXD0 = PE1, USART1 at RXD1 = PD2 and TXD1 = PD3.
-//! The one in software receives at PE7, which is both ICP3 and INT7, and sends at PE5, which is both OC3C and
-//! INT5. Idle is high, as at the USARTs.
+//! The UART in software receives at PE7, which is both ICP3 and INT7, and sends at PE5, which is both OC3C
+//! and INT5. Idle is high, as with the USARTs.
 
 use tasks::docking::latch::End;
 use tasks::sensor::Scale;
@@ -25,7 +25,7 @@ pub use tasks::superbot::{
 /// The rounds of measurement and the periods of the joints' control, per second.
 pub const ROUND_HZ: u32 = 1_000;
 
-/// The PWM frequency of the joint motors, in Hz: just above hearing.
+/// The PWM frequency of the joint motors, in Hz: just above the audible range.
 pub const PWM_HZ: u32 = 20_000;
 
 // --- Joints -------------------------------------------------------------------------------------
@@ -95,16 +95,17 @@ pub fn power_switch(place: u8) -> u8 {
     }
 }
 
-/// The current of the dock at this place: ADC4 to ADC6. At rest it is in the middle, for it flows both ways.
+/// The current of the dock at this place: ADC4 to ADC6. At rest it reads the middle, since the current flows
+/// both ways.
 pub const fn dock_current(place: u8) -> Input {
     Input::direct(4 + place)
 }
 
-/// What the current of a dock reads at rest, and by how much less than this it may differ: 2.5 A.
+/// The reading of a dock's current at rest, and the difference from it at which the switch opens: 2.5 A.
 pub const DOCK_CURRENT_AT_REST: u16 = DOCK_CURRENT.reading(0);
 pub const DOCK_CURRENT_LIMIT: u16 = DOCK_CURRENT.reading(2_500) - DOCK_CURRENT_AT_REST;
 
-/// The light of this half's docks for their neighbours' reflections, PB0; high is on.
+/// The emitters of this half's docks, whose light their neighbours reflect, PB0; high is on.
 pub type Emitters = Pin<PortB, 0>;
 
 /// The charger, PD7, on the slave only; high is on.
@@ -112,7 +113,7 @@ pub type Charger = Pin<PortD, 7>;
 
 // --- The multiplexer ----------------------------------------------------------------------------
 
-/// What the dock at this place has reflected.
+/// How much of its own light the dock at this place sees reflected.
 pub const fn proximity(place: u8) -> Input {
     Input::multiplexed(place)
 }
@@ -123,14 +124,14 @@ pub const LATCH_CURRENT: Input = Input::multiplexed(3);
 /// The temperature of this half's board.
 pub const TEMPERATURE: Input = Input::multiplexed(4);
 
-/// Of the battery; on the slave only.
+/// The battery's voltage and temperature; on the slave only.
 pub const BATTERY_VOLTAGE: Input = Input::multiplexed(5);
 pub const BATTERY_TEMPERATURE: Input = Input::multiplexed(6);
 
-/// Of the accelerometer; on the master only.
+/// The axes of the accelerometer; on the master only.
 pub const ACCELERATION: [Input; 3] = [Input::multiplexed(5), Input::multiplexed(6), Input::multiplexed(7)];
 
-/// Makes outputs of the multiplexer's address, PG0 to PG2.
+/// Makes the pins of the multiplexer's address outputs, PG0 to PG2.
 pub fn start_multiplexer() {
     PortG::set_direction(0b111, true);
 }
@@ -143,16 +144,16 @@ pub fn select(number: u8) {
 
 // --- What readings mean -------------------------------------------------------------------------
 
-/// Of the joints' potentiometers.
+/// The scale of the joints' potentiometers.
 pub const ANGLE: Scale = POTENTIOMETER.sensor();
 
-/// Of proximity, in counts.
+/// The scale of proximity, in counts.
 pub const PROXIMITY: Scale = Scale { zero: 0, slope: 64 };
 
 /// 0.5 V per A about 2.5 V: 9.77 mA a count.
 pub const DOCK_CURRENT: Scale = Scale { zero: 512, slope: 625 };
 
-/// A half of the voltage: 9.77 mV a count.
+/// The input has half the voltage: 9.77 mV a count.
 pub const VOLTAGE: Scale = Scale { zero: 0, slope: 625 };
 
 /// 10 mV per degree Celsius, 0.5 V at 0: 0.49 degrees a count.

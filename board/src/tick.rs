@@ -7,7 +7,7 @@ use crate::description::{CLOCK_HZ, TICK_HZ};
 use crate::interrupts::Serves;
 use crate::mcu;
 
-/// The prescaler of 64 is the least with which a period of 1 ms fits 8 bits.
+/// The prescaler of 64 is the smallest with which a period of 1 ms fits 8 bits.
 const PRESCALER: u32 = 64;
 
 /// The compare value: one less than the clocks in a tick. 249 makes 1 ms exactly at 16 MHz.
@@ -18,14 +18,14 @@ const TOP: u8 = {
     top as u8
 };
 
-/// The present tick, for a vector that enters no kernel.
+/// The present tick, for a vector that does not enter the kernel.
 #[cfg(feature = "atmega128")]
 #[inline(always)]
 pub(crate) fn present(masked: &Masked) -> Ticks {
     TICKS.get(masked)
 }
 
-/// The timer behind the kernel's tick: Timer0.
+/// The timer that drives the kernel's tick: Timer0.
 pub struct Tick(());
 
 impl Tick {
@@ -33,7 +33,7 @@ impl Tick {
         Tick(())
     }
 
-    /// Starts the tick. [`kernel::tick_interrupt!`] tells what one costs.
+    /// Starts the tick. For its cost see [`kernel::tick_interrupt!`].
     pub fn start(self, _: impl Serves<Tick>) {
         mcu::start_tick(TOP);
     }

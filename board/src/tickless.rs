@@ -1,4 +1,4 @@
-//! The kernel's tick where idle is tickless: Timer1, which has 16 bits.
+//! The kernel's tick with tickless idle: Timer1, which has 16 bits.
 
 use avr_device::atmega128a::TC1;
 use kernel::tickless::{self, TickTimer};
@@ -7,13 +7,13 @@ use kernel::{Masked, TICKS, Ticks};
 use crate::description::{CLOCK_HZ, TICK_HZ};
 use crate::interrupts::Serves;
 
-/// With it a tick of 1 ms is a whole number of counts, and the timer runs for 262 of them.
+/// With this prescaler a tick of 1 ms is a whole number of counts, and a turn of the timer takes 262 of them.
 const PRESCALER: u32 = 64;
 
 /// TIMSK and TIFR: a match of unit A.
 const MATCH_A: u8 = 1 << 4;
 
-/// Timer1, behind the tick. The motors' pulses come from it as well: a program starts one of them.
+/// Timer1, which drives the tick. It also makes the motors' pulses: a program can start only one of the two.
 pub enum Timer1 {}
 
 fn timer() -> TC1 {
@@ -49,17 +49,17 @@ impl TickTimer for Timer1 {
     }
 }
 
-/// The present tick, for a vector that enters no kernel: it may be what has ended a sleep, and nothing has
-/// counted the ticks of that yet. By a call, for which such a vector saves more registers, as what it needs
-/// would stand in each of them.
+/// The present tick, for a vector that does not enter the kernel. Such a vector may be the one that has ended
+/// a sleep, whose ticks nothing has counted yet. This is a call, for which the vector saves more registers,
+/// because the code inlined would be in each of them.
 #[inline(never)]
 pub(crate) fn present(masked: &Masked) -> Ticks {
-    // SAFETY: interrupts are masked, and this is the timer behind the tick.
+    // SAFETY: interrupts are masked, and this is the timer that drives the tick.
     unsafe { tickless::after_sleep::<Timer1>() };
     TICKS.get(masked)
 }
 
-/// The timer behind the kernel's tick.
+/// The timer that drives the kernel's tick.
 pub struct Tick(());
 
 impl Tick {
@@ -67,7 +67,7 @@ impl Tick {
         Tick(())
     }
 
-    /// Starts the tick. To be called before the kernel runs.
+    /// Starts the tick. It must be called before the kernel runs.
     pub fn start(self, _: impl Serves<Tick>) {
         Timer1::set_compare(Timer1::COUNTS);
         // SAFETY: no value of these registers touches memory.

@@ -1,18 +1,18 @@
 //! Single steps of tasks, by Timer2.
 //!
 //! Timer2 reaches its compare value every second clock, so that its interrupt is pending again at once after
-//! it was taken. Of all interrupts that this crate drives only external ones go before it, and they wait
-//! while a step is made. So a step may spoil a character on the UART in software.
+//! it was taken. Of all interrupts that this crate drives only external ones have priority over it, and they
+//! are disabled during a step. So a step may spoil a character on the UART in software.
 
 use kernel::{Context, Interrupt, MaskedCell, Refused, Task, TaskHandle};
 
 use crate::interrupts::Serves;
 use crate::mcu;
 
-/// What the external interrupts' register of enable bits held before the step.
+/// The external interrupts' enable register (EIMSK) before the step.
 static EXTERNAL: MaskedCell<u8> = MaskedCell::new(0);
 
-/// The timer behind single steps: Timer2.
+/// The timer of single steps: Timer2.
 pub struct Trap(());
 
 impl Trap {
@@ -20,7 +20,7 @@ impl Trap {
         Trap(())
     }
 
-    /// Readies Timer2, which counts from here on.
+    /// Starts Timer2, which counts from here on.
     pub fn start(self, _: impl Serves<Trap>) -> Stepper {
         mcu::start_timer2();
         Stepper(())
@@ -34,7 +34,7 @@ impl Stepper {
     /// Runs one instruction of a suspended task: see [`TaskHandle::step`].
     ///
     /// # Errors
-    /// As there.
+    /// Those of [`TaskHandle::step`].
     pub fn step(&mut self, task: &mut Task, stepped: TaskHandle) -> Result<(), Refused> {
         stepped.step(task, |masked| {
             EXTERNAL.set(masked, mcu::hold_external());
@@ -43,7 +43,7 @@ impl Stepper {
     }
 }
 
-/// The step is made.
+/// Disables the trap: the step is complete.
 #[doc(hidden)]
 #[inline(always)]
 pub fn disarm(interrupt: &mut Interrupt) {

@@ -1,8 +1,7 @@
 //! The watchdog (ATmega128 datasheet, "Watchdog Timer"): it resets the MCU when it is not fed in time.
 //!
-//! It counts the clocks of an oscillator of its own, of about 1 MHz: how long that takes depends on supply
-//! and temperature. The datasheet has typical times only; in what follows they are those at 5 V. After any
-//! reset it is off.
+//! It counts the clocks of its own oscillator of about 1 MHz: the time depends on supply and temperature. The
+//! datasheet has typical times only; those given here are for 5 V. After any reset the watchdog is off.
 
 use core::arch::asm;
 
@@ -29,7 +28,7 @@ impl Watchdog {
         Watchdog(())
     }
 
-    /// Starts it: from now on it has to be fed every 0.11 s.
+    /// Starts the watchdog: from now on it has to be fed every 0.11 s.
     pub fn start(self, context: &mut impl Context) -> Feeder {
         // SAFETY: interrupts are masked.
         context.mask(|_| unsafe { start(Patience::Tenth) });
@@ -38,7 +37,7 @@ impl Watchdog {
 }
 
 impl Feeder {
-    /// Lets it wait for as long again.
+    /// Restarts the watchdog's wait.
     #[inline(always)]
     pub fn feed(&mut self) {
         // SAFETY: the watchdog touches no memory.
@@ -46,7 +45,7 @@ impl Feeder {
     }
 }
 
-/// Starts the watchdog, or lets it start over with another patience.
+/// Starts the watchdog, or restarts it with another patience.
 ///
 /// # Safety
 /// Interrupts must be masked: a new patience counts only within four cycles of WDCE (datasheet, "Timed

@@ -1,4 +1,4 @@
-//! What the examples share, so that each shows one thing.
+//! Code that the examples share, so that each shows one thing.
 #![no_std]
 #![cfg(target_arch = "avr")]
 
@@ -8,10 +8,10 @@ use core::convert::Infallible;
 
 use board::debug::{halt, mark};
 
-/// Prints a line to the on-chip debugger, which simavr shows. It takes no device and blocks nobody, so that a
-/// task and an interrupt may print alike.
+/// Prints a line to the on-chip debugger, which simavr shows. It needs no device and never blocks, so that
+/// tasks and interrupts print in the same way.
 ///
-/// Formats as [`ufmt`] does, which is small; the text itself lies in RAM.
+/// Formats by [`ufmt`], which is small; the text itself lies in RAM.
 #[macro_export]
 macro_rules! println {
     ($($argument:tt)*) => {{
@@ -19,7 +19,7 @@ macro_rules! println {
     }};
 }
 
-/// Where [`println!`](crate::println!) writes to.
+/// The output of [`println!`](crate::println!).
 pub struct Debugger;
 
 impl ufmt::uWrite for Debugger {
@@ -31,7 +31,7 @@ impl ufmt::uWrite for Debugger {
     }
 }
 
-/// Says so if a task did not start.
+/// Reports that a task did not start, and halts then.
 pub fn start(started: Result<(), kernel::StartError>) {
     if started.is_err() {
         println!("a stack is taken, or too small");

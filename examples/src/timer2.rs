@@ -1,4 +1,4 @@
-//! A timer whose interrupt, "Timer/Counter2 Compare Match" (`__vector_9`), is the example's to handle.
+//! A timer whose interrupt, "Timer/Counter2 Compare Match" (`__vector_9`), the example handles.
 
 use avr_device::atmega128a::TC2;
 

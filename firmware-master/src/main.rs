@@ -1,8 +1,8 @@
 //! The master MCU of a module: the docks Front, Left and Right, two joints, the accelerometer, its side of
 //! the bridge, and the behaviours.
 //!
-//! Only wiring stands here: which device each task drives, and which task runs on which stack. Priorities
-//! fall from what a wire waits for to what only the robot waits for (paper, section 6).
+//! This file is only wiring: the device that each task drives, and the stack that it runs on. Priorities fall
+//! from tasks that a wire waits for to those that only the robot waits for (paper, section 6).
 
 #![no_std]
 #![no_main]
@@ -61,7 +61,7 @@ static DESK: Desk<2> = Desk::new(&MOTORS, &OFFICE);
 #[unsafe(no_mangle)]
 static MODULE_STATUS: Mutex<Status> = Mutex::new(Priority::P6, Status::POWER_UP);
 
-/// Posted when something has come in at a dock.
+/// Posted when a dock has received something.
 static RECEIVED: Semaphore = Semaphore::new(0);
 /// Why the MCU started, for debuggers.
 #[unsafe(no_mangle)]
@@ -142,7 +142,7 @@ extern "C" fn main() -> ! {
     })
 }
 
-/// Starts every task. `None` if one of them can't.
+/// Starts every task. `None` if one of them can't be started.
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
     let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
@@ -229,7 +229,7 @@ fn start(boot: &mut Boot) -> Option<()> {
         .ok()
 }
 
-/// Nothing in this image panics: if some code could, the linker would miss this function.
+/// Nothing in this image panics: code that could would not link, as the function below does not exist.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {

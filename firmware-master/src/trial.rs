@@ -1,5 +1,4 @@
-//! What `./x bench concurrency` adds, each as a task of its own. It is in no image that a module is flashed
-//! with.
+//! The tasks that `./x bench concurrency` adds. They are in no image that a module is flashed with.
 
 use board::debug::mark;
 use board::delay;

@@ -1,6 +1,6 @@
 //! The slave MCU of a module: the docks Back, Up and Down, a joint, the battery, and its side of the bridge.
 //!
-//! Only wiring stands here: which device each task drives, and which task runs on which stack.
+//! This file is only wiring: the device that each task drives, and the stack that it runs on.
 
 #![no_std]
 #![no_main]
@@ -47,7 +47,7 @@ static DESK: Desk<1> = Desk::new(&MOTORS, &OFFICE);
 #[unsafe(no_mangle)]
 static CONSOLE: Console = Console::new();
 
-/// Posted when something has come in at a dock.
+/// Posted when a dock has received something.
 static RECEIVED: Semaphore = Semaphore::new(0);
 /// Why the MCU started, for debuggers.
 #[unsafe(no_mangle)]
@@ -113,7 +113,7 @@ extern "C" fn main() -> ! {
     })
 }
 
-/// Starts every task. `None` if one of them can't.
+/// Starts every task. `None` if one of them can't be started.
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
     let [seed0, seed1, seed2] = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
@@ -180,7 +180,7 @@ fn start(boot: &mut Boot) -> Option<()> {
         .ok()
 }
 
-/// Nothing in this image panics: if some code could, the linker would miss this function.
+/// Nothing in this image panics: code that could would not link, as the function below does not exist.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {

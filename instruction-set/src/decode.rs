@@ -1,10 +1,10 @@
-//! From words of flash to instructions.
+//! Decodes words of flash into instructions.
 
 use crate::Instruction::{self, *};
 use crate::{Step, Word, X, Y, Z, from_next};
 
-/// The instruction at word `at` of a program. `second` is the next word: its own, or the next instruction's
-/// first.
+/// The instruction at word `at` of a program. `second` is the next word: the instruction's own second word,
+/// or the first of the next instruction.
 pub fn decode(at: u32, opcode: u16, second: u16) -> Instruction {
     let d = (opcode >> 4 & 0x1f) as u8;
     let r = (opcode >> 5 & 0x10 | opcode & 0xf) as u8;
@@ -125,7 +125,7 @@ pub fn decode(at: u32, opcode: u16, second: u16) -> Instruction {
     }
 }
 
-/// Whether an instruction takes the next word, too: LDS, STS, JMP and CALL do.
+/// Whether an instruction has two words: LDS, STS, JMP and CALL do.
 pub fn has_two_words(opcode: u16) -> bool {
     opcode & 0xfc0f == 0x9000 || opcode & 0xfe0c == 0x940c
 }

@@ -1,22 +1,23 @@
-//! The AVR's instructions, decoded (AVR Instruction Set Manual): for all that executes a program or looks
-//! into one.
+//! The AVR's instructions, decoded (AVR Instruction Set Manual), for code that executes or inspects a
+//! program.
 //!
-//! Opcodes that the manual reserves, and those of AVRs younger than the classic ones, are no instructions
-//! here.
+//! Opcodes that the manual reserves, and those of AVRs younger than the classic ones, decode as
+//! [`Instruction::Invalid`].
 
 mod decode;
 
 pub use decode::{decode, has_two_words};
 
-/// The pointer registers, by the lower of their two registers.
+/// The pointer registers, by the number of their lower register.
 pub const X: u8 = 26;
 pub const Y: u8 = 28;
 pub const Z: u8 = 30;
 
-/// One instruction, in four bytes, for the programs of many MCUs are read in turns.
+/// One instruction, in four bytes, since the programs of many MCUs are read in turns.
 ///
-/// Registers are numbered 0 to 31, a pair by its lower one; places in the data space have their data address,
-/// I/O registers too. A `mask` has one bit set. What is alike lies side by side, and what is frequent first.
+/// Registers are numbered 0 to 31, a pair by its lower one. Places in the data space, I/O registers too, have
+/// their data address. A `mask` has one bit set. Similar instructions are side by side, and frequent ones
+/// first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[rustfmt::skip] // one line each
@@ -24,7 +25,7 @@ pub enum Instruction {
     Movw { to: u8, from: u8 },
     Ldi { to: u8, value: u8 },
     Mov { to: u8, from: u8 },
-    // Ldd goes by a pointer and a displacement, LdStep by a pointer that steps; Std and StStep likewise.
+    // Ldd uses a pointer and a displacement, LdStep a pointer that steps; so do Std and StStep.
     Ldd { to: u8, pointer: u8, displacement: u8 },
     Lds { to: u8, address: u16 },
     LdStep { to: u8, pointer: u8, step: Step },
@@ -36,7 +37,7 @@ pub enum Instruction {
     Cpi { one: u8, value: u8 },
     Cp { one: u8, other: u8 },
     Cpc { one: u8, other: u8 },
-    // Brbs branches if a flag is set, by so many words from the next instruction.
+    // Brbs branches by `by` words from the next instruction if a flag is set, Brbc if it is clear.
     Brbs { mask: u8, by: i8 },
     Brbc { mask: u8, by: i8 },
     Subi { to: u8, value: u8 },
@@ -76,7 +77,7 @@ pub enum Instruction {
     Icall,
     Ret,
     Reti,
-    // `skip` is the words of the instruction that may be skipped.
+    // `skip` is the number of words of the instruction that may be skipped.
     Sbrs { from: u8, mask: u8, skip: u8 },
     Sbrc { from: u8, mask: u8, skip: u8 },
     Cpse { one: u8, other: u8, skip: u8 },
@@ -101,13 +102,13 @@ pub enum Instruction {
     Wdr,
     Break,
     Spm,
-    /// No instruction.
+    /// An opcode without an instruction.
     Invalid,
 }
 
 const _: () = assert!(size_of::<Instruction>() == 4);
 
-/// Which way a pointer steps: on after the access, or back before it.
+/// The direction in which a pointer steps: on after the access, or back before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     On,
@@ -115,13 +116,13 @@ pub enum Step {
 }
 
 impl Instruction {
-    /// Which of them it is, from 0 and in their order, whatever its operands.
+    /// The number of the variant, from 0 in their order, whatever its operands.
     pub const fn number(self) -> u8 {
-        // SAFETY: an enumeration of this representation begins with the number of its variant.
+        // SAFETY: an enumeration with `repr(u8)` begins with the number of its variant.
         unsafe { *std::ptr::from_ref(&self).cast() }
     }
 
-    /// Where a branch, a jump or a call at word `at` leads whose target the instruction names.
+    /// The target of a branch, jump or call at word `at`, if the instruction names its target.
     pub fn target(self, at: u32) -> Option<Word> {
         match self {
             Self::Brbs { by, .. } | Self::Brbc { by, .. } => Some(branch(at, by)),
@@ -131,23 +132,23 @@ impl Instruction {
     }
 }
 
-/// Where a branch at word `at` leads that goes by so many words.
+/// The target of a branch at word `at` by `by` words.
 pub fn branch(at: u32, by: i8) -> Word {
     from_next(at, by.into())
 }
 
-/// The word that lies so many behind the instruction that follows the one at word `at`.
+/// The word that lies `words` behind the instruction that follows word `at`.
 fn from_next(at: u32, words: i32) -> Word {
     Word::of((at + 1).wrapping_add_signed(words))
 }
 
-/// The number of a word in flash: 22 bits, of which a jump names all. Three bytes, for instructions are read
-/// often.
+/// The number of a word in flash: 22 bits, all of which a jump names. It takes three bytes, since
+/// instructions are read often.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word([u8; 3]);
 
 impl Word {
-    /// What leads out of 24 bits comes in again at their other end.
+    /// A number beyond 24 bits wraps around.
     fn of(number: u32) -> Self {
         let [low, middle, high, _] = number.to_le_bytes();
         Self([low, middle, high])

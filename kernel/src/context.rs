@@ -1,7 +1,7 @@
-//! Who is calling: a task or an interrupt.
+//! The caller's context: a task or an interrupt.
 //!
-//! Kernel calls take the caller's context. A call that may block takes `&mut Task`, which only a task
-//! has: from an interrupt it does not compile. A call that is right in both takes `&mut impl Context`.
+//! Kernel calls take the caller's context. A call that may block takes `&mut Task`, which only a task has:
+//! from an interrupt it does not compile. A call that both may make takes `&mut impl Context`.
 //!
 //! ```compile_fail,E0308
 //! # use kernel::{Interrupt, Semaphore};
@@ -10,7 +10,8 @@
 //! }
 //! ```
 //!
-//! Nor does a blocking call while interrupts are masked, since that borrows the task's context:
+//! A blocking call with interrupts masked does not compile either, since the critical section borrows the
+//! task's context:
 //!
 //! ```compile_fail,E0500
 //! # use kernel::{Context, Semaphore, Task};
@@ -19,9 +20,8 @@
 //! }
 //! ```
 //!
-//! The context also says, at compile time, whether interrupts are masked already, so that no call
-//! saves and restores SREG: in a task a call is bracketed by `cli` and `sei` (2 cycles), in an
-//! interrupt by nothing.
+//! The context also says, at compile time, whether interrupts are masked already, so that no call saves and
+//! restores SREG: in a task a call is bracketed by `cli` and `sei` (2 cycles), in an interrupt by nothing.
 
 use core::marker::PhantomData;
 
@@ -31,11 +31,11 @@ use crate::critical::Masked;
 mod sealed {
     use super::Task;
 
-    /// Keeps calls to this crate.
+    /// Other crates can't name this, and so can't call functions that take it.
     pub struct Private;
 
     pub trait Sealed {
-        /// The task that calls, if it is one.
+        /// The calling task, if the caller is a task.
         #[inline(always)]
         fn task(&mut self, _: Private) -> Option<&mut Task> {
             None
@@ -46,12 +46,13 @@ pub(crate) use sealed::Private;
 
 /// A caller of the kernel: [`Task`], [`Interrupt`], [`JobContext`], or [`Boot`] before there are any.
 pub trait Context: sealed::Sealed {
-    /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency. Of two that follow
-    /// each other with no instruction between them it is the sum: behind the first no interrupt comes yet,
-    /// but in a [window](Task::window).
+    /// Runs `body` with interrupts masked. Keep it short: its length is interrupt latency. If two critical
+    /// sections follow each other with no instruction between them, no interrupt occurs between them, unless
+    /// there is a [window](Task::window): the latency is the sum of both.
     ///
-    /// Each call of a task ends with interrupts enabled, whatever they were before; this one, too. So a task
-    /// makes none inside of another crate's critical section: that ends there, and the compiler says nothing.
+    /// Each kernel call of a task, this one included, ends with interrupts enabled, whatever their state was
+    /// before. So a task must make none inside of another crate's critical section: the call would end that
+    /// section, and the compiler does not notice.
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R;
 
     /// Runs the highest ready task if that is no longer the running one. In an interrupt this
@@ -59,7 +60,7 @@ pub trait Context: sealed::Sealed {
     #[doc(hidden)]
     fn reschedule(&mut self, is_needed: bool);
 
-    /// Whether this is an ISR's. A switch that its calls make due is made at its end.
+    /// Whether the caller is an ISR. A switch that its calls make due is made at its end.
     #[doc(hidden)]
     #[inline(always)]
     fn is_interrupt(&self) -> bool {
@@ -67,8 +68,8 @@ pub trait Context: sealed::Sealed {
     }
 }
 
-/// A caller outside of interrupts: [`Task`], [`JobContext`] or [`Boot`]. For calls that take as long as a
-/// list is.
+/// A caller outside of interrupts: [`Task`], [`JobContext`] or [`Boot`]. For calls whose time depends on the
+/// length of a list.
 pub trait ThreadContext: Context {}
 
 impl ThreadContext for Task {}
@@ -109,8 +110,8 @@ impl Task {
         Task { _not_send: PhantomData }
     }
 
-    /// Lets interrupts in that are pending, between two critical sections that follow each other at once. 1
-    /// cycle where none is pending.
+    /// Lets pending interrupts occur between two critical sections with no other instruction between them. 1
+    /// cycle if none is pending.
     #[inline(always)]
     pub fn window(&mut self) {
         arch::irq_window();
@@ -127,16 +128,16 @@ impl Interrupt {
         Interrupt { _not_send: PhantomData }
     }
 
-    /// Lets interrupts in that are pending, between two of this one's critical sections; they nest on the
-    /// kernel's stack. A long handler holds others up no longer than from one window to the next. 3 cycles
-    /// where none is pending.
+    /// Lets pending interrupts occur between two critical sections of this interrupt; they nest on the
+    /// kernel's stack. A long handler delays others no longer than from one window to the next. 3 cycles if
+    /// none is pending.
     ///
     /// # Safety
-    /// The vector of this handler must not come again meanwhile.
+    /// The interrupt of this handler must not occur again meanwhile.
     #[inline(always)]
     pub unsafe fn window(&mut self) {
-        // SAFETY: this is an ISR's context, no critical section of which is under way, as that would borrow
-        // it; others run on its stack once each, by the caller's promise.
+        // SAFETY: this is an ISR's context outside of a critical section, which would borrow it. The caller
+        // guarantees that this interrupt does not occur again meanwhile, so each ISR is on the stack once.
         unsafe { arch::isr_window() };
     }
 }
@@ -217,7 +218,7 @@ impl Context for Boot {
     fn reschedule(&mut self, _is_needed: bool) {}
 }
 
-/// The time before the kernel runs: interrupts are masked, tasks are started.
+/// The context before the kernel runs: interrupts are masked, tasks are started.
 pub struct Boot {
     interrupt: Interrupt,
 }
@@ -226,7 +227,7 @@ impl Boot {
     /// # Safety
     /// Only while interrupts are masked and no task runs.
     pub(crate) unsafe fn assume() -> Boot {
-        // SAFETY: interrupts are masked until the kernel runs, and a switch is due then.
+        // SAFETY: interrupts are masked until the kernel runs, and it begins with a switch to the head.
         Boot { interrupt: unsafe { Interrupt::assume() } }
     }
 
@@ -245,5 +246,5 @@ impl Boot {
     }
 }
 
-/// What a task's body returns that never does.
+/// The return type of a task's body that never returns.
 pub type Never = core::convert::Infallible;

@@ -1,4 +1,4 @@
-//! What one task does to another.
+//! Task control: what one task can do to another.
 
 use crate::arch;
 use crate::context::{Context, Never, Private, Task, ThreadContext};
@@ -11,11 +11,11 @@ use crate::traversal;
 use crate::wait;
 use crate::wait_set::WaitSet;
 
-/// A task, to others: see [`Stack::task`](crate::Stack::task).
+/// A handle of a task, for other tasks: see [`Stack::task`](crate::Stack::task).
 #[derive(Clone, Copy)]
 pub struct TaskHandle {
     pub(crate) control: &'static ControlBlock,
-    /// Of its stack.
+    /// The size of its stack.
     pub(crate) bytes: usize,
 }
 
@@ -24,17 +24,18 @@ pub struct TaskHandle {
 pub enum Refused {
     /// No task runs on that stack, or it was killed.
     NotStarted,
-    /// It has a mutex, or waits for one. Only of [`kill`](TaskHandle::kill): it runs jobs, starts or kills a
-    /// task, or is on its way into or out of a wait with a timeout or for several semaphores.
+    /// The task holds a mutex, or waits for one. [`kill`](TaskHandle::kill) also refuses a task that runs
+    /// jobs, starts or kills a task, or is entering or leaving a wait with a timeout or for several
+    /// semaphores.
     Busy,
 }
 
-/// What a task does.
+/// The state of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TaskState {
     /// No task runs on that stack.
     NotStarted,
-    /// It runs, or would if no other did.
+    /// It runs, or would run if no other task did.
     Ready,
     /// It waits for a semaphore, a time or one of several things.
     Waiting,
@@ -44,12 +45,12 @@ pub enum TaskState {
     Killed,
 }
 
-/// What is done to a task where it is found.
+/// What a search does to the task when it has found it.
 #[derive(Clone, Copy)]
 enum Action<'a> {
     Look,
     Suspend,
-    /// The wait set is left here that the task is blocked by.
+    /// Stores the wait set that the task is blocked on here.
     Kill(&'a MaskedCell<Option<&'static WaitSet>>),
     SetPriority(Priority),
 }
@@ -61,11 +62,11 @@ impl TaskHandle {
     }
 
     /// Keeps the task from running until it is resumed. What it waits for may come meanwhile. A task may
-    /// suspend itself. One that is suspended for more than [`LONGEST`](crate::LONGEST) ticks while it
-    /// begins a delay, or a wait for a limited time, or goes on with one for flags, may wait that long
+    /// suspend itself. If a task is suspended for more than [`LONGEST`](crate::LONGEST) ticks while it begins
+    /// a delay or a wait with a timeout, or while it continues such a wait for flags, it may wait that long
     /// again.
     ///
-    /// Linear in the number of ready tasks of its priority, in steps.
+    /// Linear in the number of ready tasks of its priority, preemptible between steps.
     ///
     /// # Errors
     /// [`Refused`], with nothing done.
@@ -89,14 +90,14 @@ impl TaskHandle {
         self.find(context, Action::Suspend).map(|_| ())
     }
 
-    /// Lets the task run again. Returns whether it was suspended. Constant in time.
+    /// Lets the task run again. Returns whether it was suspended. Constant time.
     pub fn resume(self, context: &mut impl Context) -> bool {
         let is_due = context.mask(|masked| {
             let control = self.control;
             let is_suspended = control.is_halted(masked) && !control.has_flag(masked, Flag::Killed);
             is_suspended.then(|| {
                 control.level.set(masked, control.base(masked));
-                traversal::end(masked); // it may go on in the midst of one
+                traversal::end(masked); // the task may be in the middle of an older one
                 control.link.get(masked) == Link::PARKED && ready::wake(masked, control)
             })
         });
@@ -104,11 +105,11 @@ impl TaskHandle {
         is_due.is_some()
     }
 
-    /// Gives the task another priority; among tasks that are ready it comes last then. In a wait queue it
-    /// keeps its place. Its proxy waiters, where it waits for several semaphores, with a timeout, or runs
-    /// jobs, keep the priority of before.
+    /// Gives the task another priority. A ready task goes behind the others of its new priority. In a wait
+    /// queue a task keeps its place. If it waits for several semaphores or with a timeout, or runs jobs, its
+    /// proxy waiters keep the old priority.
     ///
-    /// Linear in the number of ready tasks of its priority, in steps.
+    /// Linear in the number of ready tasks of its priority, preemptible between steps.
     ///
     /// # Errors
     /// [`Refused`], with nothing done.
@@ -119,12 +120,12 @@ impl TaskHandle {
         Ok(())
     }
 
-    /// Ends the task where it is. Nothing that it has is dropped: messages and other values of its own are
-    /// lost for good, and what it was in the midst of stays half done. Its stack stays as it is, for what it
-    /// holds may be pinned, or lent to a device: see [`reuse`](Self::reuse). A task may kill itself.
+    /// Ends the task where it is. Nothing that it owns is dropped: its messages and other values are lost for
+    /// good, and what it was doing stays half done. Its stack stays as it is, because values there may be
+    /// pinned, or lent to a device: see [`reuse`](Self::reuse). A task may kill itself.
     ///
-    /// Linear in the number of ready tasks of its priority, of those that wait for the same, and of timers,
-    /// in steps.
+    /// Linear in the number of ready tasks of its priority, of tasks that wait for the same object, and of
+    /// armed timers, preemptible between steps.
     ///
     /// # Errors
     /// [`Refused`], with nothing done.
@@ -150,11 +151,11 @@ impl TaskHandle {
         found.map(|_| ())
     }
 
-    /// Frees the stack of a task that was killed, so that it can be started again. Returns whether it was: not
-    /// where the task has killed itself, and has not been switched away from yet.
+    /// Frees the stack of a task that was killed, so that it can be started again. Returns whether it did. It
+    /// does not if the task has killed itself and is still the running one, before the switch.
     ///
     /// # Safety
-    /// Whoever killed the task must be done with that, and nothing on its stack may be in use any more: no
+    /// The call that killed the task must have returned, and nothing on its stack may be in use any more: no
     /// value that is pinned there, and nothing that a device or an interrupt handler reads or writes. The
     /// kernel itself uses nothing there.
     ///
@@ -166,7 +167,7 @@ impl TaskHandle {
     /// ```
     pub unsafe fn reuse(self, context: &mut impl Context) -> bool {
         context.mask(|masked| {
-            // One that ends itself runs until the switch.
+            // A task that ends itself is the running one until the switch.
             let is_over = !ready::running(masked).is(self.control);
             let is_killed = self.control.has_flag(masked, Flag::Killed) && is_over;
             if is_killed {
@@ -176,7 +177,8 @@ impl TaskHandle {
         })
     }
 
-    /// What the task does at the moment. Linear in the number of ready tasks of its priority, in steps.
+    /// The task's present state. Linear in the number of ready tasks of its priority, preemptible between
+    /// steps.
     pub fn state(self, context: &mut impl ThreadContext) -> TaskState {
         match self.find_unless(context, 0, Action::Look) {
             Ok(state) => state,
@@ -207,7 +209,7 @@ impl TaskHandle {
         let control = self.control;
         let mut cursor = Cursor::new();
         traversal::make(context, |masked| {
-            // Once in a traversal: what changes this invalidates it.
+            // Once per traversal: any change of this invalidates it.
             if cursor.is_at_start(masked) {
                 if !control.is_started(masked) || control.has_flag(masked, Flag::Killed) {
                     return Some(Err(Refused::NotStarted));
@@ -270,19 +272,19 @@ impl TaskHandle {
         Ok(state)
     }
 
-    /// The task's own context, if it is the one that calls.
+    /// The task's own context, if this task is the caller.
     pub(crate) fn as_self(self, context: &mut impl ThreadContext) -> Option<&mut Task> {
         let is_self = context.mask(|masked| ready::running(masked).is(self.control));
         context.task(Private).filter(|_| is_self)
     }
 }
 
-/// Those of [`Flag`] with which a task is not killed.
+/// The [`Flag`]s of a task that can't be killed.
 const UNKILLABLE: u8 = Flag::Locks as u8 | Flag::Unkillable as u8;
 
-/// A task that starts or kills another is not killed itself meanwhile.
+/// Keeps a task that starts or kills another from being killed meanwhile.
 pub(crate) struct KillGuard {
-    /// Whether it is a task that could be killed before.
+    /// Whether the caller is a task, and could be killed before.
     was_killable: bool,
 }
 
@@ -308,7 +310,7 @@ impl KillGuard {
 
 impl Task {
     /// Ends this task where it is, as [`TaskHandle::kill`] does. A body that returns ends its task, too; only
-    /// then the stack is free for another one.
+    /// in that case is the stack free for another task.
     pub fn exit(&mut self) -> Never {
         self.mask(|masked| {
             let own = ready::leave(masked);

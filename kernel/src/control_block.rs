@@ -47,42 +47,42 @@ pub(crate) const LEVELS: u8 = 8;
 /// ([`ready`](crate::ready)), or a wait queue ([`wait`](crate::wait)).
 #[repr(C)]
 pub struct ControlBlock {
-    /// The queue that the task is in when it is ready: its priority, or the ceiling of a mutex that it has.
-    /// [`HALTED`] beside it where the task may not become ready.
+    /// The queue that the task is in when it is ready: its priority, or the ceiling of a mutex that it holds.
+    /// With [`HALTED`] set while the task may not become ready.
     pub(crate) level: MaskedCell<u8>,
-    /// The saved stack pointer, in the form of `arch`. 0 where there is no task, and [`STARTING`].
+    /// The saved stack pointer, in the port's form. 0 if there is no task, [`STARTING`] while one is started.
     pub(crate) stack_pointer: MaskedCell<usize>,
-    /// What stands behind this task in its list.
+    /// The link to what follows this task in its list.
     pub(crate) link: LinkCell,
     /// The priority in the low three bits, and the flags of [`Flag`].
     pub(crate) priority: MaskedCell<u8>,
-    /// How long the task has had the CPU.
+    /// The task's CPU time, in counts of the clock.
     #[cfg(feature = "cpu-time")]
     pub(crate) cpu_time: MaskedCell<u32>,
 }
 
-/// What other tasks have to know of a task.
+/// State of a task that other tasks check.
 #[derive(Clone, Copy)]
 #[repr(u8)]
 pub(crate) enum Flag {
-    /// It has a mutex, or waits for one.
+    /// It holds a mutex, or waits for one.
     Locks = 0x80,
-    /// It starts or kills a task: it is not killed meanwhile, or the other would stay half started, or half
-    /// dead.
+    /// It starts or kills a task, and must not be killed meanwhile: the other task would stay half started or
+    /// half killed.
     Unkillable = 0x40,
     /// It is a proxy waiter: its `stack_pointer` is the address of a [`WaitSet`](crate::wait_set::WaitSet).
     Proxy = 0x20,
     /// It was killed, or has killed itself.
     Killed = 0x10,
-    /// It waits by proxy waiters or runs jobs: where it is blocked, its link leads to its wait set.
+    /// It waits by proxy waiters or runs jobs. While it is blocked, its link leads to its wait set.
     Proxied = 0x08,
 }
 
 /// The priority in [`ControlBlock::priority`].
 const PRIORITY: u8 = 7;
 
-/// In [`ControlBlock::level`]: the task is suspended or was killed, or this is a proxy waiter. No level is
-/// below.
+/// In [`ControlBlock::level`]: the task is suspended or was killed, or this is a proxy waiter. A level with
+/// this bit outranks none.
 pub(crate) const HALTED: u8 = 0x80;
 
 /// [`ControlBlock::stack_pointer`] of a task that is being started: its stack is taken, and it has no context
@@ -128,7 +128,7 @@ impl ControlBlock {
         self.level.get(masked) & PRIORITY
     }
 
-    /// Whether this task comes before `other` in a wait queue, where `other` is already.
+    /// Whether this task goes before `other`, which is in the wait queue already.
     #[inline(always)]
     pub(crate) fn precedes(&self, masked: &Masked, other: &ControlBlock) -> bool {
         self.base(masked) < other.base(masked)
@@ -155,7 +155,7 @@ impl ControlBlock {
         }
     }
 
-    /// Changes the priority of a task in no queue of ready tasks. It stays halted if it is.
+    /// Changes the priority of a task that is in no queue of ready tasks. A halted task stays halted.
     pub(crate) fn set_priority(&self, masked: &Masked, priority: Priority) {
         self.priority.set(masked, self.priority.get(masked) & !PRIORITY | priority as u8);
         self.level.set(masked, self.level.get(masked) & HALTED | priority as u8);
@@ -193,7 +193,7 @@ impl ControlBlock {
         self.level.set(masked, self.level.get(masked) | HALTED);
     }
 
-    /// Takes the block for a task that is to start. Returns whether it was free.
+    /// Claims the block for a task that is to start. Returns whether it was free.
     pub(crate) fn claim(&self, masked: &Masked) -> bool {
         let is_free = self.stack_pointer.get(masked) == 0;
         if is_free {
@@ -208,7 +208,7 @@ impl ControlBlock {
         self.stack_pointer.get(masked) > STARTING
     }
 
-    /// Frees the block for another task. Nothing may refer to this one.
+    /// Frees the block for another task. Nothing may refer to the old one any more.
     pub(crate) fn free(&self, masked: &Masked) {
         self.link.set(masked, Link::NONE);
         self.level.set(masked, 0);
@@ -240,8 +240,8 @@ impl Link {
     #[inline(always)]
     pub(crate) unsafe fn assume_task(self) -> &'static ControlBlock {
         let task: *const ControlBlock = self.address().cast();
-        // SAFETY: the caller's promise: `to` made the link from a static. The compiler looks no more whether
-        // it is null.
+        // SAFETY: the caller guarantees that `to` made the link, from a static. So it is not null, and the
+        // compiler need not check that.
         unsafe {
             core::hint::assert_unchecked(!task.is_null());
             &*task

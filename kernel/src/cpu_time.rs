@@ -1,11 +1,10 @@
-//! How long each task has had the CPU, by a clock that runs freely.
+//! The CPU time of each task, by a free-running clock.
 //!
-//! Each switch charges what has passed since the last one to the task that ran. An interrupt's time is
-//! charged to the task that it preempted, also where it wakes another one: that one's time begins at the
-//! switch. Nothing is sampled, so a task that the tick wakes is counted like any other.
+//! Each switch charges the time since the last one to the task that ran. An interrupt's time is charged to
+//! the task that it preempted, even if it wakes another one, whose time begins at the switch. Nothing is
+//! sampled, so a task that the tick wakes is measured like any other.
 //!
-//! Times are counted in the clock's counts and wrap after 2^32: 268 s at 16 MHz. What counts is the
-//! difference of two readings.
+//! Times are in counts of the clock and wrap after 2^32: 268 s at 16 MHz. Use the difference of two readings.
 
 use crate::arch;
 use crate::context::{Context, Interrupt};
@@ -14,7 +13,7 @@ use crate::control_block::ControlBlock;
 use crate::critical::{Masked, MaskedCell};
 use crate::{IDLE, ready};
 
-/// Until when the time is charged. Its low half is what the clock said then.
+/// The time up to which tasks have been charged. Its low half is the clock's count at that time.
 static CHARGED: MaskedCell<u32> = MaskedCell::new(0);
 
 impl ControlBlock {
@@ -23,7 +22,7 @@ impl ControlBlock {
     }
 }
 
-/// Charges the running task. To be called within one turn of the clock, at least.
+/// Charges the running task. Must be called at least once per turn of the clock.
 #[inline(always)]
 fn charge(masked: &Masked) {
     let before = CHARGED.get(masked);
@@ -32,19 +31,19 @@ fn charge(masked: &Masked) {
     ready::running(masked).charge(masked, counts);
 }
 
-/// What a switch does before another task is the running one.
+/// Called by each switch before `running` changes.
 pub(crate) extern "C" fn charge_before_switch() {
     // SAFETY: only the switch calls this, with interrupts masked.
     charge(&unsafe { Masked::assume() });
 }
 
-/// What the clock's interrupts do.
+/// The handler of the clock's interrupts.
 #[doc(hidden)]
 pub fn charge_in_turn(interrupt: &mut Interrupt) {
     interrupt.mask(charge);
 }
 
-/// How long no task had the CPU.
+/// How long the CPU was idle, in counts of the clock.
 pub fn idle_time(context: &mut impl Context) -> u32 {
     context.mask(|masked| {
         charge(masked);
@@ -52,7 +51,7 @@ pub fn idle_time(context: &mut impl Context) -> u32 {
     })
 }
 
-/// How long the clock has run: what all tasks and the idle time make together.
+/// How long the clock has run, in its counts: the sum of all tasks' times and the idle time.
 pub fn total_time(context: &mut impl Context) -> u32 {
     context.mask(|masked| {
         charge(masked);
@@ -61,7 +60,8 @@ pub fn total_time(context: &mut impl Context) -> u32 {
 }
 
 impl TaskHandle {
-    /// How long whatever ran on this stack has had the CPU. On the host, where tasks take no time, 0.
+    /// The CPU time of all tasks that have run on this stack, in counts of the clock. On the host, where
+    /// tasks take no time, 0.
     pub fn cpu_time(self, context: &mut impl Context) -> u32 {
         context.mask(|masked| {
             charge(masked);

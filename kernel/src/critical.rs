@@ -1,4 +1,4 @@
-//! Shared state of the kernel: cells that open only while interrupts are masked.
+//! Shared state of the kernel: cells that can be accessed only while interrupts are masked.
 
 use core::cell::Cell;
 use core::marker::PhantomData;
@@ -21,7 +21,7 @@ impl Masked {
 
 /// A value read and written only while interrupts are masked.
 ///
-/// A static of it hands the value from one task to another, so that must be `Send`:
+/// A static cell can hand its value from one task to another, so the value must be `Send`:
 ///
 /// ```compile_fail,E0277
 /// # use kernel::MaskedCell;
@@ -48,7 +48,8 @@ impl<T> MaskedCell<T> {
         self.0.set(value);
     }
 
-    /// Stores `value`, and returns the old one. So a handler takes what it was handed, `Copy` or not:
+    /// Stores `value`, and returns the old one. So a handler can take out a value that was handed to it,
+    /// `Copy` or not:
     ///
     /// ```
     /// use kernel::{Context, Interrupt, MaskedCell, host};
@@ -88,8 +89,8 @@ impl<T: Copy> MaskedCell<T> {
     }
 }
 
-/// A [`MaskedCell`] that only the kernel changes, and that others may read: for the assembly of their vectors
-/// it stands where they could store what they like.
+/// A [`MaskedCell`] that only the kernel changes, and others may read. The assembly of vectors needs some of
+/// the kernel's statics to be public; in a plain `MaskedCell` a program could change them.
 #[repr(transparent)]
 pub struct KernelCell<T>(MaskedCell<T>);
 
@@ -111,7 +112,7 @@ impl<T: Copy> KernelCell<T> {
 }
 
 impl MaskedCell<u16> {
-    /// Counts one more, up to `u16::MAX`, where a count stays.
+    /// Increments the count, which saturates at `u16::MAX`.
     #[inline(always)]
     pub fn count(&self, _: &Masked) {
         if let Some(count) = self.0.get().checked_add(1) {

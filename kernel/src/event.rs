@@ -1,4 +1,4 @@
-//! Event flags: a task waits for any of several things.
+//! Event flags: a task waits for any or all of several flags.
 
 use crate::arch;
 use crate::context::{Context, Task};
@@ -35,20 +35,20 @@ impl Default for EventFlags {
 }
 
 impl EventFlags {
-    /// Flags of which none is set.
+    /// Flags that are all clear.
     pub const fn new() -> Self {
         EventFlags { set: MaskedCell::new(0), changed: Semaphore::new(0) }
     }
 
-    /// Sets `flags`, and wakes the tasks that wait. In an interrupt that masks others for about 120 cycles a
-    /// waiting task, and 200 where its wait has a timeout.
+    /// Sets `flags`, and wakes all tasks that wait. In an interrupt this masks other interrupts for about 120
+    /// cycles per waiting task, and 200 if its wait has a timeout.
     pub fn set(&self, context: &mut impl Context, flags: u8) {
         let is_task = !context.is_interrupt();
         context.mask(|masked| {
             self.set.set(masked, self.set.get(masked) | flags);
             if is_task {
-                // As a traversal all this is one single step. In several, who is woken in one and waits again
-                // would be woken in the next.
+                // Being a traversal, all this is one step of `TaskHandle::step`. In several steps, a task
+                // that is woken in one and waits again would be woken again in the next.
                 traversal::begin(masked);
             }
         });
@@ -118,7 +118,7 @@ impl EventFlags {
         Ok(())
     }
 
-    /// Takes all of `flags` if all are set, and says whether they were.
+    /// Takes all of `flags` if all are set. Returns whether they were.
     fn take_all(&self, task: &mut Task, flags: u8) -> bool {
         task.mask(|masked| {
             let set = self.set.get(masked);

@@ -3,8 +3,7 @@
 use crate::context::Context;
 use crate::critical::{Masked, MaskedCell};
 
-/// A FIFO of up to `BYTES` bytes, at most 255. Nobody waits on it: where tasks shall, see
-/// [`Pipe`](crate::Pipe).
+/// A FIFO of up to `BYTES` bytes, at most 255. Tasks can't block on it; for that see [`Pipe`](crate::Pipe).
 pub struct Fifo<const BYTES: usize> {
     ring: Ring<[MaskedCell<u8>; BYTES]>,
 }
@@ -44,7 +43,7 @@ impl<const BYTES: usize> Fifo<BYTES> {
         context.mask(|masked| self.ring.length.get(masked))
     }
 
-    /// How many bytes find space.
+    /// The free space, in bytes.
     pub fn space(&self, context: &mut impl Context) -> u8 {
         BYTES as u8 - self.length(context)
     }
@@ -54,7 +53,7 @@ impl<const BYTES: usize> Fifo<BYTES> {
         context.mask(|masked| self.ring.length.set(masked, 0));
     }
 
-    /// How many bytes found no space.
+    /// How many bytes were lost because there was no space.
     pub fn overruns(&self, context: &mut impl Context) -> u16 {
         context.mask(|masked| self.ring.overruns.get(masked))
     }
@@ -65,9 +64,10 @@ impl<const BYTES: usize> Fifo<BYTES> {
     }
 }
 
-/// The same of any length: to the code `bytes` is a slice, so that it stands once for all FIFOs of a program.
+/// The ring buffer of a FIFO of any length. `bytes` is a slice, so that a program has the code once for all
+/// its FIFOs.
 pub(crate) struct Ring<Bytes: ?Sized = [MaskedCell<u8>]> {
-    /// Where the first byte lies.
+    /// The index of the first byte.
     first: MaskedCell<u8>,
     length: MaskedCell<u8>,
     overruns: MaskedCell<u16>,

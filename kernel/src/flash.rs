@@ -8,7 +8,7 @@ use crate::arch;
 
 /// A constant in program memory. Made by [`flash!`](crate::flash!), which places it there.
 ///
-/// A reference to an array of any length is a reference to a table, `&Flash<[T]>`, where one is asked for.
+/// A reference to an array converts to a reference to a table of any length, `&Flash<[T]>`.
 #[repr(transparent)]
 pub struct Flash<T: ?Sized>(T);
 
@@ -82,7 +82,7 @@ impl<T: Copy> Flash<[T]> {
 /// assert_eq!(table.iter().sum::<u8>(), 14);
 /// ```
 ///
-/// The value is no place for unsafe code that does not say so:
+/// Unsafe code in the value needs an unsafe block of its own:
 ///
 /// ```compile_fail,E0133
 /// const unsafe fn promised() -> u8 { 1 }

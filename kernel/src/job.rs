@@ -1,4 +1,4 @@
-//! Tasks that run to completion, many on one stack.
+//! Jobs: functions that run to completion, many on one stack.
 
 use core::ptr;
 
@@ -9,7 +9,7 @@ use crate::semaphore::Semaphore;
 use crate::wait::WaitOutcome;
 use crate::wait_set::{ProxyWaiter, WaitSet};
 
-/// What is done each time a semaphore has a signal. 10 bytes on the AVR, and no stack of its own.
+/// A function that runs once for each signal of a semaphore. 10 bytes on the AVR, and no stack of its own.
 ///
 /// ```
 /// use kernel::{Job, JobContext, Semaphore};
@@ -18,8 +18,8 @@ use crate::wait_set::{ProxyWaiter, WaitSet};
 /// fn echo(job: &mut JobContext) { /* what takes short, and does not block */ }
 /// ```
 ///
-/// A job runs to its end before the next of its task begins; so it can't block, which its context sees to.
-/// Tasks of higher priority preempt it.
+/// A job runs to its end before the next job of its task begins. So it must not block; its context has no
+/// call that does. Tasks of higher priority preempt it.
 #[repr(C)]
 pub struct Job {
     /// First, so that its address is the job's.
@@ -33,8 +33,8 @@ impl Job {
         Job { proxy: ProxyWaiter::new(&signals.word), body }
     }
 
-    /// Waits for the next signal in the queue of its semaphore; if there is one, behind the jobs that have
-    /// theirs.
+    /// Waits for the next signal in the queue of its semaphore. If there is a signal, the job goes behind
+    /// those that have been given one already.
     fn wait(&'static self, task: &mut Task, set: &'static WaitSet) {
         let ProxyWaiter { control, word } = &self.proxy;
         if word.enter(task, control, None) != WaitOutcome::Blocked {
@@ -45,7 +45,8 @@ impl Job {
     /// # Safety
     /// `proxy` must be that of a job.
     unsafe fn of(proxy: &'static ControlBlock) -> &'static Job {
-        // SAFETY: the caller's promise; it is the first field, and `repr(C)` leaves it there.
+        // SAFETY: the caller guarantees that this is a job's proxy waiter; it is the first field, by
+        // `repr(C)`.
         unsafe { &*ptr::from_ref(proxy).cast() }
     }
 }
@@ -55,13 +56,14 @@ impl Job {
 pub struct JobTaken;
 
 impl Task {
-    /// Runs `jobs` for good, in the order of their signals.
+    /// Runs `jobs` forever, in the order of their signals.
     ///
     /// # Errors
     /// [`JobTaken`], before any has run.
     pub fn run_jobs(&mut self, jobs: &[&'static Job]) -> Result<Never, JobTaken> {
         let set = WaitSet::new(self);
-        // SAFETY: where jobs refer to it, this never returns, and a task that runs jobs is not killed.
+        // SAFETY: once jobs refer to the wait set this never returns, and a task that runs jobs is not
+        // killed.
         let set: &'static WaitSet = unsafe { &*ptr::from_ref(&set) };
         let mut is_free = |job: &&'static Job| self.mask(|masked| set.claim(masked, &job.proxy.control));
         if let Some(taken) = jobs.iter().position(|job| !is_free(job)) {
@@ -78,7 +80,7 @@ impl Task {
         jobs.iter().for_each(|job| job.wait(self, set));
         loop {
             let Some(signaled) = set.receive(self, |_| false) else { continue };
-            // SAFETY: all in this wait set are the proxy waiters of jobs.
+            // SAFETY: all members of this wait set are the proxy waiters of jobs.
             let job = unsafe { Job::of(signaled) };
             (job.body)(&mut JobContext::new(self));
             job.wait(self, set);

@@ -61,7 +61,8 @@ pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, is_reached, now};
 #[doc(hidden)]
 pub use timer::{NEXT_DEADLINE, count_tick, expire};
 
-/// Everything the kernel keeps, apart from what its users declare. Public for the assembly of vectors only.
+/// The kernel's own state; what a program declares itself, such as tasks, is not in here. Public only for the
+/// assembly of vectors.
 #[doc(hidden)]
 #[repr(C)]
 pub struct Kernel {
@@ -70,7 +71,7 @@ pub struct Kernel {
     traversal: traversal::Traversal,
 }
 
-/// The idle task, which runs where no other is ready.
+/// The idle task, which runs when no other task is ready.
 static IDLE: control_block::ControlBlock = control_block::ControlBlock::idle(arch::IDLE_CONTEXT);
 
 #[doc(hidden)]

@@ -1,32 +1,33 @@
-//! What stands behind a task in its list.
+//! Links: what follows a task in its list.
 
 use core::ptr;
 
 use crate::arch;
 use crate::critical::{Masked, MaskedCell};
 
-/// The next task; or an end: at that of a wait queue the semaphore that its tasks wait for, and of a task
-/// that is in no list the reason. A semaphore where no task waits holds a number of signals in the same form.
+/// The next task, or an end. The end of a wait queue is the semaphore that its tasks wait for; the end of a
+/// task that is in no list tells why. A semaphore that no task waits for holds its number of signals in the
+/// same form.
 ///
-/// A debugger that follows a waiting task's link so comes to the semaphore. The highest byte tells what it
-/// is: a task's is positive, an end's negative, a number's 0. On the AVR that is so by the addresses of RAM,
-/// which begin at 0x100 (ATmega128 datasheet, "SRAM Data Memory") and end below 0x8000.
+/// So a debugger that follows the links from a waiting task finds the semaphore. The highest byte tells the
+/// kind: it is positive for a task, negative for an end, and 0 for a number. On the AVR this follows from the
+/// addresses of RAM, which begin at 0x100 (ATmega128 datasheet, "SRAM Data Memory") and end below 0x8000.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Link(*const ());
 
-// SAFETY: it is but an address. Who follows it needs a critical section.
+// SAFETY: it is only an address. Following it takes a critical section.
 unsafe impl Send for Link {}
 
-/// The bit of what is no task.
+/// The bit that marks an end.
 pub(crate) const END: usize = 1 << (usize::BITS - 1);
 
 impl Link {
-    /// Of a task that has not started, of a proxy waiter in no list, and of an empty ring.
+    /// The link of a task that has not started, of a proxy waiter in no list, and of an empty ring.
     pub(crate) const NONE: Link = Link(ptr::null());
-    /// Of a task that waits for a time: it is in no list.
+    /// The link of a task that waits for a time: it is in no list.
     pub(crate) const DELAYED: Link = Link(ptr::without_provenance(0xff << (usize::BITS - 8)));
-    /// Of a task that would be ready, were it not suspended.
+    /// The link of a task that would be ready if it were not suspended.
     pub(crate) const PARKED: Link = Link(ptr::without_provenance(0xfe << (usize::BITS - 8)));
 
     /// To the task at this address.
@@ -59,14 +60,14 @@ impl Link {
         Link(ptr::without_provenance(signals as usize))
     }
 
-    /// The highest byte. Those of [`DELAYED`](Self::DELAYED) and [`PARKED`](Self::PARKED) no other link has.
+    /// The highest byte. No other link has that of [`DELAYED`](Self::DELAYED) or [`PARKED`](Self::PARKED).
     #[inline(always)]
     pub(crate) fn kind(self) -> i8 {
         (self.0.addr() >> (usize::BITS - 8)) as i8
     }
 }
 
-/// Where a link is kept. The commonest calls look at one of its bytes alone.
+/// A cell for a link. The most frequent calls access only one of its bytes.
 #[repr(transparent)]
 pub(crate) struct LinkCell(MaskedCell<Link>);
 
@@ -95,7 +96,7 @@ impl LinkCell {
     #[inline(always)]
     fn byte<const INDEX: usize>(&self) -> &MaskedCell<u8> {
         const { assert!(INDEX < size_of::<Link>()) };
-        // SAFETY: one of the bytes of the cell; a cell of a byte may stand for each of them.
+        // SAFETY: one of the bytes of the cell, each of which can be accessed as a cell of a byte.
         unsafe { &*(&raw const self.0).cast::<MaskedCell<u8>>().add(INDEX) }
     }
 
@@ -105,7 +106,7 @@ impl LinkCell {
         self.byte::<{ size_of::<Link>() - 1 }>().get(masked) as i8
     }
 
-    /// The lowest byte: a number of signals, where this is one.
+    /// The lowest byte: the number of signals, if this is a number.
     #[inline(always)]
     pub(crate) fn signals(&self, masked: &Masked) -> u8 {
         self.byte::<0>().get(masked)

@@ -1,4 +1,4 @@
-//! Values that several tasks change.
+//! Mutexes: values that several tasks change.
 
 use core::cell::UnsafeCell;
 use core::ops::{Deref, DerefMut};
@@ -12,7 +12,7 @@ use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::timer::Ticks;
 
-/// A value that one task at a time works on, with interrupts enabled. 3 bytes besides the value.
+/// A value that one task at a time accesses, with interrupts enabled. 3 bytes besides the value.
 ///
 /// ```
 /// use kernel::{Mutex, Priority, Task};
@@ -22,12 +22,12 @@ use crate::timer::Ticks;
 /// }
 /// ```
 ///
-/// The immediate ceiling protocol: who holds the value runs at the mutex's ceiling, which should be the
-/// highest priority of all tasks that lock it. Then no task ever waits for it, and what a task is delayed by
-/// is one section of a lower one at most. It can't block while it holds the value: the guard borrows its
-/// context. A task above the ceiling may lock it too, safely; it may have to wait, and then for lower tasks
-/// as well. A guard that is forgotten keeps the mutex taken for good, and its task at the ceiling until that
-/// gives another one.
+/// It follows the immediate ceiling protocol: a task that holds the value runs at the mutex's ceiling, which
+/// should be the highest priority of all tasks that lock it. Then no task ever waits for the mutex, and a
+/// task is delayed by at most one locked section of a lower one. The holder can't block: the guard borrows
+/// its context. A task above the ceiling may lock the mutex safely, too, but it may have to wait, also for
+/// lower tasks. A guard that is forgotten keeps the mutex locked for good, and its task at the ceiling until
+/// that task releases another mutex.
 #[repr(C)]
 pub struct Mutex<T> {
     /// First, where debuggers and other readers of RAM find it by the mutex's symbol.
@@ -45,8 +45,8 @@ impl<T> Mutex<T> {
         Mutex { value: UnsafeCell::new(value), lock }
     }
 
-    /// Takes the value until the guard is dropped. At the mutex's ceiling 55 to 70 cycles, and 70 then; below
-    /// it 100 to 120, and 160 to 200 then.
+    /// Takes the value until the guard is dropped. For a task at the mutex's ceiling, locking takes 55 to 70
+    /// cycles and dropping the guard 70; for a task below it, 100 to 120 and 160 to 200.
     pub fn lock<'a>(&'a self, task: &'a mut Task) -> Guard<'a, T> {
         self.lock.take(task);
         Guard { mutex: self, task }
@@ -54,12 +54,12 @@ impl<T> Mutex<T> {
 
     /// Takes the value if no other task has it.
     pub fn try_lock<'a>(&'a self, task: &'a mut Task) -> Option<Guard<'a, T>> {
-        // Not `then_some`: that makes a guard in any case, which gives the mutex where it is dropped.
+        // Not `then_some`: that makes a guard in any case, which would release the mutex when it is dropped.
         if self.lock.try_take(task) { Some(Guard { mutex: self, task }) } else { None }
     }
 
-    /// Takes the value until the guard is dropped, if it comes within `ticks` ticks. With 0 ticks it does not
-    /// block.
+    /// Takes the value until the guard is dropped, if that is possible within `ticks` ticks. With 0 ticks it
+    /// does not block.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up.
@@ -74,7 +74,7 @@ impl<T> Mutex<T> {
     }
 }
 
-/// The value of a [`Mutex`], and the right to it until this is dropped.
+/// Exclusive access to the value of a [`Mutex`], until this is dropped.
 pub struct Guard<'a, T> {
     mutex: &'a Mutex<T>,
     task: &'a mut Task,
@@ -113,8 +113,8 @@ struct Lock {
 impl Lock {
     #[inline(never)]
     fn take(&self, task: &mut Task) {
-        // The task that gives it hands it to this one, which is above the ceiling: else it would not have run
-        // while another had the mutex.
+        // The holder hands the mutex to this task when it releases it. This task is above the ceiling, or it
+        // would not have run while another task held the mutex: it need not be raised.
         if self.begin(task) {
             return;
         }
@@ -146,7 +146,8 @@ impl Lock {
         is_taken
     }
 
-    /// Takes the mutex if it is free. From here on the task may own it without knowing.
+    /// Takes the mutex if it is free. If not, sets [`Flag::Locks`] already: the holder may hand it over
+    /// before this task runs again.
     fn begin(&self, task: &mut Task) -> bool {
         task.mask(|masked| {
             let is_taken = self.take_at_once(masked);
@@ -159,7 +160,7 @@ impl Lock {
 
     #[inline(never)]
     fn give(&self, task: &mut Task) {
-        // Before the ceiling is left, or a task between the two could hold up the one that waits.
+        // Before it leaves the ceiling: otherwise a task in between could delay the one that waits.
         task.mask(|masked| self.free.word.signal(masked));
         arch::irq_window();
         if ready::restore(task) {

@@ -18,8 +18,8 @@ use crate::timer::Ticks;
 /// }
 /// ```
 ///
-/// Waiting tasks are served by priority, and in the order in which they came among equals. An interrupt that
-/// wakes its task only now and then, at the end of a line say, does better with a [`Fifo`].
+/// Waiting tasks are served by priority, and in the order in which they came among equals. For an interrupt
+/// that wakes its task only now and then, say at the end of a line, a [`Fifo`] is better.
 pub struct Pipe<const BYTES: usize> {
     fifo: Fifo<BYTES>,
     /// A signal for each byte, or the tasks that wait for one.
@@ -57,7 +57,7 @@ impl<const BYTES: usize> Pipe<BYTES> {
         Ok(())
     }
 
-    /// Appends `byte` if there is space, and says whether there was. If not, the byte is lost, and counted.
+    /// Appends `byte` if there is space. Returns whether there was; if not, the byte is lost, and counted.
     pub fn try_put(&self, context: &mut impl Context, byte: u8) -> bool {
         let has_space = self.free.try_wait(context);
         if has_space {
@@ -104,23 +104,23 @@ impl<const BYTES: usize> Pipe<BYTES> {
         self.fifo.length(context)
     }
 
-    /// How many bytes find space.
+    /// The free space, in bytes.
     pub fn space(&self, context: &mut impl Context) -> u8 {
         self.fifo.space(context)
     }
 
-    /// Drops all bytes, those too that waiting tasks put in meanwhile: where a higher one puts more and more,
-    /// without a pause, this has no end.
+    /// Drops all bytes, including those that waiting tasks put in meanwhile. If a task of higher priority
+    /// keeps putting bytes without a pause, this never ends.
     pub fn flush(&self, context: &mut impl Context) {
         while self.try_take(context).is_some() {}
     }
 
-    /// How many bytes of [`try_put`](Self::try_put) found no space.
+    /// How many bytes [`try_put`](Self::try_put) has lost because there was no space.
     pub fn overruns(&self, context: &mut impl Context) -> u16 {
         self.fifo.overruns(context)
     }
 
-    /// Fills a place, for which a signal was taken before.
+    /// Fills a place, after its signal in `free` was taken.
     fn fill(&self, context: &mut impl Context, byte: u8) {
         let is_due = context.mask(|masked| {
             self.fifo.ring().put(masked, byte);
@@ -129,7 +129,7 @@ impl<const BYTES: usize> Pipe<BYTES> {
         context.reschedule(is_due);
     }
 
-    /// Removes a byte, for which a signal was taken before.
+    /// Removes a byte, after its signal in `filled` was taken.
     fn drain(&self, context: &mut impl Context) -> Option<u8> {
         let (byte, is_due) = context.mask(|masked| {
             let byte = self.fifo.ring().take(masked);

@@ -1,7 +1,8 @@
 //! Fixed pools of buffers, and messages: owners of one buffer each.
 //!
 //! A message is two bytes that own a buffer. It moves from task to task through queues, and its buffer
-//! returns to the pool when it is dropped, so it can be neither used twice nor forgotten.
+//! returns to the pool when the message is dropped. So no buffer has two owners, and none has to be freed by
+//! hand.
 
 use core::cell::UnsafeCell;
 use core::mem::{ManuallyDrop, MaybeUninit};
@@ -62,15 +63,15 @@ pub struct Exhausted<T>(pub T);
 /// A pool of `slots`.
 pub struct Pool<T: 'static> {
     slots: &'static [Slot<T>],
-    /// Slots that came back.
+    /// Slots that were returned.
     free: MaskedCell<Option<&'static Slot<T>>>,
-    /// How many slots were ever in use; those behind are free too.
+    /// How many slots have ever been in use. The slots behind these are free, too.
     touched: MaskedCell<u8>,
     exhausted: MaskedCell<u16>,
 }
 
 impl<T: Pooled> Pool<T> {
-    /// A pool of `slots`, at most 255: more do not compile, where a static is made of it.
+    /// A pool of `slots`, at most 255: with more, a static pool does not compile.
     ///
     /// ```compile_fail,E0080
     /// struct Tiny(u8);
@@ -86,7 +87,7 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// How often a buffer was asked for and none was free.
+    /// How often no buffer was free when one was needed.
     pub fn exhausted(&self, context: &mut impl Context) -> u16 {
         context.mask(|masked| self.exhausted.get(masked))
     }
@@ -113,7 +114,7 @@ impl<T: Pooled> Pool<T> {
 
 /// The owner of one buffer with a value in it. Dropping it returns the buffer to its pool.
 ///
-/// Tasks that share one share its value, so that must be `Sync`:
+/// Tasks that share a message share its value, so the value must be `Sync`:
 ///
 /// ```compile_fail,E0277
 /// # use kernel::Message;
@@ -129,7 +130,8 @@ pub struct Message<T: Pooled> {
 
 // SAFETY: a message owns its slot's value as a `Box` would.
 unsafe impl<T: Pooled + Send> Send for Message<T> {}
-// SAFETY: a shared message lends its value as a shared `Box` would. A slot would be `Sync` with less.
+// SAFETY: a shared message lends its value as a shared `Box` would. `Slot` is `Sync` if the value is `Send`,
+// which is not enough here.
 unsafe impl<T: Pooled + Sync> Sync for Message<T> {}
 
 impl<T: Pooled> Message<T> {
@@ -148,7 +150,7 @@ impl<T: Pooled> Message<T> {
         }
     }
 
-    /// Gives the slot away, with its value in it.
+    /// Gives up the slot, with its value in it.
     #[inline(always)]
     pub(crate) fn into_slot(self) -> &'static Slot<T> {
         ManuallyDrop::new(self).slot

@@ -1,7 +1,7 @@
-//! Waits for several semaphores, and waits for a limited time, by proxy waiters.
+//! Waits for several semaphores, and waits with a timeout, by proxy waiters.
 //!
-//! A wait with a timeout has one proxy waiter: so a timer can wake the task at once, and the task itself
-//! takes the proxy waiter from its queue.
+//! A wait with a timeout has one proxy waiter in the queue. So a timer can wake the task without a search,
+//! and the task itself removes the proxy waiter from its queue.
 
 use core::ptr;
 
@@ -15,8 +15,8 @@ use crate::wait_set::{ProxyWaiter, WaitSet};
 
 impl WaitSet {
     /// Waits by `proxies`, until the tick `deadline` if there is one. Returns the index of the proxy waiter
-    /// whose signal was taken, or of the one whose wake condition holds. If the time is up, no signal was
-    /// taken.
+    /// whose signal was taken, or of the one that found the wake condition to hold. Returns `None` if the
+    /// time is up; no signal was taken then.
     #[inline(never)]
     fn wait(
         &'static self,
@@ -39,7 +39,7 @@ impl WaitSet {
             proxy.word.enter(task, &proxy.control, condition) != WaitOutcome::Blocked
         });
         let came = at_once.or_else(|| {
-            // A deadline that has passed leaves the timer as one that has expired.
+            // If the deadline has passed the timer is not armed, as after it has expired.
             let timer = deadline.map(|deadline| {
                 timer.arm_for_task(task, deadline);
                 timer
@@ -59,8 +59,8 @@ impl WaitSet {
 }
 
 impl ProxyWaiter {
-    /// Passes on the signal that this was given besides the one that ended the wait. One whose wait was over
-    /// has done so.
+    /// Passes on a signal that this proxy waiter was given besides the one that ended the wait. A proxy
+    /// waiter that was signaled after the end of the wait has passed it on already.
     fn give_back(&self, task: &mut Task) {
         if task.mask(|masked| self.control.link.get(masked) != Link::NONE) {
             self.word.post(task);
@@ -68,11 +68,12 @@ impl ProxyWaiter {
     }
 }
 
-/// The time of a wait was up before what it waited for came.
+/// A wait timed out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Elapsed;
 
-/// Waits for `semaphores`, until the tick `deadline` if there is one. Returns the index of the one that came.
+/// Waits for `semaphores`, until the tick `deadline` if there is one. Returns the index of the semaphore that
+/// ended the wait.
 fn wait_for<const N: usize>(
     task: &mut Task,
     semaphores: [&Semaphore; N],
@@ -80,8 +81,8 @@ fn wait_for<const N: usize>(
     deadline: Option<Ticks>,
 ) -> Result<usize, Elapsed> {
     let set = WaitSet::new(task);
-    // SAFETY: these borrows end with the wait below, as the two of `set` and `proxies` do. A task that is
-    // killed in there takes its proxy waiters with it.
+    // SAFETY: these borrows end with the wait below, as do the two of `set` and `proxies`. If the task is
+    // killed during the wait, its proxy waiters are removed from their queues.
     let proxies = semaphores.map(|semaphore| ProxyWaiter::new(unsafe { &*ptr::from_ref(&semaphore.word) }));
     // SAFETY: before `wait` returns all proxy waiters have left their queues, and the wait set is in no other
     // list.
@@ -94,8 +95,8 @@ impl Semaphore {
     /// Takes a signal, and blocks until there is one, for `ticks` ticks at most. With 0 ticks it does not
     /// block.
     ///
-    /// A time above [`LONGEST`](crate::LONGEST) counts as that. 23 bytes of stack: 8 for a proxy waiter, 9
-    /// for its wait set, 6 for a timer.
+    /// A timeout above [`LONGEST`](crate::LONGEST) counts as `LONGEST`. 23 bytes of stack: 8 for a proxy
+    /// waiter, 9 for its wait set, 6 for a timer.
     ///
     /// # Errors
     /// [`Elapsed`] when the time is up. The task has taken no signal then.
@@ -110,7 +111,7 @@ impl Semaphore {
         self.wait_until(task, deadline, None)
     }
 
-    /// The same until the tick `deadline`, or until a wake condition holds.
+    /// Waits until the tick `deadline`, or until a wake condition holds.
     #[inline(never)]
     pub(crate) fn wait_until(
         &self,
@@ -123,10 +124,12 @@ impl Semaphore {
 }
 
 impl Task {
-    /// Takes a signal of one of `semaphores`, and blocks until there is one; of several the first. Returns
-    /// its index.
+    /// Takes a signal of one of `semaphores`, and blocks until there is one. Returns its index. Of several
+    /// signals it takes the first: in the order of `semaphores` before it blocks, and in the order of arrival
+    /// while it is blocked.
     ///
-    /// 8 bytes of stack a semaphore, and 15. Linear in the number of tasks that wait for them, in steps.
+    /// 8 bytes of stack per semaphore, and 15 more. Linear in the number of tasks that wait for them,
+    /// preemptible between steps.
     pub fn wait_any<const N: usize>(&mut self, semaphores: [&Semaphore; N]) -> usize {
         self.wait_any_for(semaphores, None).unwrap_or(0)
     }

@@ -19,7 +19,7 @@ use crate::timer::Ticks;
 pub struct Queue<T: Pooled> {
     /// The first message, if there is one.
     first: MaskedCell<Option<&'static Slot<T>>>,
-    /// The last message, where there is a first.
+    /// The last message, if there is a first.
     last: MaskedCell<Option<&'static Slot<T>>>,
     /// A signal for each message, or the tasks that wait for one.
     messages: Semaphore,
@@ -27,7 +27,7 @@ pub struct Queue<T: Pooled> {
     refused: MaskedCell<u16>,
 }
 
-/// The queue is full. The message comes back.
+/// The queue is full. Has the message that it refused.
 pub struct Full<T: Pooled>(pub Message<T>);
 
 impl<T: Pooled> Queue<T> {
@@ -42,8 +42,8 @@ impl<T: Pooled> Queue<T> {
         }
     }
 
-    /// Appends `message`, and wakes the first task that waits for one. A task whose wait has timed out and
-    /// that has not run since counts as one that waits: there may be a message more than `room` then.
+    /// Appends `message`, and wakes the first task that waits for one. A task whose wait has timed out counts
+    /// as waiting until it runs: there may be a message more than `room` then.
     ///
     /// # Errors
     /// [`Full`] with the message when there is no room; the queue counts it.
@@ -52,7 +52,8 @@ impl<T: Pooled> Queue<T> {
         self.send_within(|| self.room, context, message)
     }
 
-    /// As [`send`](Self::send), but leaves `places` of the room to other messages: for what matters less.
+    /// As [`send`](Self::send), but leaves `places` of the room to other messages: for those that matter
+    /// less.
     ///
     /// # Errors
     /// [`Full`] with the message when there is no more room than that; the queue counts it.
@@ -67,7 +68,7 @@ impl<T: Pooled> Queue<T> {
         self.send_within(|| room, context, message)
     }
 
-    /// Sends `message` if there are less than `room`, which is asked for only where no task waits.
+    /// Sends `message` if there are fewer than `room`. `room` is evaluated only if no task waits.
     #[inline(always)]
     fn send_within(
         &self,
@@ -93,9 +94,9 @@ impl<T: Pooled> Queue<T> {
         Full(unsafe { Message::from_slot(slot) })
     }
 
-    /// Appends `slot` if there is room or a task waits, with its signal: were that to come later, a message
-    /// sent in between would wait for it. Returns whether another task is the head now; `None` where there is
-    /// no room.
+    /// Appends `slot` and its signal in one critical section, if there is room or a task waits: if the signal
+    /// came later, a message sent in between would wait for it. Returns whether another task is the head now;
+    /// `None` if there is no room.
     #[inline(always)]
     fn append(&self, masked: &Masked, slot: &'static Slot<T>, room: impl Fn() -> u8) -> Option<bool> {
         let is_awaited = self.messages.word.is_awaited(masked);
@@ -154,7 +155,7 @@ impl<T: Pooled> Queue<T> {
 }
 
 impl<T: Pooled> Drop for Queue<T> {
-    /// What is in it goes back to its pool. A static is never dropped.
+    /// Returns the messages in it to their pool. A static is never dropped.
     fn drop(&mut self) {
         while let Some(message) = arch::critical(|masked| self.take(masked)) {
             drop(message);

@@ -1,16 +1,17 @@
-//! Which task runs: a queue of ready tasks for each priority, and the head, which should run.
+//! The ready tasks: a queue for each priority, and the head, which is the task that should run.
 //!
-//! Each queue is a ring, of which the kernel keeps the last task; the last's link is the first. The running
-//! task stands first in its queue, and so does every task that was preempted. The head is the first task of
-//! the highest queue that is not empty: whatever changes a queue sees to that. The idle task is in no queue;
-//! it is the head where all are empty.
+//! Each queue is a ring. The kernel keeps its last task, whose link leads to the first. The running task is
+//! the first of its queue, and so is every task that was preempted. The head is the first task of the highest
+//! queue that is not empty; all code that changes a queue updates it. The idle task is in no queue; it is the
+//! head when all queues are empty.
 //!
-//! `head` is what should run, `running` is what does. Where they differ a switch is due: a task makes it at
-//! once, an ISR at its end. A switch that an ISR made first is made in vain, which does no harm. So the
-//! queues change in short critical sections, and the switch comes after.
+//! `head` is the task that should run, `running` the one that does. If they differ a switch is due: a task
+//! makes it at once, an ISR at its end. If an ISR makes the switch before the task does, the task's own
+//! switch has no effect, and does no harm. So the queues change in short critical sections, and the switch
+//! follows.
 //!
 //! A task that blocks leaves its queue in one critical section ([`leave`]) and finds the next head in another
-//! ([`dispatch`]). In between it is still the head, so an ISR returns to it, unless it wakes a task that
+//! ([`dispatch`]). In between it is still the head, so an ISR returns to it, unless the ISR wakes a task that
 //! outranks it.
 
 use core::hint;
@@ -30,7 +31,7 @@ pub(crate) struct ReadyQueue {
     pub(crate) head: MaskedCell<&'static ControlBlock>,
     /// The task whose registers are in the CPU.
     pub(crate) running: MaskedCell<&'static ControlBlock>,
-    /// The head's queue; [`LEVELS`] where the head is the idle task.
+    /// The head's queue; [`LEVELS`] if the head is the idle task.
     level: MaskedCell<u8>,
     /// The last task of each queue.
     last: [Last; LEVELS as usize],
@@ -49,7 +50,7 @@ impl ReadyQueue {
         }
     }
 
-    /// As at the start: only the idle task. Those that were ready are parked.
+    /// Restores the initial state, with only the idle task. Tasks that were ready are parked.
     #[allow(dead_code, reason = "a port for tests starts the kernel again and again")]
     pub(crate) fn reset(&self, masked: &Masked) {
         self.head.set(masked, &IDLE);
@@ -62,12 +63,12 @@ impl ReadyQueue {
         }
     }
 
-    /// The highest queue that is not empty, and its first task. One comparison a queue: 4 cycles, where a
+    /// The highest queue that is not empty, and its first task. One comparison per queue: 4 cycles, where a
     /// loop takes 12.
     #[inline(always)]
     fn highest(&self, masked: &Masked) -> (u8, &'static ControlBlock) {
         let [q0, q1, q2, q3, q4, q5, q6, q7] = &self.last;
-        // SAFETY: only of a queue that is not empty.
+        // SAFETY: called only for a queue that is not empty.
         let first = |last: &Last| unsafe { last.get(masked).assume_task() }.next_ready(masked);
         match () {
             () if q0.kind(masked) != 0 => (0, first(q0)),
@@ -82,25 +83,24 @@ impl ReadyQueue {
         }
     }
 
-    /// The last task of the queue `level`, of which the low three bits count.
+    /// The last task of the queue `level`; only the low three bits of `level` count.
     #[inline(always)]
     fn last(&self, level: u8) -> &Last {
         &self.last[(level & (LEVELS - 1)) as usize]
     }
 }
 
-/// The running task, to that task itself.
+/// The running task.
 #[inline(always)]
 pub(crate) fn running(masked: &Masked) -> &'static ControlBlock {
     KERNEL.ready.running.get(masked)
 }
 
-/// The same without a critical section: a task that runs is the running one, whatever interrupts do. 4
+/// [`running`] without a critical section: the calling task is the running one, whatever interrupts do. 4
 /// cycles.
 #[inline(always)]
 pub(crate) fn current(_: &mut Task) -> &'static ControlBlock {
-    // SAFETY: where this is preempted between the two bytes, both are those of the task again when it goes
-    // on.
+    // SAFETY: if this is preempted between the two bytes, both are those of the task again when it continues.
     running(&unsafe { Masked::assume() })
 }
 
@@ -115,7 +115,7 @@ pub(crate) fn is_first(masked: &Masked, task: &ControlBlock) -> bool {
     last.is_some_and(|last| last.next_ready(masked).is(task))
 }
 
-/// Makes `task` ready, which is in no list. Returns whether it is the head now.
+/// Makes `task`, which is in no list, ready. Returns whether it is the head now.
 #[inline(never)]
 pub(crate) fn wake(masked: &Masked, task: &'static ControlBlock) -> bool {
     let outranks = preempt(masked, task);
@@ -125,8 +125,8 @@ pub(crate) fn wake(masked: &Masked, task: &'static ControlBlock) -> bool {
     outranks
 }
 
-/// Makes `task` ready, which is in no list, if it outranks the head. Returns whether it does, and is the head
-/// now.
+/// Makes `task`, which is in no list, ready if it outranks the head. Returns whether it does, and so is the
+/// head now.
 #[inline(always)]
 pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     let ready = &KERNEL.ready;
@@ -135,7 +135,7 @@ pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     if outranks {
         // SAFETY: `ready.level` is at most `LEVELS`, and the level is below.
         unsafe { assume_not_halted(level) };
-        // Its queue is empty, or the head would come from there.
+        // Its queue is empty: otherwise the head would be from that queue.
         ready.last(level).set(masked, Link::to(task));
         task.link.set(masked, Link::to(task));
         ready.level.set(masked, level);
@@ -144,7 +144,7 @@ pub(crate) fn preempt(masked: &Masked, task: &'static ControlBlock) -> bool {
     outranks
 }
 
-/// Puts `task` behind the tasks of its queue, or parks it if it is halted. Returns whether it was not killed.
+/// Puts `task` behind the tasks of its queue, or parks it if it is halted. Returns `false` if it was killed.
 #[inline(never)]
 pub(crate) fn append(masked: &Masked, task: &'static ControlBlock) -> bool {
     if task.is_halted(masked) {
@@ -198,17 +198,17 @@ fn remove_behind(masked: &Masked, cell: &Last, before: &'static ControlBlock, ta
     }
 }
 
-/// Tells the compiler that a level is one of the queues', so that it need not keep the low bits alone.
+/// Tells the compiler that a level is the number of a queue, so that it need not mask the low bits.
 ///
 /// # Safety
-/// It is below [`LEVELS`].
+/// `level` must be below [`LEVELS`].
 #[inline(always)]
 unsafe fn assume_not_halted(level: u8) {
-    // SAFETY: the caller's.
+    // SAFETY: the caller guarantees it.
     unsafe { hint::assert_unchecked(level < LEVELS) };
 }
 
-/// Takes the running task from its queue, and returns it; its link is to be set. [`dispatch`] must follow.
+/// Takes the running task from its queue, and returns it. The caller sets its link; [`dispatch`] must follow.
 #[inline(always)]
 pub(crate) fn leave(masked: &Masked) -> &'static ControlBlock {
     arch::may_block();
@@ -233,7 +233,7 @@ fn leave_first(masked: &Masked, task: &'static ControlBlock) {
     }
 }
 
-/// Finds the head anew, where it may have left its queue.
+/// Finds the head again, after it may have left its queue.
 #[inline(never)]
 pub(crate) fn update_head(masked: &Masked) {
     update_head_here(masked);
@@ -255,8 +255,8 @@ pub(crate) fn dispatch(task: &mut Task) -> bool {
     true
 }
 
-/// Blocks the running task, in no list but linked as `link`, unless `is_over`, asked in the same critical
-/// section. Returns whether it has blocked: a switch is due then.
+/// Blocks the running task unless `is_over`, which is evaluated in the same critical section. The task is in
+/// no list then, and its link is `link`. Returns whether it has blocked: a switch is due then.
 #[inline(always)]
 pub(crate) fn block_unless(task: &mut Task, link: Link, is_over: impl FnOnce(&Masked) -> bool) -> bool {
     let blocks = task.mask(|masked| {
@@ -289,7 +289,7 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) {
     task.set_flag(masked, Flag::Locks);
     if ceiling < task.level.get(masked) {
         leave_first(masked, task);
-        // That queue is empty, as the running task is below it.
+        // That queue is empty, as the running task is the highest, and below it.
         task.link.set(masked, Link::to(task));
         ready.last(ceiling).set(masked, Link::to(task));
         task.level.set(masked, ceiling);
@@ -298,8 +298,8 @@ pub(crate) fn raise(masked: &Masked, ceiling: u8) {
     }
 }
 
-/// Undoes [`raise`]: the running task stands first in the queue of its priority again. Returns whether a
-/// switch is due.
+/// Undoes [`raise`]: the running task is first in the queue of its priority again. Returns whether a switch
+/// is due.
 pub(crate) fn restore(task: &mut Task) -> bool {
     let was_raised = task.mask(|masked| {
         let task = running(masked);
@@ -314,7 +314,7 @@ pub(crate) fn restore(task: &mut Task) -> bool {
         }
         was_raised
     });
-    // As between `leave` and `dispatch`: the head is this task still, unless an ISR wakes one that outranks
+    // As between `leave` and `dispatch`, this task is still the head, unless an ISR wakes one that outranks
     // the ceiling.
     arch::irq_window();
     task.mask(|masked| {
@@ -325,15 +325,15 @@ pub(crate) fn restore(task: &mut Task) -> bool {
     })
 }
 
-/// How far a search for a ready task has come.
+/// The position of a search for a ready task.
 pub(crate) struct Cursor {
     /// The task that the search has come to; none before it begins.
     before: Option<&'static ControlBlock>,
 }
 
-/// What came of one step of a search.
+/// The result of one step of a search.
 pub(crate) enum Progress {
-    /// The search goes on.
+    /// The search continues.
     More,
     /// The task is in no queue of ready tasks.
     Absent,
@@ -351,7 +351,7 @@ impl Cursor {
         self.before.is_none() || !traversal::is_valid(masked)
     }
 
-    /// Goes a step along the queue of `task`. ISRs may append to it meanwhile.
+    /// Takes one step along the queue of `task`. ISRs may append to it meanwhile.
     #[inline(never)]
     pub(crate) fn step(&mut self, masked: &Masked, task: &'static ControlBlock) -> Progress {
         let Some(last) = KERNEL.ready.last(task.level.get(masked)).task(masked) else {
@@ -373,7 +373,7 @@ impl Cursor {
         if next.is(last) { Progress::Absent } else { Progress::More }
     }
 
-    /// Takes `task`, which the last step has found in this critical section, from its queue.
+    /// Removes `task` from its queue. The last step must have found it, in this critical section.
     #[inline(never)]
     pub(crate) fn remove(&self, masked: &Masked, task: &'static ControlBlock) {
         let ready = &KERNEL.ready;

@@ -27,19 +27,19 @@ impl Semaphore {
 
     /// Signals: wakes the first waiting task, or stores the signal when none waits.
     ///
-    /// Constant in time, but for waits whose time was up and whose tasks have not run since: each passes the
-    /// signal on, one after the other. Switches at once if the woken task outranks the caller; from an
-    /// interrupt, at its end.
+    /// Constant time, except for waits that have timed out and whose tasks have not run since: each passes
+    /// the signal on to the next. Switches at once if the woken task outranks the caller; from an interrupt,
+    /// at its end.
     #[inline(always)]
     pub fn post(&self, context: &mut impl Context) {
-        // Not by a call: this is on the way from an interrupt to its task.
+        // Inlined, since this is on the path from an interrupt to its task.
         if context.is_interrupt() {
-            context.mask(|masked| self.word.signal(masked)); // its end switches, if that is due
+            context.mask(|masked| self.word.signal(masked)); // the ISR switches at its end, if due
             return;
         }
         #[cfg(not(feature = "fault-unmasked-post"))]
         let is_due = context.mask(|masked| self.post_masked(masked));
-        // SAFETY: none: this is a fault, for tests to find.
+        // SAFETY: none: this is a planted fault, for tests to find.
         #[cfg(feature = "fault-unmasked-post")]
         let is_due = self.post_masked(&unsafe { Masked::assume() });
         context.reschedule(is_due);
@@ -54,9 +54,9 @@ impl Semaphore {
         false
     }
 
-    /// [Posts](Self::post) from a task's loop: the compiler saves only what is alive there. It takes up to 72
-    /// cycles less to the woken task and back, and more flash; in a function that is called it saves all that
-    /// a call preserves, each time.
+    /// [Posts](Self::post) from a task's loop: the compiler saves only the registers that are live there. Up
+    /// to 72 cycles less to the woken task and back, for more flash. In a function that is called, it instead
+    /// saves all that a call preserves, each time.
     #[inline(always)]
     pub fn post_in_loop(&self, task: &mut Task) {
         if task.mask(|masked| self.post_masked(masked)) {
@@ -72,9 +72,9 @@ impl Semaphore {
         }
     }
 
-    /// [Waits](Self::wait) by a call, which preserves what any call does: less flash where not a task's loop
-    /// waits, but a function that is called from several places. 10 cycles more where there is a signal, and
-    /// about 120 where the task blocks.
+    /// [Waits](Self::wait) by a function call, which preserves the registers that any call preserves. It
+    /// takes less flash than `wait` outside of a task's loop, in a function that is called from several
+    /// places. 10 cycles more if there is a signal, and about 120 if the task blocks.
     #[inline(never)]
     pub fn wait_by_call(&self, task: &mut Task) {
         if self.word.block(task) {
@@ -82,7 +82,7 @@ impl Semaphore {
         }
     }
 
-    /// Takes a signal if one is in store, and says whether it did.
+    /// Takes a signal if one is in store. Returns whether it did.
     #[inline(always)]
     pub fn try_wait(&self, context: &mut impl Context) -> bool {
         context.mask(|masked| self.word.take(masked))

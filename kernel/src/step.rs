@@ -1,17 +1,18 @@
 //! Single steps: a suspended task runs for one instruction.
 //!
 //! The AVR runs one instruction after `reti` before it takes the next interrupt (ATmega128 datasheet, "Reset
-//! and Interrupt Handling"). So the task is made the head, an interrupt that stays pending is armed, the
-//! *trap*, and wherever that finds another than the task at work it returns: the kernel gets on by an
-//! instruction at a time. When it finds the task, it lets that go on by one, too, and then the step is made:
-//! the kernel returns to a task by `sei` and `ret`, behind which an interrupt comes at once.
+//! and Interrupt Handling"). So a step makes the task the head and arms the *trap*, an interrupt that stays
+//! pending. When the trap finds another task running, it returns: the kernel advances by one instruction at a
+//! time. When it first finds the task, it returns, too, and the task runs one instruction; the next time, the
+//! step is complete. It lets the task run once because the kernel returns to a task by `sei` and `ret`, after
+//! which an interrupt occurs at once.
 //!
-//! The trap goes before all other interrupts. One that came first would return to the task, and let it run
-//! for another instruction.
+//! The trap has priority over all other interrupts. An interrupt that occurred before it would return to the
+//! task, and let it run another instruction.
 //!
-//! For the time of its step the task is alone in the highest queue of ready tasks: a task of priority P0
-//! can't step others. So whatever it does, it stays the head, or blocks. On the host no trap comes: the task
-//! goes on until it blocks, keeps P0, and is not suspended any more.
+//! During its step the task is alone in the highest queue of ready tasks; therefore a task of priority P0
+//! can't step others. So whatever it does, it stays the head, or blocks. On the host there is no trap: the
+//! task runs until it blocks, keeps P0, and is not suspended any more.
 
 use crate::arch;
 use crate::context::{Context, Interrupt, Task};
@@ -26,32 +27,31 @@ use crate::traversal;
 #[doc(hidden)]
 pub static STEPPED: KernelCell<Option<&'static ControlBlock>> = KernelCell::new(None);
 
-/// Not 0 while the task makes an instruction; 0 where the trap is disabled, which only its handler does.
-/// Public for the same.
+/// Not 0 while the task runs its instruction; 0 while the trap is disabled, which only its handler does.
+/// Public for the same reason.
 #[doc(hidden)]
 pub static GOES_ON: KernelCell<u8> = KernelCell::new(0);
 
-/// The priority to give back to the task that makes a step.
+/// The priority that the stepped task gets back after its step.
 static PRIORITY: MaskedCell<Option<Priority>> = MaskedCell::new(None);
 
 impl TaskHandle {
-    /// Runs one instruction of the task, which is suspended and does not wait. `arm` arms the trap: from
-    /// there on the vector declared by `trap_interrupt!` is pending, and no other interrupt goes before it.
+    /// Runs one instruction of the task, which must be suspended and must not wait. `arm` arms the trap: from
+    /// then on the interrupt declared by `trap_interrupt!` is pending, and no other has priority over it.
     ///
-    /// What the task does with interrupts masked counts as one instruction, and so does all that it does
-    /// while it has a mutex, or looks for a place in a list. The first step of a task that blocked or yielded
-    /// takes it no further than the kernel's return to it. A task that blocks in a step stands before the
-    /// others that wait for the same, and so do, for good, the jobs that it has begun to wait for. One that
-    /// has to wait for a mutex, ends, or changes its own priority is not suspended any more: the mutex it
-    /// has at its own priority, not at the ceiling. One that makes itself P0 keeps the priority that it
-    /// had.
+    /// A critical section counts as one instruction, and so does all that the task does while it holds a
+    /// mutex or looks for a place in a list. The first step of a task that blocked or yielded only takes it
+    /// to where the kernel returns to it. A task that blocks in a step goes before the others that wait for
+    /// the same object, and so do, for good, the jobs that it has begun to wait for. A task that has to wait
+    /// for a mutex, ends, or changes its own priority is not suspended any more; it gets that mutex at its
+    /// own priority, not at the ceiling. A task that makes itself P0 keeps the priority that it had.
     ///
-    /// Other tasks and interrupts wait until the step is made, some 2500 cycles: the way to the task goes by
-    /// an instruction at a time.
+    /// Other tasks and interrupts wait until the step is complete, some 2500 cycles: the kernel's path to the
+    /// task runs by one instruction at a time.
     ///
     /// # Errors
-    /// [`Refused::NotStarted`]; [`Refused::Busy`] unless it is suspended and waits for nothing, and where the
-    /// caller is of priority P0.
+    /// [`Refused::NotStarted`]; [`Refused::Busy`] unless the task is suspended and waits for nothing, and if
+    /// the caller has priority P0.
     pub fn step(self, task: &mut Task, arm: impl FnOnce(&Masked)) -> Result<(), Refused> {
         task.mask(|masked| {
             let control = self.control;
@@ -65,7 +65,7 @@ impl TaskHandle {
             PRIORITY.set(masked, Some(control.priority(masked)));
             control.level.set(masked, 0);
             control.set_priority(masked, Priority::P0);
-            traversal::end(masked); // the task may go on in the midst of one
+            traversal::end(masked); // the task may be in the middle of an older one
             ready::wake(masked, control);
             STEPPED.set(masked, Some(control));
             arm(masked);
@@ -73,7 +73,7 @@ impl TaskHandle {
         })?;
         arch::switch_from_call(task);
         task.mask(|masked| {
-            // A task that has ended never meets the trap, so this one does.
+            // The trap never finds a task that has ended: let it find this one.
             PRIORITY.set(masked, None);
             STEPPED.set(masked, Some(ready::running(masked)));
         });
@@ -82,8 +82,8 @@ impl TaskHandle {
     }
 }
 
-/// The trap has found the task, which is the running one. Returns whether the step is made, and the trap to
-/// be disabled.
+/// Called when the trap has found the task, which is the running one. Returns whether the step is complete,
+/// and the trap must be disabled.
 #[doc(hidden)]
 pub fn stepped(interrupt: &mut Interrupt) -> bool {
     interrupt.mask(|masked| {
@@ -91,7 +91,7 @@ pub fn stepped(interrupt: &mut Interrupt) -> bool {
         let control = ready::running(masked);
         let is_ready = ready::is_first(masked, control);
         let locks = control.has_flag(masked, Flag::Locks);
-        // A traversal that is broken off here begins anew in the next step, and so in each.
+        // A traversal that is broken off here would restart in each further step.
         if is_ready && (locks || traversal::is_valid(masked)) {
             return false;
         }
@@ -103,7 +103,7 @@ pub fn stepped(interrupt: &mut Interrupt) -> bool {
             ready::leave(masked).link.set(masked, Link::PARKED);
         }
         control.set_priority(masked, priority);
-        // Where it waits for a mutex, the task that hands that over must find it able to run.
+        // If it waits for a mutex, the holder that hands it over must find a task that is not halted.
         if !locks {
             control.halt(masked);
         }

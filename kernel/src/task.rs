@@ -28,8 +28,8 @@ pub enum StartError {
 /// static BLINK: Stack<96> = Stack::new();
 /// ```
 ///
-/// A stack holds the task's own frames and, in the worst case, on top of them a voluntary context (4 bytes on
-/// the ATmega128, 22 where a call switches that seldom does) and an interrupt's (35 bytes): handlers run on
+/// A stack holds the task's own frames. In the worst case, a voluntary context (4 bytes on the ATmega128, 22
+/// in a call that seldom switches) and an interrupt's context (35 bytes) lie on top of them. Handlers run on
 /// the kernel's stack.
 #[repr(C)]
 pub struct Stack<const BYTES: usize> {
@@ -52,7 +52,7 @@ impl<const BYTES: usize> Stack<BYTES> {
         Stack { control: ControlBlock::new(), memory: UnsafeCell::new([MaybeUninit::uninit(); BYTES]) }
     }
 
-    /// The task on this stack, to others.
+    /// A handle of the task on this stack, for other tasks.
     pub const fn task(&'static self) -> TaskHandle {
         TaskHandle { control: &self.control, bytes: BYTES }
     }
@@ -60,8 +60,8 @@ impl<const BYTES: usize> Stack<BYTES> {
     /// Makes a task on this stack ready; it runs `body`. What `body` captures moves onto the stack. A body
     /// that returns ends its task, whatever it returns, and the stack can be started again.
     ///
-    /// Linear in the size of the stack, of which each byte gets a watermark for [`TaskHandle::unused_stack`],
-    /// with interrupts enabled: start no task from an interrupt that may not take so long.
+    /// Linear in the size of the stack, each byte of which gets a watermark for [`TaskHandle::unused_stack`],
+    /// with interrupts enabled in a task. Do not start a task from an interrupt that must not take that long.
     ///
     /// # Errors
     /// [`StartError::Started`] when the stack is taken, [`StartError::TooSmall`] when it can't hold
@@ -95,7 +95,7 @@ impl<const BYTES: usize> Stack<BYTES> {
 }
 
 impl ControlBlock {
-    /// Makes the task ready, whose first context lies on its stack. Returns whether a switch is due.
+    /// Makes the task, whose first context lies on its stack, ready. Returns whether a switch is due.
     #[inline(never)]
     fn start(&'static self, context: &mut impl Context, stack_pointer: usize, priority: Priority) -> bool {
         context.mask(|masked| {
@@ -106,16 +106,17 @@ impl ControlBlock {
     }
 }
 
-/// The address of the running task's [`Stack`], which names it to whoever has the program's symbols. In a
-/// handler, that of the task which it interrupted; before any task ran, that of the kernel's idle task.
+/// The address of the running task's [`Stack`], by which a program's symbols tell its name. In a handler,
+/// that of the task that was preempted; before any task ran, that of the kernel's idle task.
 pub fn running(masked: &Masked) -> usize {
     ptr::from_ref(ready::running(masked)).addr()
 }
 
-/// The end of the running task, whose body has returned: nothing refers to its stack any more.
+/// Ends the running task, whose body has returned: nothing refers to its stack any more.
 pub(crate) fn finish(task: &mut Task) -> ! {
     task.mask(|masked| {
-        // In one section: in two, a task that is stepped or killed in between would not be free for another.
+        // In one critical section: with two, a task that is stepped or killed in between would not be free
+        // for another.
         ready::leave(masked).free(masked);
         ready::update_head(masked);
         arch::run_head(masked)
@@ -127,12 +128,13 @@ static RUNS: MaskedCell<bool> = MaskedCell::new(false);
 
 /// Starts the kernel: `init` sets up devices and starts tasks with interrupts masked; then the highest runs.
 ///
-/// To be called once, by `main`. A task or an ISR that calls it again gets no second kernel: it goes no
-/// further, with interrupts as they are, and `init` is not called.
+/// Call it once, from `main`. A second call, by a task or an ISR, starts no second kernel: it never returns,
+/// leaves interrupts as they are, and does not call `init`.
 ///
-/// The kernel's stack begins at the top of SRAM, and takes the place of `main`'s once `init` is over. So
-/// nothing there may be used any more, though it is never dropped: no pointer to a local of `main`, no future
-/// that is pinned to one, nothing that one is lent to. Use a static, or move it into a task's body.
+/// The kernel's stack begins at the top of SRAM, and replaces that of `main` once `init` is over. So nothing
+/// on `main`'s stack may be used any more, though it is never dropped: no pointer to a local of `main`, no
+/// future that is pinned to one, nothing that one is lent to. Use a static, or move the value into a task's
+/// body.
 pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
     if arch::critical(|masked| RUNS.replace(masked, true)) {
         loop {

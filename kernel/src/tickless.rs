@@ -1,58 +1,59 @@
 //! Tickless idle: while all tasks wait, the tick's timer interrupts only when the first deadline is due.
 //!
-//! The timer runs freely, and a compare unit interrupts at each tick. Before the idle task sleeps it moves
-//! the compare on, over all ticks at which nothing is due. Whatever interrupt ends the sleep counts the ticks
-//! that have passed, before its handler runs. So tasks and handlers find the time as it would be with a tick
-//! each time, and nothing else in the kernel knows of this.
+//! The timer runs freely, and its compare unit interrupts at each tick. Before the idle task sleeps it moves
+//! the compare value past all ticks at which nothing is due. The interrupt that ends the sleep, whichever it
+//! is, counts the ticks that have passed before its handler runs. So tasks and handlers see the same time as
+//! with an interrupt per tick, and nothing else in the kernel knows of this.
 
 use crate::context::{Context, Interrupt};
 use crate::critical::{Masked, MaskedCell};
 use crate::timer::{self, NEXT_DEADLINE, TICKS, Ticks};
 
-/// A timer of 16 bits that runs freely, with a compare unit that interrupts. Called with interrupts masked.
+/// A free-running 16-bit timer with a compare interrupt. Its functions are called with interrupts masked.
 pub trait TickTimer {
     /// Counts in a tick: 2 to 250.
     const COUNTS: u16;
 
     fn counter() -> u16;
 
-    /// Interrupts when the counter gets there next.
+    /// Makes the timer interrupt when the counter next reaches `at`.
     fn set_compare(at: u16);
 
-    /// Forgets a match that has not interrupted yet.
+    /// Clears a match whose interrupt has not occurred yet.
     fn forget_match();
 }
 
-/// The most ticks to the next interrupt: together less than a turn of the timer.
+/// The most ticks to the next interrupt. Together they are shorter than a turn of the timer.
 const MOST: Ticks = 250;
 
-/// Ticks from the last one that was counted to the next interrupt.
+/// Ticks from the last counted tick to the next interrupt.
 static AHEAD: MaskedCell<Ticks> = MaskedCell::new(1);
 
-/// What the counter said at the last tick that was counted.
+/// The counter's value at the last counted tick.
 static COUNTED: MaskedCell<u16> = MaskedCell::new(0);
 
-/// Moves the compare on, before the CPU sleeps.
+/// Moves the compare value ahead, before the CPU sleeps.
 ///
 /// # Safety
 /// Only for the idle task, with interrupts masked.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn before_sleep<T: TickTimer>() {
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller guarantees that interrupts are masked.
     let masked = &unsafe { Masked::assume() };
-    // Where none is armed the deadline is a whole turn of the ticks ahead: 0 stands for 65,536.
+    // If no timer is armed the deadline is up to a whole turn of the ticks ahead: 0 stands for 65,536.
     let behind_next_tick = NEXT_DEADLINE.get(masked).wrapping_sub(TICKS.get(masked)).wrapping_sub(1);
     let ahead = behind_next_tick.min(MOST - 1) + 1;
     let counted = COUNTED.get(masked);
-    // Not where the tick is about to come, or pending.
+    // Not if the next tick is about to come, or pending.
     let is_near = T::counter().wrapping_sub(counted) >= T::COUNTS - 1;
     if ahead <= 1 || AHEAD.get(masked) != 1 || is_near {
         return;
     }
     T::set_compare(counted.wrapping_add(ahead.wrapping_mul(T::COUNTS)));
     if T::counter().wrapping_sub(counted) >= T::COUNTS {
-        // The tick came meanwhile: with an interrupt, or too late for one.
+        // The tick came meanwhile: either its interrupt is pending, or the compare value was moved before the
+        // match.
         T::forget_match();
         count::<T>(masked, 1);
         AHEAD.set(masked, ahead - 1);
@@ -61,16 +62,16 @@ pub unsafe fn before_sleep<T: TickTimer>() {
     AHEAD.set(masked, ahead);
 }
 
-/// Counts the ticks that have passed in the sleep, but for the one that interrupts: before the handler of any
-/// interrupt. Where they are counted already it does nothing; so an interrupt that enters no kernel may call
-/// it before it reads the ticks.
+/// Counts the ticks that have passed in the sleep, except for the one that interrupts. It must be called
+/// before the handler of any interrupt runs, and does nothing if they are counted already. So an interrupt
+/// that does not enter the kernel may call it before it reads the ticks.
 ///
 /// # Safety
-/// Only with interrupts masked, and for the timer behind the tick.
+/// Only with interrupts masked, and with the timer that drives the tick.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn after_sleep<T: TickTimer>() {
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller guarantees that interrupts are masked.
     let masked = &unsafe { Masked::assume() };
     let ahead = AHEAD.get(masked);
     if ahead == 1 {
@@ -82,8 +83,9 @@ pub unsafe fn after_sleep<T: TickTimer>() {
     if passed != ahead - 1 {
         T::set_compare(last.wrapping_add(T::COUNTS));
         if T::counter().wrapping_sub(last) >= T::COUNTS {
-            // The next tick came just now: with an interrupt, or too early for one. The match shows only as
-            // the counter goes on from there, so it is forgotten once the compare is moved.
+            // The next tick came just now: either its interrupt is pending, or it came before the compare
+            // value was set. A match shows only when the counter goes on from there, so the match is cleared
+            // after the compare value has moved.
             T::set_compare(last.wrapping_add(2 * T::COUNTS));
             T::forget_match();
             passed += 1;
@@ -92,10 +94,10 @@ pub unsafe fn after_sleep<T: TickTimer>() {
     count::<T>(masked, passed);
 }
 
-/// The interrupt of the timer.
+/// The handler of the timer's interrupt.
 ///
 /// # Safety
-/// Only for that: it lets other interrupts in.
+/// Only for that interrupt: it lets other interrupts nest.
 #[doc(hidden)]
 pub unsafe fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
     const { assert!(2 <= T::COUNTS && T::COUNTS <= 250, "a tick has 2 to 250 counts") };
@@ -110,12 +112,13 @@ pub unsafe fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
             unsafe { timer::expire() };
         }
         let is_late = interrupt.mask(|masked| {
-            // The next tick has come meanwhile: with an interrupt, or before the compare was set to it.
+            // The next tick has come meanwhile: either its interrupt is pending, or it came before the
+            // compare value was set.
             let is_late = T::counter().wrapping_sub(COUNTED.get(masked)) >= T::COUNTS;
             if is_late {
                 count::<T>(masked, 1);
                 T::set_compare(COUNTED.get(masked).wrapping_add(T::COUNTS));
-                T::forget_match(); // not before: see `after_sleep`
+                T::forget_match(); // only now: see `after_sleep`
             }
             is_late
         });
@@ -125,7 +128,7 @@ pub unsafe fn tick<T: TickTimer>(interrupt: &mut Interrupt) {
     }
 }
 
-/// Counts ticks; the next comes by itself.
+/// Counts `ticks`; the next tick is to interrupt.
 #[inline(always)]
 fn count<T: TickTimer>(masked: &Masked, ticks: Ticks) {
     TICKS.set(masked, TICKS.get(masked).wrapping_add(ticks));
@@ -133,11 +136,11 @@ fn count<T: TickTimer>(masked: &Masked, ticks: Ticks) {
     AHEAD.set(masked, 1);
 }
 
-/// How many whole ticks lie in so many counts; `most` at most, which is below 256. The AVR has no division.
+/// The number of whole ticks in `counts`, at most `most`, which is below 256. The AVR has no division.
 #[inline(always)]
 fn whole_ticks<T: TickTimer>(mut counts: u16, most: Ticks) -> Ticks {
     let mut ticks: u8 = 0;
-    // That of the bit which is looked at.
+    // The length of as many ticks as the present bit stands for.
     let mut length = T::COUNTS << 7;
     while length >= T::COUNTS {
         ticks <<= 1;
@@ -162,7 +165,7 @@ mod tests {
     use crate::timer::TICKS;
     use crate::{Context, Interrupt, Priority, Semaphore, Stack, host};
 
-    /// As after a reset.
+    /// The state after a reset.
     fn begin(masked: &Masked) {
         AHEAD.set(masked, 1);
         COUNTED.set(masked, 0);
@@ -185,7 +188,7 @@ mod tests {
     impl TickTimer for Timer {
         const COUNTS: u16 = COUNTS;
 
-        /// Goes on while it is read.
+        /// Counts on at each read.
         fn counter() -> u16 {
             count();
             COUNTER.load(Relaxed)
@@ -233,7 +236,7 @@ mod tests {
             woken.push(WOKEN.try_wait(interrupt));
             true
         });
-        // Each tick that comes so late is the second one, or behind it.
+        // An interrupt that is so late counts two ticks or more, so the delay is over each time.
         assert!(woken[260..].iter().all(|&woken| woken), "{woken:?}");
     }
 
@@ -250,7 +253,7 @@ mod tests {
         }
     }
 
-    /// A CPU of 1 MHz, to which a count is 8 cycles: four of them pass before the compare is set.
+    /// A CPU of 1 MHz, for which a count is 8 cycles: four counts pass before the compare value is set.
     struct SlowCpu;
 
     impl TickTimer for SlowCpu {
@@ -270,7 +273,7 @@ mod tests {
         }
     }
 
-    /// Runs a kernel whose first idle time is `check`, and which ends then.
+    /// Runs a kernel that calls `check` when it is first idle, and ends then.
     fn idle_once(check: impl Fn(&mut Interrupt)) {
         let mut has_slept = false;
         host::run(
@@ -295,7 +298,7 @@ mod tests {
                 SLOW_HAS_MATCHED.store(false, Relaxed);
                 // SAFETY: the host is idle.
                 unsafe { crate::tickless::before_sleep::<SlowCpu>() };
-                // It sleeps until the match, or another interrupt.
+                // It sleeps until the match or another interrupt.
                 for _ in 0..10 {
                     count_slowly(u16::from(!SLOW_HAS_MATCHED.load(Relaxed)));
                 }
@@ -317,7 +320,7 @@ mod tests {
     static LATE_COMPARE: AtomicU16 = AtomicU16::new(0);
     static LATE_HAS_MATCHED: AtomicBool = AtomicBool::new(false);
 
-    /// The match shows as the counter goes on from there, as in hardware.
+    /// The match shows when the counter goes on from there, as in hardware.
     fn count_late() {
         if LATE_COUNTER.load(Relaxed) == LATE_COMPARE.load(Relaxed) {
             LATE_HAS_MATCHED.store(true, Relaxed);

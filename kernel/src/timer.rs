@@ -1,7 +1,7 @@
 //! Timers: signals at a later tick, delays, and periods without drift.
 //!
-//! Armed timers form a list by deadline. A tick counts one up and compares it with the first deadline, so it
-//! costs the same however many timers are armed; see `tick_interrupt!`.
+//! Armed timers form a list, by deadline. A tick increments the present tick and compares it with the first
+//! deadline, so it costs the same however many timers are armed; see `tick_interrupt!`.
 
 use core::ptr;
 
@@ -15,8 +15,8 @@ use crate::ready;
 use crate::semaphore::Semaphore;
 use crate::traversal;
 
-/// Ticks since the start, modulo 65,536. Whoever drives the tick decides its length: 1 ms on SuperBot's
-/// boards.
+/// Ticks since the start, modulo 65,536. The interrupt that drives the tick sets its length: 1 ms on
+/// SuperBot's boards.
 pub type Ticks = u16;
 
 /// The longest time from now to a deadline, in ticks: beyond it past and future can't be told apart.
@@ -43,13 +43,13 @@ pub const fn is_reached(deadline: Ticks, now: Ticks) -> bool {
 /// ```
 pub static TICKS: KernelCell<Ticks> = KernelCell::new(0);
 
-/// The deadline of the first timer, at which the tick becomes an interrupt like any other. While timers
-/// expire, and where none is armed, it lies in the past, or is the present tick. A static of its own, as the
-/// tick's vector compares it.
+/// The deadline of the first timer, at which the tick enters the kernel like any other interrupt. While
+/// timers expire, and if none is armed, it lies in the past, or is the present tick. A static of its own, as
+/// the tick's vector compares it.
 #[doc(hidden)]
 pub static NEXT_DEADLINE: KernelCell<Ticks> = KernelCell::new(Ticks::MAX);
 
-/// A link to a timer; of a list its first.
+/// A link to a timer; that of a list leads to its first.
 type Slot = MaskedCell<Option<&'static Timer>>;
 
 /// The armed timers, by deadline, in the order of arming among equals.
@@ -62,7 +62,7 @@ impl Timers {
         Timers { first: MaskedCell::new(None) }
     }
 
-    /// As at the start.
+    /// Restores the initial state.
     #[allow(dead_code, reason = "a port for tests starts the kernel again and again")]
     pub(crate) fn reset(&self, masked: &Masked) {
         while let Some(first) = self.first.get(masked) {
@@ -94,8 +94,8 @@ pub struct Timer {
     target: MaskedCell<Target>,
 }
 
-/// A semaphore to post, or a blocked task to wake; or nothing. The highest bit, which no address in RAM has
-/// set, marks a task.
+/// A semaphore to post, a blocked task to wake, or nothing. The highest bit, which is clear in all addresses
+/// of RAM, marks a task.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 struct Target(*const Semaphore);
@@ -132,7 +132,7 @@ impl Target {
         unsafe { &*ptr::with_exposed_provenance(self.0.addr() & !END) }
     }
 
-    /// The semaphore of a target that is no task.
+    /// The semaphore of a target that is not a task.
     #[inline(always)]
     fn as_semaphore(self) -> Option<&'static Semaphore> {
         // SAFETY: null, or `semaphore` made it from a static.
@@ -141,7 +141,7 @@ impl Target {
 }
 
 impl Target {
-    /// Posts to the semaphore, or ends the wait with a timeout of the task, if that is blocked in one still.
+    /// Posts the semaphore, or ends the task's wait with a timeout, if the task is still blocked in it.
     #[inline(never)]
     fn end_wait(self, masked: &Masked) {
         if !self.is_task() {
@@ -174,10 +174,10 @@ impl Timer {
         }
     }
 
-    /// Posts `semaphore` in `ticks` ticks, from 1 to [`LONGEST`]: a number beyond counts as `LONGEST`, and 0
-    /// posts at once. A timer that is armed is set anew.
+    /// Posts `semaphore` in `ticks` ticks, from 1 to [`LONGEST`]: a larger number counts as `LONGEST`, and 0
+    /// posts at once. A timer that is armed is restarted.
     ///
-    /// Linear in the number of armed timers, in steps.
+    /// Linear in the number of armed timers, preemptible between steps.
     pub fn start(
         &'static self,
         context: &mut impl ThreadContext,
@@ -191,10 +191,10 @@ impl Timer {
         }
     }
 
-    /// Disarms the timer. Returns whether it was armed; if not, its signal has been posted since it was
-    /// started, or another has disarmed it.
+    /// Disarms the timer. Returns whether it was armed. If not, its signal has been posted since it was
+    /// started, or another call has disarmed it.
     ///
-    /// Linear in the number of armed timers, in steps.
+    /// Linear in the number of armed timers, preemptible between steps.
     pub fn cancel(&'static self, context: &mut impl ThreadContext) -> bool {
         self.is_running(context) && self.disarm(context)
     }
@@ -209,15 +209,16 @@ impl Timer {
         !self.target.get(masked).is_nothing()
     }
 
-    /// Arms the timer to wake the running task if that is [blocked](Link::DELAYED) then. `false`, with
-    /// nothing done, if `deadline` has passed.
+    /// Arms the timer to wake the running task if that is [blocked](Link::DELAYED) by then. Returns `false`,
+    /// with nothing done, if `deadline` has passed.
     #[inline(never)]
     pub(crate) fn arm_for_task(&'static self, task: &mut Task, deadline: Ticks) -> bool {
         let target = task.mask(|masked| Target::task(ready::running(masked)));
         self.arm(task, deadline, target)
     }
 
-    /// Arms the timer, anew if it is armed. `false`, with nothing done, if `deadline` has passed.
+    /// Arms the timer; disarms it first if it is armed. Returns `false`, with the timer not armed, if
+    /// `deadline` has passed.
     fn arm(&'static self, context: &mut impl ThreadContext, deadline: Ticks, target: Target) -> bool {
         arch::need_tick();
         let mut cursor = Cursor::new();
@@ -233,7 +234,7 @@ impl Timer {
         }
     }
 
-    /// One step of [`arm`](Self::arm): `None` where there are more.
+    /// One step of [`arm`](Self::arm): `None` if there are more.
     #[inline(always)]
     fn arm_step(
         &'static self,
@@ -253,7 +254,7 @@ impl Timer {
         let slot = cursor.slot(masked);
         let next = slot.get(masked);
         if let Some(next) = next
-            // Both are ahead, so the difference of the two tells which is first.
+            // Both deadlines are ahead, so their difference tells which is first.
             && !is_ahead(next.deadline.get(masked).wrapping_sub(deadline))
         {
             cursor.advance(next);
@@ -268,9 +269,10 @@ impl Timer {
         Some(Arming::Done)
     }
 
-    /// Disarms the timer, for a task that is dropped.
+    /// Disarms the timer when its task is dropped.
     pub(crate) fn withdraw(&'static self) {
-        // SAFETY: a run is over, or the task has failed, which ends it: no task runs, and no interrupt comes.
+        // SAFETY: the run is over, or the task has panicked, which ends it: no task runs, and no interrupt
+        // comes.
         self.cancel(&mut unsafe { Boot::assume() });
     }
 
@@ -285,11 +287,11 @@ enum Arming {
     Done,
     /// The deadline has passed.
     Passed,
-    /// The timer is armed: it is to be disarmed first.
+    /// The timer is armed: it must be disarmed first.
     Armed,
 }
 
-/// How far a traversal of the timers has come.
+/// The position of a traversal of the timers.
 struct Cursor(Option<&'static Slot>);
 
 impl Cursor {
@@ -297,7 +299,7 @@ impl Cursor {
         Cursor(None)
     }
 
-    /// The slot to look at: the next one, or where the traversal restarts the list's first.
+    /// The slot to look at: the next one, or the first of the list if the traversal restarts.
     #[inline(always)]
     fn slot(&self, masked: &Masked) -> &'static Slot {
         match self.0 {
@@ -316,8 +318,8 @@ impl Cursor {
 }
 
 impl Task {
-    /// Blocks for `ticks` ticks: from just under that long to that long, as the present tick is under way.
-    /// With 0 ticks it does not block.
+    /// Blocks for `ticks` ticks. As the present tick is under way, that is up to one tick shorter. With 0
+    /// ticks it does not block.
     #[inline(always)]
     pub fn delay(&mut self, mut ticks: Ticks) {
         let mut begin = now(self);
@@ -334,7 +336,7 @@ impl Task {
     #[inline(always)]
     pub fn delay_until(&mut self, deadline: Ticks) -> bool {
         let timer = Timer::new();
-        // SAFETY: this returns only after the timer has expired, after the task was killed, which disarms it.
+        // SAFETY: this returns only if the timer was not armed, or has expired. Killing the task disarms it.
         let timer: &'static Timer = unsafe { &*ptr::from_ref(&timer) };
         let _clean_up = arch::when_dropped(|| timer.withdraw());
         let is_ahead = timer.arm_for_task(self, deadline);
@@ -346,8 +348,8 @@ impl Task {
 }
 
 impl Timer {
-    /// Blocks the running task, for which the timer was armed, unless it has expired already. Returns whether
-    /// a switch is due.
+    /// Blocks the running task, for which the timer was armed, unless the timer has expired already. Returns
+    /// whether a switch is due.
     #[inline(never)]
     fn block(&self, task: &mut Task) -> bool {
         ready::block_unless(task, Link::DELAYED, |masked| !self.is_armed(masked))
@@ -362,55 +364,58 @@ pub struct Period {
 }
 
 impl Period {
-    /// A period of `length` ticks that starts now: 1 to [`LONGEST`]. A length beyond counts as the nearest.
+    /// A period of `length` ticks, 1 to [`LONGEST`], that starts now. A length beyond counts as the nearest
+    /// of these.
     pub fn new(task: &mut Task, length: Ticks) -> Self {
         Period { deadline: now(task), length: length.clamp(1, LONGEST), missed: 0 }
     }
 
-    /// Blocks until the next deadline. One that has passed already is counted as missed, and the wait is over
-    /// at once. It must not have passed by as much as 65,536 ticks less a period: that can't be told from one
-    /// that is to come.
+    /// Blocks until the next deadline. If that has passed already, it is counted as missed, and the call
+    /// returns at once. A deadline that passed 65,536 ticks ago, less a period, or earlier can't be told from
+    /// one that is to come.
     pub fn wait(&mut self, task: &mut Task) {
         self.deadline = self.deadline.wrapping_add(self.length);
-        // A deadline is a period ahead at most: what seems further has passed by more than `LONGEST`.
+        // A deadline is at most one period ahead. One that seems further ahead has passed by more than
+        // `LONGEST`.
         let is_near = self.deadline.wrapping_sub(now(task)) <= self.length;
         if !(is_near && task.delay_until(self.deadline)) {
             self.missed = self.missed.saturating_add(1);
         }
     }
 
-    /// How many deadlines had passed before they were waited for.
+    /// How many deadlines had passed before the wait for them began.
     pub fn missed(&self) -> u16 {
         self.missed
     }
 }
 
-/// Whether a deadline that many ticks from now lies in the future.
+/// Whether a deadline `ticks` ticks from now lies in the future.
 #[inline(always)]
 fn is_ahead(ticks: Ticks) -> bool {
     (1..=LONGEST).contains(&ticks)
 }
 
-/// The tick in `ticks` ticks, or in [`LONGEST`] where that is less.
+/// The tick in `ticks` ticks, at most [`LONGEST`].
 #[inline(always)]
 pub(crate) fn deadline_in(context: &mut impl Context, ticks: Ticks) -> Ticks {
     now(context).wrapping_add(ticks.min(LONGEST))
 }
 
-/// Has the tick compare with the first timer's deadline; with none, the tick is 65,536 ticks ahead.
+/// Makes the tick compare with the first timer's deadline. With no timer, the two match in 65,536 ticks.
 #[inline(always)]
 fn compare_with_first(masked: &Masked) {
     let first = KERNEL.timers.first.get(masked);
     NEXT_DEADLINE.set(masked, first.map_or(TICKS.get(masked), |first| first.deadline.get(masked)));
 }
 
-/// One tick. Returns whether a deadline has come: then [`expire`] is to follow.
+/// Counts a tick. Returns whether a deadline has come: [`expire`] must follow then.
 ///
-/// On the AVR the vector of [`tick_interrupt!`](crate::tick_interrupt!) does this in assembly, in 39 cycles
-/// where a handler takes 120; `tests/simavr/tests/tick.rs` holds it against this function.
+/// On the AVR the vector of [`tick_interrupt!`](crate::tick_interrupt!) does this in assembly, in 40 cycles
+/// where a handler takes 120; `tests/simavr/tests/tick.rs` checks it against this function.
 ///
 /// # Safety
-/// Only for what drives the tick: time would run ahead of the deadlines that [`expire`] is to see.
+/// Only for the interrupt that drives the tick: otherwise time would run ahead of the deadlines that
+/// [`expire`] must see.
 #[doc(hidden)]
 pub unsafe fn count_tick(masked: &Masked) -> bool {
     let now = TICKS.get(masked).wrapping_add(1);
@@ -420,9 +425,9 @@ pub unsafe fn count_tick(masked: &Masked) -> bool {
 
 /// Expires all timers that are due. The tick's interrupt calls it when the first deadline has come.
 ///
-/// Interrupts are enabled between the critical sections: no task runs meanwhile, and ISRs leave timers alone.
-/// The deadline that the tick compares with lies in the past until this is complete, so no tick comes here as
-/// well.
+/// Interrupts are enabled between the critical sections: no task runs meanwhile, and ISRs do not change
+/// timers. Until this is complete, the deadline that the tick compares with lies in the past, so no tick
+/// enters here as well.
 ///
 /// # Safety
 /// Only for the tick's interrupt, with interrupts masked: this makes a context of an interrupt.
@@ -435,9 +440,9 @@ pub unsafe fn count_tick(masked: &Masked) -> bool {
 /// ```
 #[doc(hidden)]
 pub unsafe extern "C" fn expire() {
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller guarantees that this is the tick's interrupt, with interrupts masked.
     let interrupt = &mut unsafe { Interrupt::assume() };
-    // Where none is armed the first deadline comes all the same, once in 65,536 ticks.
+    // If none is armed, the deadline still matches, once in 65,536 ticks.
     while let Some(due) = interrupt.mask(expire_first) {
         // SAFETY: the tick's interrupt runs on the kernel's stack, and is between two critical sections.
         unsafe { arch::isr_window() };
@@ -453,8 +458,8 @@ pub unsafe extern "C" fn expire() {
     interrupt.mask(compare_with_first);
 }
 
-/// Takes the first timer out of the list, and wakes the task whose delay it ends. Returns whose wait it ends
-/// besides, or `None` where there was no timer.
+/// Removes the first timer from the list. If it ends a delay, wakes that task and returns
+/// [`Target::NOTHING`]; otherwise returns the target that the caller must wake. `None` if there was no timer.
 #[inline(always)]
 fn expire_first(masked: &Masked) -> Option<Target> {
     let slot = &KERNEL.timers.first;
@@ -474,7 +479,7 @@ fn expire_first(masked: &Masked) -> Option<Target> {
     Some(target)
 }
 
-/// Whether no other timer is due. The tick compares with the next one's deadline then.
+/// Whether no other timer is due. If so, makes the tick compare with the next one's deadline.
 #[inline(always)]
 fn is_complete(masked: &Masked) -> bool {
     let now = TICKS.get(masked);
@@ -496,7 +501,7 @@ pub(crate) fn disarm_all_of(context: &mut impl ThreadContext, task: &'static Con
     while disarm_first(context, is_its) {}
 }
 
-/// Disarms the first timer that `is_it` says. Returns whether there was one.
+/// Disarms the first timer for which `is_it` holds. Returns whether there was one.
 fn disarm_first(context: &mut impl ThreadContext, is_it: impl Fn(&Timer, &Masked) -> bool) -> bool {
     let mut cursor = Cursor::new();
     traversal::make(context, |masked| {

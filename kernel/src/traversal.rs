@@ -1,17 +1,17 @@
 //! Traversals of lists with interrupts enabled between the steps.
 //!
-//! To find a place in a list takes as long as the list. Each step is a critical section of its own, and
-//! between two steps another task may change any list. So whatever changes a list, and whatever makes a task
-//! block, invalidates the traversal under way; its task finds that at the next step and restarts, at most
-//! once for each task that preempts it. A traversal that is complete is invalid too: it may have begun after
-//! another one that must restart. So may that of a lower task, which a suspended one finds under way where it
-//! is resumed or stepped: both invalidate it.
+//! Finding a place in a list takes time in proportion to its length. Each step is a critical section of its
+//! own, and between two steps another task may change any list. So every change of a list, and every task
+//! that blocks, invalidates the traversal under way. Its task finds that at the next step and restarts, at
+//! most once for each task that preempts it. A complete traversal is invalid too: it may have begun after
+//! another one, which must restart. For the same reason resuming or stepping a suspended task invalidates the
+//! traversal under way, which may be that of a lower task.
 //!
-//! An ISR does two things to lists. It wakes the first task of a wait queue, which a traversal sees by the
-//! queue's first, and it appends to queues of ready tasks, which disturbs no traversal. Neither has to
-//! invalidate one, so posting stays short. Who sets event flags wakes all that wait for them, so a task
-//! that is about to wait sees another first, too, or none. A suspended task that an ISR resumes invalidates
-//! a traversal: it may have one of its own under way.
+//! An ISR does two things to lists. It wakes the first task of a wait queue, which a traversal sees by a
+//! changed first task. And it appends to queues of ready tasks, which does not disturb a traversal. Neither
+//! has to invalidate one, so posting stays short. Setting event flags wakes all tasks that wait for them, so
+//! a task that is about to wait finds another first task, too, or none. An ISR that resumes a suspended task
+//! invalidates the traversal: the task may have one of its own under way.
 
 use crate::KERNEL;
 use crate::arch;
@@ -27,7 +27,7 @@ impl Traversal {
     }
 }
 
-/// Makes a traversal: a critical section for each `step`, until one returns something.
+/// Runs a traversal: one critical section per `step`, until a step returns a result.
 #[inline(always)]
 pub(crate) fn make<R>(context: &mut impl Context, mut step: impl FnMut(&Masked) -> Option<R>) -> R {
     loop {

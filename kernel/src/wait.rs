@@ -1,8 +1,8 @@
 //! Wait queues: the tasks that wait for a semaphore, by priority, and in the order in which they came among
 //! equals.
 //!
-//! A queue is a list without a tail. To find a place in it takes as long as the list, in steps: see
-//! [`traversal`].
+//! A queue is a list without a tail. Finding a place in it takes time in proportion to its length, in steps:
+//! see [`traversal`].
 
 use crate::context::{Context, Task, ThreadContext};
 use crate::control_block::{ControlBlock, Flag};
@@ -13,12 +13,12 @@ use crate::traversal;
 use crate::wait_set::WaitSet;
 use crate::word::Word;
 
-/// What else ends a wait: at least `least` of `flags` are set, where `set` holds them. Whoever sets one
-/// wakes all that wait.
+/// A condition that also ends a wait: those of `flags` that are set in `set` have a value of `least` or more.
+/// Setting flags wakes all tasks that wait.
 pub(crate) struct WakeCondition<'a> {
     set: &'a MaskedCell<u8>,
     flags: u8,
-    /// The least value of those that are set.
+    /// 1 for any of `flags`, and `flags` for all of them.
     least: u8,
 }
 
@@ -58,11 +58,11 @@ pub(crate) enum Wait {
     Over,
     /// It is in the queue, as the first.
     Blocked,
-    /// Others wait already, among which it has to find its place.
+    /// Others wait already: it has to find its place among them.
     Behind,
 }
 
-/// How far a traversal of a wait queue has come: behind `before`, in the queue that began with `first`.
+/// The position of a traversal of a wait queue: behind `before`, in the queue that began with `first`.
 #[derive(Clone, Copy)]
 struct Cursor {
     before: Option<&'static ControlBlock>,
@@ -80,7 +80,7 @@ impl Cursor {
         *self = Cursor { before: None, first: Some(first) };
     }
 
-    /// Whether the traversal may continue: an ISR that wakes the first ends it, too.
+    /// Whether the traversal may continue. An ISR that wakes the first waiter ends it, too.
     #[inline(always)]
     fn is_valid(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
         traversal::is_valid(masked) && self.first.is_some_and(|began_with| began_with.is(first))
@@ -88,7 +88,7 @@ impl Cursor {
 }
 
 impl Word {
-    /// Wakes the first waiter, or stores the signal where none waits. Returns whether another task is the
+    /// Wakes the first waiter, or stores the signal if none waits. Returns whether another task is the
     /// head now.
     #[inline(always)]
     pub(crate) fn signal(&self, masked: &Masked) -> bool {
@@ -101,7 +101,7 @@ impl Word {
         }
     }
 
-    /// The same by a call.
+    /// [`signal`](Self::signal) as a function call.
     #[inline(never)]
     pub(crate) fn signal_by_call(&self, masked: &Masked) -> bool {
         self.signal(masked)
@@ -128,8 +128,8 @@ impl Word {
         Some(self.wake(masked, first))
     }
 
-    /// The same for a waiter that has left the queue and does not outrank the head: a task, or a proxy
-    /// waiter. One whose wait is over passes the signal on.
+    /// [`wake`](Self::wake) for a task or proxy waiter that has left the queue and does not outrank the head.
+    /// If its wait is over already, the signal goes to the next waiter.
     #[inline(never)]
     fn wake_behind(&self, masked: &Masked, first: &'static ControlBlock) -> bool {
         let mut waiter = first;
@@ -154,10 +154,10 @@ impl Word {
         }
     }
 
-    /// Takes a signal, unless `condition` holds; else puts `waiter` into the queue, the running task or a
-    /// proxy waiter of it. All this in one critical section.
+    /// Takes a signal if there is one. Otherwise, unless `condition` holds, puts `waiter` into the queue: the
+    /// running task or a proxy waiter of it. All this happens in one critical section.
     ///
-    /// Linear in the number of waiting tasks that this one does not precede, in steps.
+    /// Linear in the number of waiting tasks that this one does not precede, preemptible between steps.
     #[inline(never)]
     pub(crate) fn enter(
         &self,
@@ -169,7 +169,7 @@ impl Word {
         traversal::make(task, |masked| self.enter_step(masked, waiter, condition, &mut cursor))
     }
 
-    /// One step of [`enter`](Self::enter): `None` where there are more.
+    /// One step of [`enter`](Self::enter): `None` if there are more.
     #[inline(always)]
     fn enter_step(
         &self,
@@ -182,7 +182,7 @@ impl Word {
             return Some(self.enter_first(masked, waiter, condition));
         };
         if !cursor.is_valid(masked, first) {
-            // Asked once in a traversal: whatever makes it hold takes the first from the queue.
+            // Evaluated once per traversal: setting flags also takes the first waiter from the queue.
             if condition.is_some_and(|condition| condition.holds(masked)) {
                 return Some(WaitOutcome::Condition);
             }
@@ -200,7 +200,7 @@ impl Word {
         Some(WaitOutcome::Blocked)
     }
 
-    /// [`enter`](Self::enter) where no task waits.
+    /// [`enter`](Self::enter) if no task waits.
     #[inline(always)]
     fn enter_first(
         &self,
@@ -255,9 +255,9 @@ impl Word {
         Wait::Blocked
     }
 
-    /// Goes on with a wait that is not over. Returns whether the task has blocked, and a switch is due.
+    /// Continues a wait that is not over. Returns whether the task has blocked, and a switch is due.
     ///
-    /// Linear in the number of waiting tasks that this one does not precede, in steps.
+    /// Linear in the number of waiting tasks that this one does not precede, preemptible between steps.
     #[inline(always)]
     fn finish_wait(&self, task: &mut Task, wait: Wait) -> bool {
         match wait {
@@ -273,29 +273,29 @@ impl Word {
         self.enter(task, own, None) == WaitOutcome::Blocked && ready::dispatch(task)
     }
 
-    /// Takes a signal; else blocks the running task. Returns whether it has blocked, and a switch is due.
+    /// Takes a signal, or blocks the running task. Returns whether it has blocked, and a switch is due.
     #[inline(always)]
     pub(crate) fn block(&self, task: &mut Task) -> bool {
         let wait = task.mask(|masked| self.begin_wait(masked));
         self.finish_wait(task, wait)
     }
 
-    /// The same, unless `condition` holds.
+    /// [`block`](Self::block), unless `condition` holds.
     pub(crate) fn block_unless(&self, task: &mut Task, condition: &WakeCondition) -> bool {
         let own = ready::current(task);
         self.enter(task, own, Some(condition)) == WaitOutcome::Blocked && ready::dispatch(task)
     }
 
-    /// Takes `waiter` from the queue. Returns whether it was there.
+    /// Removes `waiter` from the queue. Returns whether it was there.
     ///
-    /// Linear in the number of waiting tasks, in steps.
+    /// Linear in the number of waiting tasks, preemptible between steps.
     #[inline(never)]
     pub(crate) fn expel(&self, task: &mut impl ThreadContext, waiter: &'static ControlBlock) -> bool {
         let mut cursor = Cursor::new();
         traversal::make(task, |masked| self.expel_step(masked, waiter, &mut cursor))
     }
 
-    /// One step of [`expel`](Self::expel): `None` where there are more.
+    /// One step of [`expel`](Self::expel): `None` if there are more.
     fn expel_step(
         &self,
         masked: &Masked,
@@ -326,9 +326,9 @@ impl Word {
     }
 }
 
-/// Takes `task`, which was killed, from the queue that it waits in, if it does.
+/// Removes `task`, which was killed, from the queue that it waits in, if any.
 ///
-/// Linear in the number of tasks that wait for the same, in steps.
+/// Linear in the number of tasks that wait for the same object, preemptible between steps.
 pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlBlock) {
     while let Some(word) = awaited(context, task) {
         word.expel(context, task);
@@ -336,11 +336,12 @@ pub(crate) fn withdraw(context: &mut impl ThreadContext, task: &'static ControlB
     }
 }
 
-/// The semaphore that `task`, which was killed, waits for, if it does: what its queue ends with.
+/// The semaphore that `task`, which was killed, waits for, if any: its queue ends with it.
 fn awaited(context: &mut impl ThreadContext, task: &'static ControlBlock) -> Option<&'static Word> {
     let mut cursor: Option<(&'static ControlBlock, Link)> = None;
     traversal::make(context, |masked| {
-        // ISRs wake the first, so none behind `task` before that itself, which shows in its link.
+        // ISRs wake the first waiter only, so none behind `task` leaves before `task` does, and that changes
+        // its link.
         let own = task.link.get(masked);
         let before = match cursor {
             Some((before, own_before)) if traversal::is_valid(masked) && own_before == own => before,

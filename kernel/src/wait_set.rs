@@ -1,8 +1,8 @@
-//! Proxy waiters: a task that waits for several things, or for a limited time.
+//! Proxy waiters: they let a task wait for several things, or with a timeout.
 //!
-//! A task can be in one list only. So where it waits for several semaphores, proxy waiters wait in its place:
-//! control blocks without a stack that are always halted. One that is woken joins the task's wait set, and
-//! wakes the task if that is blocked.
+//! A task can be in one list only. So if it waits for several semaphores, proxy waiters wait in its place:
+//! control blocks without a stack that are always halted. A proxy waiter that is woken joins the task's wait
+//! set, and wakes the task if that is blocked.
 
 use core::ptr;
 
@@ -14,7 +14,7 @@ use crate::link::Link;
 use crate::ready;
 use crate::word::Word;
 
-/// What waits in a wait queue in place of a task.
+/// A waiter in a wait queue in place of a task.
 #[repr(C)]
 pub(crate) struct ProxyWaiter {
     /// First, so that its address is this one's.
@@ -27,9 +27,10 @@ impl ProxyWaiter {
         ProxyWaiter { control: ControlBlock::new(), word }
     }
 
-    /// Takes it from its queue, for a task that is dropped. A job's is free for another task then.
+    /// Removes it from its queue when its task is dropped. If it is a job's, the job is free for another task
+    /// then.
     pub(crate) fn withdraw(&'static self) {
-        // SAFETY: a run is over, in which tasks are dropped: none runs, and no interrupt comes.
+        // SAFETY: a run is over, and its tasks are dropped: none runs, and no interrupt comes.
         let boot = &mut unsafe { Boot::assume() };
         self.word.expel(boot, &self.control);
         boot.mask(|masked| self.control.free(masked));
@@ -38,12 +39,12 @@ impl ProxyWaiter {
 
 /// A task, its proxy waiters, and those of them that have been given a signal.
 pub(crate) struct WaitSet {
-    /// The last of the ring of those, in the order of their signals.
+    /// The last of the ring of the proxy waiters with a signal, in the order of their signals.
     signaled: ready::Last,
     task: &'static ControlBlock,
-    /// A timer has ended the wait.
+    /// Whether a timer has ended the wait.
     is_timed_out: MaskedCell<bool>,
-    /// Those that a task which is killed takes with it; jobs have none of these.
+    /// The proxy waiters that are removed when the task is killed; none if they are jobs'.
     proxies: MaskedCell<&'static [ProxyWaiter]>,
 }
 
@@ -63,39 +64,39 @@ impl WaitSet {
         }
     }
 
-    /// No proxy waiter refers to the wait set any more.
+    /// Ends the wait set. No proxy waiter may refer to it any more.
     pub(crate) fn end(&self, context: &mut impl Context) {
         context.mask(|masked| self.task.clear_flag(masked, Flag::Proxied));
     }
 
-    /// Ends it for a task that is dropped, or that catches what failed while it waited.
+    /// Ends it for a task that is dropped, or that panicked while it waited and may catch that.
     pub(crate) fn withdraw(&self) {
-        // SAFETY: the task fails, so no other runs, and no interrupt comes.
+        // SAFETY: the task panics or is dropped, so no other runs, and no interrupt comes.
         self.end(&mut unsafe { Boot::assume() });
     }
 
-    /// Those that a task which is killed takes with it.
+    /// Sets the proxy waiters that are removed when the task is killed.
     pub(crate) fn set_proxies(&self, masked: &Masked, proxies: &'static [ProxyWaiter]) {
         self.proxies.set(masked, proxies);
     }
 
-    /// Those of a wait set that may be killed with its task.
+    /// The proxy waiters that are removed when the task is killed.
     pub(crate) fn proxies(&self, masked: &Masked) -> &'static [ProxyWaiter] {
         self.proxies.get(masked)
     }
 
-    /// The timer of the wait has expired, and the task is blocked.
+    /// Marks the wait as ended by its timer.
     pub(crate) fn time_out(&self, masked: &Masked) {
         self.is_timed_out.set(masked, true);
     }
 
     /// The wait set of `proxy`.
     pub(crate) fn of(masked: &Masked, proxy: &ControlBlock) -> &'static WaitSet {
-        // SAFETY: the control block is a proxy waiter's, so `claim` stored this, made from a static.
+        // SAFETY: the control block is a proxy waiter's, so `claim` stored the address of a static there.
         unsafe { &*ptr::with_exposed_provenance(proxy.stack_pointer.get(masked)) }
     }
 
-    /// Makes `proxy` one of this set, unless it is one of another. Returns whether it did.
+    /// Adds `proxy` to this set, unless it belongs to one already. Returns whether it did.
     pub(crate) fn claim(&'static self, masked: &Masked, proxy: &'static ControlBlock) -> bool {
         let is_free = proxy.claim(masked);
         if is_free {
@@ -106,8 +107,8 @@ impl WaitSet {
         is_free
     }
 
-    /// `proxy` is given a signal, and has left its queue. Returns whether another task is the head now, or
-    /// `None` if the wait is over: its time was up, or the task was killed.
+    /// Gives `proxy`, which has left its queue, a signal. Returns whether another task is the head now, or
+    /// `None` if the wait is over: it timed out, or the task was killed.
     pub(crate) fn signal(&self, masked: &Masked, proxy: &'static ControlBlock) -> Option<bool> {
         if self.is_timed_out.get(masked) || self.task.has_flag(masked, Flag::Killed) {
             proxy.link.set(masked, Link::NONE);
@@ -118,14 +119,14 @@ impl WaitSet {
         Some(is_blocked && ready::wake(masked, self.task))
     }
 
-    /// Puts `proxy` behind those that were given a signal.
+    /// Puts `proxy` behind the proxy waiters that were given a signal before.
     #[inline(always)]
     pub(crate) fn append(&self, masked: &Masked, proxy: &'static ControlBlock) {
         ready::enqueue(masked, &self.signaled, proxy);
     }
 
-    /// The first that was given a signal; blocks until there is one, or until `has_expired`, asked in the
-    /// critical section that blocks: `None` then.
+    /// The first proxy waiter that was given a signal. Blocks until there is one, or until `has_expired`,
+    /// which is evaluated in the critical section that blocks: `None` then.
     pub(crate) fn receive(
         &self,
         task: &mut Task,
@@ -153,13 +154,13 @@ impl WaitSet {
 }
 
 impl Link {
-    /// Of a task that is blocked by proxy waiters.
+    /// The link of a task that is blocked by proxy waiters.
     #[inline(always)]
     pub(crate) fn to_wait_set(set: &WaitSet) -> Link {
         Link::end_at(ptr::from_ref(set).cast())
     }
 
-    /// The wait set that `task` is blocked by, whose link this is.
+    /// The wait set that blocks `task`, whose link this is.
     pub(crate) fn wait_set(self, masked: &Masked, task: &ControlBlock) -> Option<&'static WaitSet> {
         let object = self.object().filter(|_| task.has_flag(masked, Flag::Proxied))?;
         // SAFETY: a task with this flag is in no wait queue, so `to_wait_set` made it; and the wait set lies

@@ -34,7 +34,7 @@ impl Word {
         self.0.set(masked, first);
     }
 
-    /// Stores a signal, where no task waits, if there are less than `room`. Returns whether there were.
+    /// Stores a signal if fewer than `room` are in store; no task may wait. Returns whether it did.
     #[inline(always)]
     pub(crate) fn add_signal(&self, masked: &Masked, room: u8) -> bool {
         if self.0.kind(masked) != 0 {
@@ -69,7 +69,7 @@ impl Link {
         Link::end_at(ptr::from_ref(word).cast())
     }
 
-    /// The semaphore whose wait queue ends here, if one does. `task` is the one whose link this is.
+    /// The semaphore whose wait queue ends here, if one does. `task` is the task whose link this is.
     pub(crate) fn word(self, masked: &Masked, task: &ControlBlock) -> Option<&'static Word> {
         let object = self.object().filter(|_| !task.has_flag(masked, Flag::Proxied))?;
         // SAFETY: `end_of` made it, and a semaphore lives as long as a task waits for it.

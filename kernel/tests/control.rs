@@ -1,4 +1,4 @@
-//! What tasks do to tasks: suspend, resume, change of priority, kill.
+//! Task control: suspend, resume, change of priority, kill.
 
 mod log;
 
@@ -76,7 +76,7 @@ fn a_task_is_suspended_wherever_it_is() {
                         .unwrap();
                 }
                 let all = ARRIVED.iter().chain([&PREEMPTED]).map(Stack::task);
-                // In no order of theirs: the middle, the last, the first.
+                // Not in the order of the ring: the middle one, the last, the first.
                 for index in [1, 2, 0] {
                     assert_eq!(ARRIVED[index].task().state(task), TaskState::Ready);
                     ARRIVED[index].task().suspend(task).unwrap();
@@ -233,7 +233,7 @@ fn a_killed_task_leaves_every_list_and_its_stack_is_free() {
                 task.delay(10);
                 let body = |_: &mut kernel::Task| {};
                 assert_eq!(VICTIM.start(task, Priority::P3, body), Err(StartError::Started));
-                // SAFETY: nothing on the stack was pinned, or lent.
+                // SAFETY: nothing on the stack was pinned or lent.
                 assert!(unsafe { victim.reuse(task) });
                 VICTIM
                     .start(task, Priority::P3, |task| {
@@ -285,7 +285,7 @@ fn the_delay_of_a_killed_task_ends_no_other_on_its_stack() {
         STACK.start(boot, Priority::P1, |task| task.delay(5)).unwrap();
         let boss = |task: &mut Task| {
             STACK.task().kill(task).unwrap();
-            // SAFETY: the kill is done, and the task had nothing on its stack but its delay.
+            // SAFETY: the kill is complete, and the task had nothing on its stack but its delay.
             assert!(unsafe { STACK.task().reuse(task) });
             STACK
                 .start(task, Priority::P1, |task| {
@@ -309,8 +309,8 @@ fn the_delay_of_a_killed_task_ends_no_other_on_its_stack() {
     );
 }
 
-/// Whoever is killed while it waits leaves the queue, and those before and behind it stay, also where an ISR wakes
-/// some of them meanwhile.
+/// A task that is killed while it waits leaves the queue. Those before and behind it stay, even if an ISR
+/// wakes some of them meanwhile.
 #[test]
 fn a_kill_finds_its_task_though_interrupts_wake_others_meanwhile() {
     const WAITING: usize = 5;
@@ -467,7 +467,7 @@ fn leak<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }
 
-/// A task that, once `wake` is posted, does something, in a run in which nobody else does it.
+/// Starts a task that calls `what` once `wake` is posted, in a run in which no other task does.
 fn start_when_woken(
     boot: &mut Boot,
     wake: &'static Semaphore,
@@ -529,7 +529,7 @@ fn a_task_that_is_being_started_is_none_yet_to_others() {
             start_when_woken(boot, wake, move |task| {
                 if started.task().kill(task).is_ok() {
                     killed.store(true, Ordering::Relaxed);
-                    // SAFETY: the kill is done, and the task has not run.
+                    // SAFETY: the kill is complete, and the task has not run.
                     assert!(unsafe { started.task().reuse(task) });
                     started.start(task, Priority::P6, body(second)).unwrap();
                 }
@@ -588,7 +588,8 @@ fn who_kills_another_task_is_not_killed_before_that_is_done() {
     assert!(REFUSED.load(Ordering::Relaxed), "a task that kills another was never refused");
 }
 
-/// The timer behind which it was to stand is in no list any more, and another's traversal began last.
+/// The timer behind which the task was to put its own is in no list any more, and another task's traversal
+/// began last.
 #[test]
 fn who_goes_on_in_the_midst_of_a_traversal_begins_that_anew() {
     for is_stepped in [false, true] {
@@ -633,7 +634,7 @@ fn who_goes_on_in_the_midst_of_a_traversal_begins_that_anew() {
     }
 }
 
-/// At the end of each critical section, as no trap comes on the host.
+/// Stands for the trap at the end of each critical section, as the host has none.
 fn trap(interrupt: &mut Interrupt) {
     kernel::stepped(interrupt);
     host::arrive_later(1, trap);

@@ -7,7 +7,7 @@ use kernel::{
 };
 use log::Log;
 
-/// Runs `body` as the one task, and sees that it comes to its end.
+/// Runs `body` as the only task, and checks that it comes to its end.
 fn run_to_its_end(stack: &'static Stack<0>, log: &'static Log, body: fn(&mut Task)) {
     host::run_for(
         1,
@@ -164,8 +164,8 @@ fn a_fifo_wraps_and_counts_what_it_lost() {
     );
 }
 
-/// `LOW` is preempted in the midst of `send` by `MIDDLE`, which computes; what comes meanwhile is not to
-/// wait for `LOW`.
+/// `MIDDLE`, which computes, preempts `LOW` in the middle of `send`; what an interrupt sends meanwhile must
+/// not wait for `LOW`.
 #[test]
 fn what_an_interrupt_sends_does_not_wait_for_a_low_task_that_sends() {
     struct Parcel(&'static str);

@@ -1,4 +1,4 @@
-//! The monitor's commands, over a made-up memory.
+//! The monitor's commands, on a made-up memory.
 
 mod log;
 
@@ -19,7 +19,7 @@ static TASKS: Tasks = &[
     ("ABSENT", ABSENT.task()),
 ];
 
-/// Where the made-up contexts of all tasks lie, and their stacks' bottom.
+/// The address of the made-up contexts of all tasks, and the bottom of their stacks.
 const CONTEXT: u16 = 0x0400;
 const BOTTOM: u16 = 0x03f0;
 
@@ -77,7 +77,7 @@ impl Fake<'_> {
         std::mem::take(&mut self.reply)
     }
 
-    /// Asserts that `line` is refused for a reason that holds `reason`, and changes nothing.
+    /// Asserts that `line` is refused with a message that contains `reason`, and changes nothing.
     fn refuses(&mut self, line: &str, reason: &str) {
         let memory = self.memory.clone();
         let reply = self.says(line);
@@ -174,7 +174,7 @@ fn mistakes_say_what_to_do(fake: &mut Fake) {
     fake.refuses("n READY", "l shows its state");
     refuse_line(fake);
     assert!(std::mem::take(&mut fake.reply).contains(&format!("up to {LINE} characters")));
-    // No byte, anywhere in a line, does harm.
+    // No byte does harm, anywhere in a line.
     for byte in 0..=0xff {
         for line in [&[byte][..], &[b'r', b' ', byte], &[b's', b' ', byte], &[b'w', b' ', b'1', byte, byte]] {
             obey(line, fake);

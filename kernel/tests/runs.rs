@@ -1,4 +1,4 @@
-//! One run of the kernel on the host after another: what a run leaves behind.
+//! Consecutive runs of the kernel on the host: what a run leaves behind.
 
 use std::panic::{self, AssertUnwindSafe};
 use std::process::Command;
@@ -11,7 +11,7 @@ use kernel::{
     Timer, host,
 };
 
-/// Runs `body` as the one task, for `ticks` ticks.
+/// Runs `body` as the only task, for `ticks` ticks.
 fn run_task(stack: &'static Stack<0>, ticks: u32, body: impl FnOnce(&mut Task) -> Never + Send + 'static) {
     host::run_for(ticks, |boot| stack.start(boot, Priority::P3, body).expect("the stack is free"), |_, _| {});
 }
@@ -84,11 +84,11 @@ fn jobs_run_again_in_the_next_run() {
             |interrupt, _| SIGNAL.post(interrupt),
         );
     }
-    // The third signal of each is given as the run ends.
+    // The third signal of each run is given at its end.
     assert_eq!(COUNT.load(Relaxed), 6);
 }
 
-/// Makes calls of the kernel where its task is dropped.
+/// Makes kernel calls when its task is dropped.
 struct Parting<'a>(&'a mut Task, fn(&mut Task));
 
 impl Drop for Parting<'_> {
@@ -195,7 +195,7 @@ fn a_mutex_is_free_when_the_task_that_has_it_was_dropped() {
     });
 }
 
-/// A delay that an interrupt's failure ends leaves no timer behind on its task's stack, which is gone.
+/// If a panic of an interrupt ends a delay, no timer is left behind on the task's stack, which is gone.
 #[test]
 fn a_delay_that_fails_leaves_no_timer() {
     static FAILING: Stack<0> = Stack::new();
@@ -207,7 +207,7 @@ fn a_delay_that_fails_leaves_no_timer() {
                 wait_for_ever(task)
             });
         });
-        // The last section ends as the task has blocked.
+        // The last section ends when the task has blocked.
         assert!(failed.is_err(), "section {section}");
         run_task(&STACK, 20, |task| {
             task.delay(10);
@@ -216,7 +216,7 @@ fn a_delay_that_fails_leaves_no_timer() {
     }
 }
 
-/// Whether `body` failed, for a task that goes on then.
+/// Whether `body` panicked, for a task that continues then.
 fn has_failed(body: impl FnOnce()) -> bool {
     panic::catch_unwind(AssertUnwindSafe(body)).is_err()
 }
@@ -319,7 +319,7 @@ fn a_task_that_catches_its_end_and_blocks_again_ends_the_program() {
     });
 }
 
-/// Holds that `runs`, in the test `name`, ends the program by what it says of a task that is dropped.
+/// Checks that `runs`, in the test `name`, ends the program with the message about a task that is dropped.
 fn blocks_where_it_is_dropped(name: &str, runs: impl FnOnce()) {
     const CHILD: &str = "SUPERBOT_TEST_BLOCKS_IN_DROP";
     if env::var_os(CHILD).is_some() {
@@ -331,7 +331,7 @@ fn blocks_where_it_is_dropped(name: &str, runs: impl FnOnce()) {
     assert!(!output.status.success() && errors.contains("a task that is dropped blocks"), "{errors}");
 }
 
-/// What `body` panics with.
+/// The message with which `body` panics.
 fn panic_of(body: impl FnOnce()) -> String {
     let panic = panic::catch_unwind(AssertUnwindSafe(body)).expect_err("it panics");
     match panic.downcast::<String>() {
@@ -375,7 +375,7 @@ fn a_thread_runs_one_kernel_at_a_time() {
     assert!(no_mcu.contains("host::run"), "{no_mcu}");
 }
 
-/// A message is dropped without a context, so it may be where another thread runs the kernel.
+/// A message is dropped without a context, so that may happen while another thread runs the kernel.
 #[test]
 fn a_message_goes_back_while_no_other_thread_runs_the_kernel() {
     struct Parcel(#[expect(dead_code, reason = "only its place counts")] u16);

@@ -1,4 +1,4 @@
-//! Who runs when: priorities, order among equals, and wake-ups from interrupts.
+//! Scheduling: priorities, order among equals, and wake-ups from interrupts.
 
 mod log;
 
@@ -276,7 +276,7 @@ fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
 
 #[test]
 fn whoever_is_woken_while_a_ceiling_is_left_runs_in_its_turn() {
-    // One for each masked section of the call.
+    // One for each critical section of the call.
     for section in 1..=3 {
         let log: &'static Log = Box::leak(Box::new(Log::new()));
         let stacks: &'static [Stack<0>; 3] = Box::leak(Box::new([const { Stack::new() }; 3]));

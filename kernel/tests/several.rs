@@ -32,7 +32,7 @@ fn a_wait_for_several_ends_with_the_first_signal() {
             _ => {}
         },
     );
-    // In the second tick 1 is the first; what 0 has taken too is given back, and comes before 1.
+    // In the second tick 1 is the first. The signal that 0 has taken too is given back, and comes before 1.
     LOG.expect(&["2", "1", "0", "1"]);
 }
 

@@ -51,7 +51,7 @@ fn a_timer_posts_once_can_be_set_anew_and_cancelled() {
                 first.start(task, 50, &DUE);
                 second.start(task, 20, &DUE);
                 third.start(task, 10, &DUE);
-                first.start(task, 30, &DUE); // set anew: not twice in the list
+                first.start(task, 30, &DUE); // restarted: not twice in the list
                 assert!(third.cancel(task));
                 assert!(!third.cancel(task));
                 for _ in 0..2 {
@@ -94,8 +94,8 @@ fn ticks_wrap_around() {
     LOG.expect(&["24464"]); // 90,000 modulo 65,536
 }
 
-/// Waits for the deadlines of a period, notes when each wait is over, and works for so many ticks behind it.
-/// So many have to be missed then.
+/// Waits for the deadlines of a period, notes when each wait is over, and works for the ticks in `works`
+/// after it. Checks that `missed` deadlines were missed then.
 fn note_waits(task: &mut Task, log: &Log, mut period: Period, works: [u16; 6], missed: u16) -> Never {
     for work in works {
         period.wait(task);
@@ -124,7 +124,7 @@ fn a_period_does_not_drift_and_counts_what_it_missed() {
         },
         |_, _| {},
     );
-    // The third takes 25 ticks, to 55: the deadlines 40 and 50 are missed, 60 is met.
+    // The third piece of work takes 25 ticks, to 55: the deadlines 40 and 50 are missed, 60 is met.
     LOG.expect(&["10", "20", "30", "55", "55", "60"]);
 }
 
@@ -229,7 +229,7 @@ fn a_period_of_no_length_or_too_long_a_one_has_the_nearest() {
     LOG.expect(&["1", "32767", "32767"]);
 }
 
-/// Flags that an ISR sets again and again disturb no traversal of timers.
+/// An ISR that sets flags again and again does not disturb the traversal of timers.
 #[test]
 fn arming_a_timer_ends_though_an_isr_sets_flags_all_the_time() {
     static FLAGS: EventFlags = EventFlags::new();

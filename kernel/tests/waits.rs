@@ -35,7 +35,7 @@ fn a_wait_ends_by_its_signal_or_by_its_timeout_and_takes_a_signal_only_then() {
                 .unwrap();
         },
         |interrupt, tick| {
-            // The last comes at the very tick of the timeout, after it.
+            // The last post comes at the very tick of the timeout, after it.
             if tick == 15 || tick == 25 {
                 SIGNAL.post(interrupt);
             }
@@ -100,7 +100,7 @@ fn a_timeout_finds_its_task_though_interrupts_wake_others_meanwhile() {
         let results: &'static Mutex<Vec<_>> = Box::leak(Box::default());
         let start = |boot: &mut Boot| {
             for (number, stack) in stacks.iter().enumerate() {
-                // That of the last in the list is up first.
+                // The timeout of the last in the list is up first.
                 let ticks = if number == WAITING - 1 { 2 } else { LONGEST };
                 let body = move |task: &mut Task| {
                     let result = signal.wait_timeout(task, ticks);
@@ -120,7 +120,7 @@ fn a_timeout_finds_its_task_though_interrupts_wake_others_meanwhile() {
                     };
                     host::interrupted(section, interruption, || host::tick(interrupt));
                 }
-                // Whoever waits still.
+                // For the tasks that still wait.
                 3 => (0..WAITING).for_each(|_| signal.post(interrupt)),
                 _ => host::tick(interrupt),
             }
@@ -242,7 +242,7 @@ fn changes_of_other_flags_do_not_shorten_a_timeout() {
     ]);
 }
 
-/// Runs a task above the ceiling P3, and one below.
+/// Runs a task above the ceiling P3, and one below it.
 fn run_two(
     [above, below]: [&'static Stack<0>; 2],
     high: fn(&mut Task) -> kernel::Never,
@@ -271,7 +271,7 @@ fn a_mutex_that_does_not_come_in_time_is_not_had() {
             GO.wait(task);
             let result = TOTAL.lock_timeout(task, 10).map(|mut total| *total += 1);
             LOG.note(format!("{result:?} at {}", now(task)));
-            // Refused of one that has a mutex.
+            // This would be refused if the task had a mutex.
             LOG.note(format!("{:?}", HIGH.task().suspend(task)));
         }
     }
@@ -293,7 +293,7 @@ fn a_mutex_that_does_not_come_in_time_is_not_had() {
     LOG.expect(&["Err(Elapsed) at 10", "Ok(())", "Ok(()) at 20", "Ok(())", "1"]);
 }
 
-/// A task above the ceiling looks while a lower one has the value.
+/// A task above the ceiling tries the mutex while a lower one has the value.
 #[test]
 fn a_mutex_that_another_task_has_stays_with_that_when_it_is_tried() {
     static LOG: Log = Log::new();

@@ -1,29 +1,29 @@
 //! The battery of a module: two Li-ion cells.
 
-/// What it holds when full, in coulombs: 1600 mAh (Salemi, Moll and Shen, 2006).
+/// The capacity, in coulombs: 1600 mAh (Salemi, Moll and Shen, 2006).
 pub const CAPACITY: f64 = 1.6 * 3600.0;
 
-/// Its voltage at rest, in V, empty and full. A straight line between is assumed.
+/// The voltage at rest, in V, empty and full. A straight line between is assumed.
 const EMPTY_VOLTS: f64 = 6.2;
 const FULL_VOLTS: f64 = 8.4;
 
-/// Its resistance, in ohms. Assumed.
+/// The internal resistance, in ohms. Assumed.
 const RESISTANCE: f64 = 0.15;
 
-/// What the electronics of a module take, in A. Assumed.
+/// The current of a module's electronics, in A. Assumed.
 pub const IDLE_AMPERES: f64 = 0.1;
 
-/// A module's battery at power-up. Assumed.
+/// The charge of a module's battery at power-up, of 1. Assumed.
 const BEGINS: f64 = 0.9;
 
 /// A battery.
 #[derive(Clone, Debug)]
 pub struct Battery {
-    /// What is left, of 1.
+    /// The charge that is left, of 1.
     charge: f64,
-    /// What it gives, in A.
+    /// The current that it delivers, in A.
     amperes: f64,
-    /// In degrees Celsius.
+    /// The temperature, in degrees Celsius.
     pub celsius: f64,
 }
 
@@ -33,23 +33,23 @@ impl Battery {
         Battery { charge, amperes: 0.0, celsius: 25.0 }
     }
 
-    /// A battery as modules have it at power-up.
+    /// A battery with the charge of a module at power-up.
     pub fn at_power_up() -> Self {
         Self::with(BEGINS)
     }
 
-    /// What was taken out since power-up, of a full charge.
+    /// The charge that was taken out since power-up, of a full charge.
     pub fn used(&self) -> f64 {
         BEGINS - self.charge
     }
 
-    /// Takes a current out, in A, or gives one in, for `seconds`.
+    /// Draws `amperes` for `seconds`; a negative current charges.
     pub fn step(&mut self, amperes: f64, seconds: f64) {
         self.amperes = amperes;
         self.charge = (self.charge - amperes * seconds / CAPACITY).clamp(0.0, 1.0);
     }
 
-    /// What is left, of 1.
+    /// The charge that is left, of 1.
     pub fn charge(&self) -> f64 {
         self.charge
     }

@@ -1,20 +1,20 @@
-//! A dock: its latch with motor and end switches, and what its infrared sees of another dock.
+//! A dock: its latch with motor and end switches, and what its infrared receives from another dock.
 //!
-//! Docks have no gender, and either of two can attach and detach both, as those of SuperBot can (SINGO: Shen,
-//! Kovac and Rubenstein, 2009). How that works inside is assumed: hooks that hold each other move as one, by
-//! whichever motor.
+//! Docks have no gender, and either of two can attach and detach both, as SuperBot's can (SINGO: Shen, Kovac
+//! and Rubenstein, 2009). The mechanism is assumed: hooks that hold each other move as one, whichever motor
+//! drives them.
 
-/// The latch's way from one end to the other, in s. Assumed.
+/// The time of the latch's travel from one end to the other, in s. Assumed.
 const TRAVEL_SECONDS: f64 = 0.8;
 
-/// Where along the way the end switches are pressed, of 1.
+/// The distance from either end within which its switch is pressed, of the travel's length of 1.
 const SWITCH: f64 = 0.02;
 
-/// The motor's current, in A, while it moves the latch and while something holds it. Assumed.
+/// The motor's current, in A, while it moves the latch, and while something holds the latch. Assumed.
 const RUNNING_AMPERES: f64 = 0.2;
 const STALLED_AMPERES: f64 = 0.9;
 
-/// A latch, and what drives it.
+/// A latch and its motor.
 #[derive(Clone, Debug)]
 pub struct Latch {
     /// 0 is released, 1 is latched.
@@ -22,7 +22,7 @@ pub struct Latch {
     amperes: f64,
     /// The latch can't move past this.
     pub blocked_at: Option<f64>,
-    /// The switch at the latched end never closes.
+    /// Whether the switch at the latched end never closes.
     pub switch_is_broken: bool,
 }
 
@@ -45,7 +45,7 @@ impl Latch {
         self.way = way;
     }
 
-    /// Where the latch is: 0 is released, 1 is latched.
+    /// The latch's position: 0 is released, 1 is latched.
     pub fn way(&self) -> f64 {
         self.way
     }
@@ -69,26 +69,26 @@ impl Latch {
 /// The converter's counts where two docks touch face to face. Assumed.
 const REFLECTED_AT_CONTACT: f64 = 800.0;
 
-/// The angle between two docks, in degrees, at which a third of that is left. Assumed.
+/// The angle between two docks, in degrees, at which 1/e of that is left. Assumed.
 const LOBE_DEGREES: f64 = 12.0;
 
 /// The distance, in mm, at which half of it is left. Assumed.
 const HALF_DISTANCE: f64 = 15.0;
 
-/// What a dock's receiver reads of its own light that a dock reflects `millimetres` away and `degrees` askew:
-/// 0 to 1023.
+/// The reading, 0 to 1023, of a dock's own light that is reflected by a dock `millimetres` away and `degrees`
+/// askew.
 pub fn reflected(millimetres: f64, degrees: f64) -> u16 {
     let lobe = (-(degrees / LOBE_DEGREES).powi(2)).exp();
     (REFLECTED_AT_CONTACT * lobe / (1.0 + (millimetres / HALF_DISTANCE).powi(2))) as u16
 }
 
-/// How far apart two docks may be, in mm, for the hooks of one to get hold of the other. Assumed.
+/// The distance between two docks, in mm, up to which the hooks of one catch the other. Assumed.
 const HOOKS_REACH: f64 = 12.0;
 
-/// How far askew, in degrees. Assumed.
+/// The angle, in degrees, up to which they do. Assumed.
 const HOOKS_TURN: f64 = 12.0;
 
-/// Whether a latch that closes gets hold of a dock `millimetres` away and `degrees` askew.
+/// Whether a closing latch catches a dock `millimetres` away and `degrees` askew.
 pub fn catches(millimetres: f64, degrees: f64) -> bool {
     millimetres <= HOOKS_REACH && degrees.abs() <= HOOKS_TURN
 }

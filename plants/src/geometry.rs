@@ -1,4 +1,4 @@
-//! A module as rigid bodies: where its joints and docks are.
+//! A module as rigid bodies: the positions of its joints and docks.
 //!
 //! A module is two cubes in a row (Salemi, Moll and Shen, 2006). In the middle of each a joint bends it, and
 //! between them a third joint rolls. The frame of a module has its origin between the cubes; x points to the
@@ -15,7 +15,7 @@ pub const EDGE: f64 = 84.0;
 /// roll between the halves, Motor2.
 pub type Angles = [f64; 3];
 
-/// A dock, in the order of their indices.
+/// A dock, in the order of the docks' indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dock {
     Front,
@@ -37,9 +37,9 @@ impl Dock {
         }
     }
 
-    /// The frame of the dock in that of its half. It has its origin in the middle of the dock's face, x
-    /// points outwards, and z is what lies on z of the dock that is attached to it, but for a [quarter
-    /// turn](attached). On z of all docks round a module lies its Up, on that of Up and Down its Front.
+    /// The frame of the dock in that of its half. Its origin is in the middle of the dock's face, and x
+    /// points outwards. z coincides with z of the dock that is attached to it, except for a [quarter
+    /// turn](attached). z of all docks round a module points to its Up, z of Up and Down to its Front.
     pub fn in_half(self) -> DAffine3 {
         let [outwards, up] = match self {
             Dock::Front => [DVec3::X, DVec3::Z],
@@ -59,8 +59,8 @@ impl Dock {
     }
 }
 
-/// A half of a module: what turns about Motor0, or about Motor2. The master's board, and with it the
-/// accelerometer, is in the front one.
+/// A half of a module: the part that turns about Motor0, or about Motor2. The master's board, and with it the
+/// accelerometer, is in the front half.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Half {
     Front,
@@ -84,10 +84,10 @@ impl Half {
     }
 }
 
-/// From a dock's frame to that of one attached to it. A Back is attached to a Left or a Right by a quarter
-/// turn, as a leg is: its hip turns about z of the body, and its half with the Front dock has its Up where
-/// the body has it when a left leg is rolled by 90 degrees, a right one by -90: each is the other in a
-/// mirror.
+/// The transformation from a dock's frame to that of a dock attached to it. A Back is attached to a Left or a
+/// Right with a quarter turn, as a leg is. The leg's hip turns about z of the body. Its half with the Front
+/// dock has its Up where the body has it when a left leg is rolled by 90 degrees, a right one by -90: the two
+/// are mirror images.
 pub fn attached(one: Dock, other: Dock) -> DAffine3 {
     let opposite = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let turn = match (one, other) {
@@ -98,11 +98,11 @@ pub fn attached(one: Dock, other: Dock) -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_rotation_x(turn) * opposite)
 }
 
-/// How a dock lies before another: from the middle of one to the middle of the other in mm, and by how many
-/// degrees it is turned, in any direction, from where it would fit. `None` if it looks away from the other,
-/// or lies behind it. Frames of both docks, in mm.
+/// The position of one dock before another: the distance between their middles in mm, and the angle in
+/// degrees, in any direction, by which it is turned from where it would fit. `None` if it faces away from the
+/// other, or lies behind it. Frames of both docks are in mm.
 pub fn before((one, frame): (Dock, DAffine3), (other, there): (Dock, DAffine3)) -> Option<(f64, f64)> {
-    // Where it is, seen from where it would fit.
+    // The pose of `there` relative to where it would fit.
     let off = (frame * attached(one, other)).inverse() * there;
     let degrees = DQuat::from_mat3(&off.matrix3).angle_between(DQuat::IDENTITY).to_degrees();
     let is_behind = off.translation.x > EDGE / 2.0;

@@ -6,13 +6,13 @@ use crate::motor::{Motor, STOP};
 /// The electrical travel of the potentiometer, in degrees, over the converter's whole range. Assumed.
 pub const POTENTIOMETER_TRAVEL: f64 = 300.8;
 
-/// What the current's amplifier gives, in V per A. Assumed.
+/// The gain of the current's amplifier, in V per A. Assumed.
 pub const CURRENT_VOLTS_PER_AMPERE: f64 = 1.0;
 
 /// Full scale of the converter, in V.
 const REFERENCE_VOLTS: f64 = 5.0;
 
-/// What may be wrong with a potentiometer.
+/// A fault of a potentiometer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PotentiometerFault {
     /// The wire of the wiper is broken: the converter's input is pulled to ground.
@@ -23,23 +23,23 @@ pub enum PotentiometerFault {
     Stuck,
 }
 
-/// What acts on a joint from outside.
+/// External influences on a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
     /// The motor's supply, in V.
     pub supply_volts: f64,
-    /// What the joint moves besides itself, in kg m².
+    /// The inertia that the joint moves besides its own, in kg m².
     pub load_inertia: f64,
-    /// What pulls at the joint, in Nm, towards positive angles.
+    /// The external torque on the joint, in Nm, towards positive angles.
     pub load_torque: f64,
-    /// A multiple of the assumed friction.
+    /// The friction, as a multiple of the assumed one.
     pub friction: f64,
-    /// Something holds the joint fast.
+    /// Whether something holds the joint fast.
     pub is_blocked: bool,
 }
 
 impl Default for Surroundings {
-    /// One module of 0.5 kg at an arm of 0.1 m to move, and nothing that pulls.
+    /// A load of one module of 0.5 kg at an arm of 0.1 m, and no external torque.
     fn default() -> Self {
         Surroundings {
             supply_volts: SUPPLY_VOLTS,
@@ -56,11 +56,11 @@ impl Default for Surroundings {
 pub struct Joint {
     pub surroundings: Surroundings,
     pub motor: Motor,
-    /// How far the potentiometer sits turned on its shaft, in degrees: what it reads of a joint at 0.
+    /// The offset of the potentiometer on its shaft, in degrees: its reading of a joint at 0.
     pub zero: f64,
-    /// Radians, positive as the MCU counts.
+    /// In rad; positive as the MCU counts.
     angle: f64,
-    /// Radians per second.
+    /// In rad/s.
     speed: f64,
     amperes: f64,
     fault: Option<(PotentiometerFault, f64)>,
@@ -80,14 +80,13 @@ impl Joint {
         }
     }
 
-    /// Breaks the potentiometer, or mends it.
+    /// Breaks or repairs the potentiometer.
     pub fn set_fault(&mut self, fault: Option<PotentiometerFault>) {
         self.fault = fault.map(|fault| (fault, self.potentiometer_volts()));
     }
 
-    /// Drives the motor with `duty` of its supply, -1 to 1, for `seconds`; at most a millisecond at once.
-    /// Between pulses the bridge shorts the motor, so that the mean voltage is what counts; a duty of 0
-    /// brakes.
+    /// Drives the motor with `duty` of its supply, -1 to 1, for `seconds`, at most a millisecond per call.
+    /// Between pulses the bridge shorts the motor, so only the mean voltage matters; a duty of 0 brakes.
     pub fn step(&mut self, duty: f64, seconds: f64) {
         let Surroundings { load_inertia, load_torque, friction, is_blocked, .. } = self.surroundings;
         self.drive(duty);
@@ -110,7 +109,7 @@ impl Joint {
         }
     }
 
-    /// Drives the motor with `duty` of its supply while a world turns the joint.
+    /// Drives the motor with `duty` of its supply, -1 to 1, while a world moves the joint.
     pub fn drive(&mut self, duty: f64) {
         self.amperes = self.motor.amperes(self.volts(duty), self.speed);
     }
@@ -120,7 +119,7 @@ impl Joint {
         duty.clamp(-1.0, 1.0) * self.surroundings.supply_volts
     }
 
-    /// Brings the joint to where a world has it: an angle in rad, a speed in rad/s.
+    /// Sets the joint to its state in a world: an angle in rad, a speed in rad/s.
     pub fn put(&mut self, angle: f64, speed: f64) {
         self.angle = angle;
         self.speed = speed;
@@ -141,7 +140,7 @@ impl Joint {
         self.amperes.abs()
     }
 
-    /// What the converter sees of the potentiometer, in V.
+    /// The potentiometer's voltage at the converter, in V.
     pub fn potentiometer_volts(&self) -> f64 {
         match self.fault {
             None => ((self.degrees() + self.zero) / POTENTIOMETER_TRAVEL + 0.5) * REFERENCE_VOLTS,
@@ -151,15 +150,15 @@ impl Joint {
         }
     }
 
-    /// What the converter sees of the current, in V.
+    /// The voltage of the current's amplifier at the converter, in V.
     pub fn current_volts(&self) -> f64 {
         (self.amperes() * CURRENT_VOLTS_PER_AMPERE).min(REFERENCE_VOLTS)
     }
 }
 
-/// What the converter makes of a voltage: 0 to 1023.
+/// The converter's reading of a voltage: 0 to 1023.
 pub fn counts(volts: f64) -> u16 {
-    // A float becomes the nearest integer in range.
+    // The cast saturates: a negative voltage becomes 0.
     ((volts / REFERENCE_VOLTS * 1024.0) as u16).min(1023)
 }
 

@@ -1,8 +1,8 @@
-//! What the devices of a module drive and measure, as equations: joints with motor and gear, docks with latch
-//! and infrared, the battery; and where its joints and docks are.
+//! Models, as equations, of what the devices of a module drive and measure: joints with motor and gear, docks
+//! with latch and infrared, the battery; and the geometry of its joints and docks.
 //!
-//! For tests on the host and for the simulator, which steps these beside the MCUs. Of SuperBot's mechanics
-//! little is published; constants say where they come from, and what is assumed says so.
+//! They are for tests on the host and for the simulator, which steps them beside the MCUs. Little of
+//! SuperBot's mechanics is published: constants name their source, or are marked as assumed.
 
 pub mod battery;
 pub mod dock;

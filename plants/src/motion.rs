@@ -1,27 +1,27 @@
-//! How far a robot has come.
+//! The motion of a robot.
 
 /// How a robot has moved since the beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// How far its middle has come ahead, in m: to where module 0 looked at the beginning.
+    /// How far its middle has moved ahead, in m: in the direction in which module 0 faced at the beginning.
     pub distance: f64,
-    /// How far it has come to the left, in m.
+    /// How far it has moved to the left, in m.
     pub sideways: f64,
     /// How far it has turned to the left, in degrees: see [`turned`].
     pub heading: f64,
-    /// How long the robot was at the beginning, to where module 0 looked, in m.
+    /// The length of the robot at the beginning, in the direction in which module 0 faced, in m.
     pub length: f64,
-    /// The mean speed at which what bears the robot slides on the ground, weighted by what it bears, over the
-    /// robot's mean speed. Infinite for a robot that has not come anywhere.
+    /// The mean speed at which the parts that bear the robot slide on the ground, weighted by the load that
+    /// each bears, over the robot's mean speed. Infinite for a robot that has not moved.
     pub slip: f64,
 }
 
-/// How far the axes of a robot's parts have turned to the left since they were `start`, in degrees; each pair
-/// is an axis as seen from above. `last` is how far that was a short while ago.
+/// How far the axes of a robot's parts have turned to the left since they were `start`, in degrees. Each pair
+/// is an axis as seen from above. `last` is the result of a short while ago.
 ///
-/// It is the mean of axes without a sign, weighted by their lengths from above (Mardia and Jupp, 2000,
-/// section 1.1: angles are doubled). So neither a robot on its back nor a ring that rolls has turned. Which
-/// of the two directions of the mean is meant follows from `last`: past 180 degrees it goes on.
+/// It is the mean of axes without a sign, weighted by their lengths as seen from above (Mardia and Jupp,
+/// 2000, section 1.1: angles are doubled). So neither a robot on its back nor a ring that rolls has turned.
+/// `last` decides which of the two directions of the mean is meant: the angle continues past 180 degrees.
 pub fn turned(start: &[[f64; 2]], now: &[[f64; 2]], last: f64) -> f64 {
     let doubled = start.iter().zip(now).map(|([x, y], [to_x, to_y])| {
         let [along, across] = [x * to_x + y * to_y, x * to_y - y * to_x];
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
     use glam::{DMat3, DVec3};
 
-    /// The axes of parts that are turned so, as seen from above.
+    /// The axes of `parts`, turned by `turn`, as seen from above.
     fn axes(parts: &[DMat3], turn: DMat3) -> Vec<[f64; 2]> {
         let axes =
             parts.iter().flat_map(|part| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * *part * axis));

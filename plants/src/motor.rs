@@ -1,4 +1,4 @@
-//! A joint's motor with its gears, as torque at the joint: what a joint alone and a joint in a world share.
+//! A joint's motor with its gears, as torque at the joint: shared by a joint alone and a joint in a world.
 
 /// The voltage of a full duty, in V: two Li-ion cells at their nominal voltage (Salemi, Moll and Shen, 2006).
 pub const SUPPLY_VOLTS: f64 = 7.4;
@@ -15,15 +15,14 @@ pub const GEAR_INERTIA: f64 = 1e-7 * 508.7 * 508.7;
 /// The torque of the gear's dry friction while the joint turns, in Nm. Assumed: 8 % of the stall torque.
 pub const SLIDING_FRICTION: f64 = 0.08 * STALL_TORQUE;
 
-/// The torque that it takes to break the standing joint loose, over that of the turning one. Assumed: half
-/// as much again.
+/// The torque that breaks the standing joint loose, over that of the turning one. Assumed: half as much
+/// again.
 const STICTION: f64 = 1.5;
 
-/// Where the joint meets its mechanical stops, in degrees to either side. Assumed: what "about 270 degrees"
-/// says.
+/// The angle of the joint's mechanical stops, in degrees to either side. Assumed, from "about 270 degrees".
 pub const STOP: f64 = 138.0;
 
-/// Slower than this, in rad/s, a joint counts as standing: 0.3 degrees/s. Assumed; a world's joints that are
+/// Below this speed, in rad/s, a joint counts as standing: 0.3 degrees/s. Assumed: joints of a world that are
 /// held by friction creep at half of that.
 const STANDING: f64 = 0.3 * std::f64::consts::PI / 180.0;
 
@@ -41,7 +40,7 @@ pub struct Motor {
 }
 
 impl Default for Motor {
-    /// SuperBot's, as far as it is known.
+    /// SuperBot's motor, as far as it is known.
     fn default() -> Self {
         Motor {
             stall_torque: STALL_TORQUE,
@@ -64,8 +63,8 @@ impl Motor {
         self.stall_torque / self.stall_current
     }
 
-    /// The torque that the winding takes from a joint that turns, in Nm s: whatever its voltage, for between
-    /// pulses the bridge shorts it.
+    /// The braking torque of the winding on a turning joint per its speed, in Nm s. It does not depend on the
+    /// voltage, since the bridge shorts the motor between pulses.
     pub fn braking(&self) -> f64 {
         self.torque_constant() * self.torque_constant() / self.resistance()
     }
@@ -86,12 +85,13 @@ impl Motor {
         self.torque_constant() * amperes
     }
 
-    /// The torque that it takes to break the standing joint loose, in Nm.
+    /// The torque that breaks the standing joint loose, in Nm.
     pub fn static_friction(&self) -> f64 {
         STICTION * self.sliding_friction
     }
 
-    /// The torque of dry friction at a joint that turns at `speed`, in rad/s. In Nm, against what moves it.
+    /// The torque of dry friction, in Nm, at a joint that turns at `speed`, in rad/s. It acts against the
+    /// motion.
     pub fn friction(&self, speed: f64) -> f64 {
         if speed.abs() < STANDING { self.static_friction() } else { self.sliding_friction }
     }

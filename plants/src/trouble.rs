@@ -1,20 +1,20 @@
-//! Why a world can't go on, and what came before.
+//! Why a world can't go on, and its state before that.
 
 use std::fmt;
 
 /// A world has broken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trouble {
-    /// When, since the beginning.
+    /// The time since the beginning.
     pub seconds: f64,
-    /// The module and its part; the whole model where none can be told.
+    /// The module and its part, or the whole model if none can be told.
     pub place: String,
     pub what: String,
-    /// What the joint there did before, or of the part's module the one that turned fastest.
+    /// The last moments of the joint there, or else of the joint of the part's module that turned fastest.
     pub last: Vec<Moment>,
 }
 
-/// A joint at one moment.
+/// The state of a joint at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     pub seconds: f64,
@@ -25,7 +25,7 @@ pub struct Moment {
 }
 
 impl fmt::Display for Trouble {
-    /// In one line, without what came before.
+    /// In one line, without the last moments.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Trouble { seconds, place, what, .. } = self;
         write!(f, "the world broke after {seconds:.3} s at {place}: {what}")

@@ -6,8 +6,8 @@ use avr_device::atmega128a::{AC, CPU, EXINT, TC2};
 #[cfg(not(feature = "tickless"))]
 use avr_device::interrupt;
 
-/// OCDR, through which a program speaks to the on-chip debugger (datasheet, "On-chip Debug Related Register
-/// in I/O Memory"). Without one it does nothing.
+/// OCDR, through which a program sends values to the on-chip debugger (datasheet, "On-chip Debug Related
+/// Register in I/O Memory"). Without a debugger it does nothing.
 pub(crate) const MARK: u8 = 0x22;
 
 /// EIMSK: INT4.
@@ -24,7 +24,7 @@ pub(crate) fn set_up() {
 #[cfg(not(feature = "tickless"))]
 pub(crate) fn start_tick(top: u8) {
     // SAFETY: the tick alone uses Timer0, and starts it once. Other timers share TIMSK, and their interrupts
-    // change their bits there: not in the midst of this.
+    // change their bits there: they are masked during this change.
     let timer = unsafe { TC0::steal() };
     timer.ocr0().write(|w| w.set(top));
     interrupt::free(|_| timer.timsk().modify(|_, w| w.ocie0().set_bit()));

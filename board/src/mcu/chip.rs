@@ -1,4 +1,4 @@
-//! What the chips in `later` have and QEMU has not: a register for marks, Timer0 and external interrupts.
+//! What the chips in `later` have and QEMU does not: a register for marks, Timer0 and external interrupts.
 //! Chapters are those of the ATmega328P's datasheet; the others' have the same.
 
 use super::registers::{EXINT, TC0};

@@ -1,15 +1,15 @@
-//! What QEMU has in place of Timer0 and the external interrupts: the 16-bit Timer1. Its compare unit A is the
+//! QEMU's replacement for Timer0 and the external interrupts: the 16-bit Timer1. Its compare unit A is the
 //! tick. Its compare unit B interrupts half a tick later, each tick, in place of the edge at a pin.
 //!
-//! A tick takes 64 ms there: QEMU's timers go by the clock of the host, which may keep QEMU waiting for
-//! milliseconds while no instruction is executed.
+//! A tick takes 64 ms there: QEMU's timers follow the clock of the host, which may stop QEMU for milliseconds
+//! while no instruction is executed.
 
 use super::registers::TC1;
 
 /// OCR1A: 64 ms, with a prescaler of 1024 at 16 MHz ("16-bit Timer/Counter1").
 const TOP: u16 = 999;
 
-/// TCCR1B: WGM12, the counter begins anew at OCR1A, and CS12 and CS10, the prescaler.
+/// TCCR1B: WGM12, the counter restarts at OCR1A, and CS12 and CS10, the prescaler.
 const CLEAR_ON_COMPARE: u8 = 1 << 3;
 const PRESCALE_1024: u8 = 0b101;
 
@@ -17,7 +17,7 @@ const PRESCALE_1024: u8 = 0b101;
 const OCIE1A: u8 = 1 << 1;
 const OCIE1B: u8 = 1 << 2;
 
-/// Interrupts in each round of Timer1. What a tick of Timer0 would count to does not matter.
+/// Interrupts in each round of Timer1. The count for Timer0 does not matter.
 pub(crate) fn start_tick(_: u8) {
     start(OCIE1A);
 }

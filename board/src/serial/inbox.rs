@@ -1,23 +1,23 @@
-//! What has come on a line: a ring of bytes that a vector fills, and the task empties.
+//! The bytes that have been received on a line: a ring that a vector fills and the task empties.
 //!
-//! Each byte is stored by a [vector that enters no kernel](crate::deferred).
+//! A [vector that does not enter the kernel](crate::deferred) stores each byte.
 
 use kernel::{Context, Masked, MaskedCell, Task, Ticks};
 
 /// Slots for bytes. One stays free.
 const SLOTS: usize = 32;
 
-/// What a place in the ring is masked with, to go around.
+/// The mask that wraps an index around the ring.
 const AROUND: u8 = {
     assert!(SLOTS.is_power_of_two() && SLOTS <= 128, "the ring is gone around by a mask");
     SLOTS as u8 - 1
 };
 
-/// When so many bytes are there the task takes them, so that there is less to do at the end of a long frame.
+/// The task is woken at this number of bytes, so that there is less to do at the end of a long frame.
 const HALF: u8 = SLOTS as u8 / 2;
 
-/// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it is not
-/// coming.
+/// Within a frame bytes follow each other without a pause. After more ticks than this the rest of it will not
+/// come.
 const PAUSE: u8 = 1;
 
 /// No slot.
@@ -27,13 +27,13 @@ const NOWHERE: u8 = 0xff;
 #[doc(hidden)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Content {
-    /// Frames, each of which ends with a zero. Where the end of one was lost, a zero is inserted.
+    /// Frames, each of which ends with a zero. If the end of one was lost, a zero is inserted.
     Frames,
     /// Bytes that may pause anywhere.
     Stream,
 }
 
-/// The bytes that have come on a line, and where in a frame it is.
+/// The bytes that have been received on a line, and the line's position in a frame.
 #[doc(hidden)]
 pub struct Inbox {
     slots: [MaskedCell<u8>; SLOTS],
@@ -41,13 +41,14 @@ pub struct Inbox {
     first: MaskedCell<u8>,
     /// The slot that the next byte goes to, always a free one.
     end: MaskedCell<u8>,
-    /// At so many bytes the task is woken, besides at the end of each frame.
+    /// The task is woken at this number of bytes, besides at the end of each frame.
     wakes_at: MaskedCell<u8>,
-    /// The byte that came last; 0 between frames.
+    /// The last byte that was received; 0 between frames.
     last_byte: MaskedCell<u8>,
-    /// When it came: the low byte of the tick. 256 ticks after a frame was cut off it seems to go on.
+    /// The low byte of the tick at which it was received. 256 ticks after a frame was cut off, the frame
+    /// seems to go on.
     heard_at: MaskedCell<u8>,
-    /// The slot in which a frame begins, where the one before has no end.
+    /// The slot in which a frame begins although the one before has no end.
     begins_anew_at: MaskedCell<u8>,
     /// Bytes with framing errors, bytes that found no space, frames that did not fit.
     lost: MaskedCell<u16>,
@@ -67,10 +68,10 @@ impl Inbox {
         }
     }
 
-    /// Stores `byte`, which has come at `now`. Returns whether the task is to be woken.
+    /// Stores `byte`, which was received at `now`. Returns whether the task is to be woken.
     ///
-    /// After a pause within a frame it marks where the new one begins: the end of the other was lost, and
-    /// this one shall not be taken for the rest of it.
+    /// After a pause within a frame it marks where the new frame begins: the end of the old one was lost, and
+    /// the new one must not be taken for the rest of it.
     #[inline(always)]
     pub fn store(&self, masked: &Masked, now: Ticks, byte: u8) -> bool {
         let end = self.end.get(masked);
@@ -93,7 +94,7 @@ impl Inbox {
         byte == 0 || length == self.wakes_at.get(masked)
     }
 
-    /// A byte or a frame is lost.
+    /// Counts a byte or a frame as lost.
     #[inline(always)]
     pub fn lose(&self, masked: &Masked) {
         self.lost.count(masked);
@@ -104,8 +105,8 @@ impl Inbox {
         self.lost.get(masked)
     }
 
-    /// Takes what has come, byte by byte, until `take` says that it was the last it wants. Returns whether it
-    /// did.
+    /// Passes the received bytes to `take`, one by one, until it returns that it wants no more. Returns
+    /// whether it did.
     #[inline(always)]
     pub fn drain(&self, task: &mut Task, content: Content, mut take: impl FnMut(u8) -> bool) -> bool {
         let (mut first, end, mut anew) = task
@@ -130,7 +131,7 @@ impl Inbox {
         is_last
     }
 
-    /// Forgets that a frame begins anew at `slot`, unless another one has since.
+    /// Forgets that a frame begins at `slot`, unless another one has begun since.
     #[inline(always)]
     fn forget_beginning(&self, masked: &Masked, slot: u8) {
         if self.begins_anew_at.get(masked) == slot {
@@ -138,19 +139,19 @@ impl Inbox {
         }
     }
 
-    /// Whether a byte that comes `now` may belong to a frame that has begun.
+    /// Whether a byte that is received at `now` may belong to a frame that has begun.
     #[inline(always)]
     pub fn is_in_frame(&self, masked: &Masked, now: Ticks) -> bool {
         self.last_byte.get(masked) != 0 && (now as u8).wrapping_sub(self.heard_at.get(masked)) <= PAUSE
     }
 
-    /// Whether a frame has begun whose rest does not come any more.
+    /// Whether a frame has begun, but its rest will not come any more.
     #[inline(always)]
     pub fn is_cut_off(&self, masked: &Masked, now: Ticks) -> bool {
         self.last_byte.get(masked) != 0 && !self.is_in_frame(masked, now)
     }
 
-    /// Has the task woken by the first byte, or else by the first half of a ring.
+    /// Wakes the task at the first byte, or otherwise when the ring is half full.
     #[inline(always)]
     pub fn wake_at_first(&self, masked: &Masked, is_on: bool) {
         self.wakes_at.set(masked, if is_on { 1 } else { HALF });

@@ -21,7 +21,7 @@ impl Transmitter {
 }
 
 impl Receiver {
-    /// This receiver as an [`embedded_io::Read`]: a stream of bytes, zeros among them.
+    /// This receiver as an [`embedded_io::Read`]: a stream of bytes, including zeros.
     pub fn with<'a>(&'a mut self, task: &'a mut Task) -> WithTask<'a, Self> {
         WithTask::new(self, task)
     }
@@ -33,7 +33,7 @@ impl ErrorType for WithTask<'_, Transmitter> {
 }
 
 impl ErrorType for WithTask<'_, Receiver> {
-    /// Bytes that are lost are counted, as [`overruns`](tasks::device::Receive::overruns) tells.
+    /// Lost bytes are counted: see [`overruns`](tasks::device::Receive::overruns).
     type Error = Infallible;
 }
 

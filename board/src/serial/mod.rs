@@ -1,11 +1,11 @@
 //! Serial lines: what the tasks of a USART, or of the UART in software, share with its interrupts.
 //!
-//! A line carries frames that end in a zero byte. A byte that comes in wakes the task only at a frame's end
-//! or when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps
+//! A line carries frames that end in a zero byte. A received byte wakes the task only at a frame's end, or
+//! when the [inbox](inbox::Inbox) is half full. To send, the task hands over the whole slice, and sleeps
 //! until the last stop bit is on the wire.
 //!
-//! What light carries is half duplex: two ends that send at once drown each other, and an end may hear its
-//! own reflection.
+//! A line of light is half duplex: two ends that send at the same time drown each other, and an end may
+//! receive its own reflection.
 
 mod inbox;
 mod io;
@@ -26,21 +26,21 @@ pub trait Line {
     #[doc(hidden)]
     fn port() -> &'static Port;
 
-    /// Begins to send what the port has to send, at least one byte. Returns whether it has: a line that knows
-    /// of a character before that has ended does not begin while one comes in.
+    /// Begins to send what the port has to send, at least one byte. Returns whether it did: a line that
+    /// detects the beginning of a character before its end does not begin while one comes in.
     #[doc(hidden)]
     fn begin(task: &mut Task) -> bool;
 }
 
 /// What the tasks and the interrupts of a line share.
 #[doc(hidden)]
-#[repr(C)] // or the fields would stand in another order
+#[repr(C)] // otherwise the fields would be in another order
 pub struct Port {
-    /// First: who waits needs its address and the port's, which are the same then.
+    /// First: a task that waits needs its address and the port's, which are the same then.
     is_sent: Semaphore,
     inbox: Inbox,
     is_readable: Semaphore,
-    /// What is posted instead of `is_readable`.
+    /// The semaphore to post instead of `is_readable`.
     listener: MaskedCell<Option<&'static Semaphore>>,
     outbox: Guarded<Outbox>,
 }
@@ -56,13 +56,13 @@ impl Port {
         }
     }
 
-    /// A byte has come. Returns whether the task is to be [woken](Self::wake).
+    /// Stores a received byte. Returns whether the task is to be [woken](Self::wake).
     #[inline(always)]
     pub(crate) fn put(&self, masked: &Masked, byte: u8) -> bool {
         self.inbox.store(masked, tick::present(masked), byte)
     }
 
-    /// The inbox has something for the task.
+    /// Wakes the task for what is in the inbox.
     #[inline(always)]
     pub fn wake(&self, serving: &mut Serving) {
         let listener = serving.interrupt.mask(|masked| self.listener.get(masked));
@@ -70,7 +70,7 @@ impl Port {
         listener.unwrap_or(&self.is_readable).post(serving.interrupt);
     }
 
-    /// A byte is lost.
+    /// Counts a lost byte.
     #[inline(always)]
     pub(crate) fn lose(&self, masked: &Masked) {
         self.inbox.lose(masked);
@@ -82,36 +82,37 @@ impl Port {
         self.outbox.get(masked).take()
     }
 
-    /// The last stop bit is on the wire.
+    /// Called when the last stop bit is on the wire.
     #[inline(always)]
     pub fn finish(&self, interrupt: &mut Interrupt) {
         self.is_sent.post(interrupt);
     }
 }
 
-/// Whether what a [`Beginner`] has begun to send on this line is sent; it tells so once.
+/// Whether what a [`Beginner`] has begun to send on this line has been sent. Returns `true` once.
 #[inline(always)]
 pub fn has_sent<L: Line>(context: &mut impl Context) -> bool {
     L::port().is_sent.try_wait(context)
 }
 
-/// The sending half of a line. Of one type for all lines: the tasks that have it are in flash once.
+/// The sending half of a line. All lines have this one type, so that the code of their tasks is in flash
+/// once.
 pub struct Transmitter {
     port: &'static Port,
     begin: fn(&mut Task) -> bool,
 }
 
-/// The sending half of a line for who does not block. A [`Transmitter`] becomes one for good: so none finds
-/// a frame under way that it has not sent, or the signal of one.
+/// The sending half of a line for a task that does not block. A [`Transmitter`] becomes one for good: so none
+/// finds a frame under way that it has not sent, or the signal of one.
 pub struct Beginner(Transmitter);
 
-/// In place of the length of a frame that does not fit its buffer, or has more than 254 bytes.
+/// Stands for the length of a frame that does not fit its buffer, or has more than 254 bytes.
 const TOO_LONG: u8 = u8::MAX;
 
-/// The receiving half of a line. Of one type for all lines, too.
+/// The receiving half of a line. All lines have this one type, too.
 pub struct Receiver {
     port: &'static Port,
-    /// Bytes of the frame that is coming in, or [`TOO_LONG`].
+    /// The bytes received of the present frame, or [`TOO_LONG`].
     length: u8,
 }
 
@@ -120,38 +121,38 @@ impl Transmitter {
         Transmitter { port: L::port(), begin: L::begin }
     }
 
-    /// This half for who does not block.
+    /// This half for a task that does not block.
     pub fn into_beginner(self) -> Beginner {
         Beginner(self)
     }
 
-    /// Begins to send `bytes`, at least one. Returns whether it has.
+    /// Begins to send `bytes`, at least one. Returns whether it did.
     ///
     /// # Safety
     /// `bytes` must stay as they are until the outbox is empty, or until another call begins.
     #[inline(always)]
     unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
-        // SAFETY: by the caller's promise the bytes are there until the interrupt has read all of them.
+        // SAFETY: the caller guarantees that the bytes are there until the interrupt has read all of them.
         task.mask(|masked| unsafe { self.port.outbox.get(masked).fill(bytes) });
         (self.begin)(task)
     }
 }
 
 impl Beginner {
-    /// Begins to send `bytes`, at least one. Returns whether it has: not where a character is just coming in.
-    /// Then [`has_sent`] tells once that the last stop bit is on the wire.
+    /// Begins to send `bytes`, at least one. Returns whether it did: it does not while a character is coming
+    /// in. Afterwards [`has_sent`] returns `true` once, when the last stop bit is on the wire.
     ///
     /// # Safety
-    /// Of all that has begun before, [`has_sent`] must have told. `bytes` must stay as they are until it
-    /// tells of them, too, or until another call begins where this one has not.
+    /// [`has_sent`] must have returned `true` for everything that was begun before. `bytes` must stay as they
+    /// are until it does for them, too, or, if this call did not begin, until the next call.
     #[inline(always)]
     pub unsafe fn begin(&mut self, task: &mut Task, bytes: &[u8]) -> bool {
-        // SAFETY: that they are sent is told when the interrupt has read all of them, and the caller promises
-        // that nothing else is told of.
+        // SAFETY: `has_sent` returns `true` for them when the interrupt has read all of them, and the caller
+        // guarantees that no earlier transmission is left for which it would.
         unsafe { self.0.begin(task, bytes) }
     }
 
-    /// Whether a byte that comes now may belong to a frame that has begun: see [`Transmit::is_busy`].
+    /// Whether a byte that is received now may belong to a frame that has begun: see [`Transmit::is_busy`].
     #[inline(always)]
     pub fn is_busy(&self, task: &mut Task) -> bool {
         self.0.is_busy(task)
@@ -174,12 +175,13 @@ impl Transmit for Transmitter {
         if bytes.is_empty() {
             return;
         }
-        // SAFETY: this call, which borrows `bytes`, does not return before the interrupt has taken them all.
+        // SAFETY: this call, which borrows `bytes`, does not return before the interrupt has taken all of
+        // them.
         while !unsafe { self.begin(task, bytes) } {
             task.delay(1);
         }
-        // The signal tells that the last stop bit is on the wire. That all bytes are taken the outbox tells:
-        // no signal, whoever has posted it, lets go of what the interrupt still reads.
+        // The signal means that the last stop bit is on the wire. The outbox tells whether all bytes are
+        // taken: so no signal, whoever has posted it, releases what the interrupt still reads.
         loop {
             self.port.is_sent.wait(task);
             if task.mask(|masked| self.port.outbox.get(masked).is_empty()) {
@@ -225,7 +227,7 @@ impl Receive for Receiver {
 }
 
 impl Receiver {
-    /// Blocks until a frame has come; see [`Receive::receive`]. Returns its length.
+    /// Blocks until a frame has been received; see [`Receive::receive`]. Returns its length.
     pub fn wait(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
         loop {
             match self.receive(task, buffer) {
@@ -235,8 +237,8 @@ impl Receiver {
         }
     }
 
-    /// Blocks until a byte has come, and copies what has come to the start of `buffer`. Returns how many
-    /// bytes; 0 only if `buffer` is empty.
+    /// Blocks until a byte has been received, and copies what has been received to the start of `buffer`.
+    /// Returns the number of bytes; 0 only if `buffer` is empty.
     fn read(&mut self, task: &mut Task, buffer: &mut [u8]) -> usize {
         if buffer.is_empty() {
             return 0;

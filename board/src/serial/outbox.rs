@@ -1,4 +1,4 @@
-//! What is to be sent on a line, byte by byte, from the slice that a task lends.
+//! The bytes to be sent on a line, from the slice that a task lends.
 
 use core::cell::Cell;
 use core::ptr;
@@ -9,7 +9,8 @@ pub struct Outbox {
     end: Cell<*const u8>,
 }
 
-// SAFETY: the pointers are followed where `fill` promises that the bytes are there, whoever does so.
+// SAFETY: the pointers are only followed while the bytes are there, as `fill` requires, whichever context
+// does it.
 unsafe impl Send for Outbox {}
 
 impl Outbox {
@@ -18,7 +19,7 @@ impl Outbox {
         Outbox { next: Cell::new(ptr::null()), end: Cell::new(ptr::null()) }
     }
 
-    /// All of `bytes` are to be sent, and nothing else.
+    /// Makes `bytes` all that is to be sent.
     ///
     /// # Safety
     /// They must stay as they are until all are taken.
@@ -42,7 +43,7 @@ impl Outbox {
         if next == end {
             return None;
         }
-        // SAFETY: by the promise of `fill` there are bytes from here to `end`.
+        // SAFETY: the caller of `fill` guarantees that there are bytes from here to `end`.
         let byte = unsafe { *next };
         let next = next.wrapping_add(1);
         self.next.set(next);

@@ -1,7 +1,7 @@
 //! From the edges of a serial line to bytes: 8 data bits, no parity, 1 stop bit.
 //!
-//! An edge says at which bit of its character the level changes. Time counts from the character's begin, so a
-//! sender may be off by a bit's half within nine bits and a half, which is 5 %.
+//! An edge shows at which bit of its character the level changes. Time counts from the beginning of the
+//! character, so a sender may be off by half a bit within nine and a half bits, which is 5 %.
 //!
 //! The tests on the host and the vectors run the same code.
 
@@ -11,7 +11,7 @@ use kernel::flash;
 
 use super::BIT;
 
-/// What has come.
+/// A character that was received.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Character {
@@ -20,7 +20,7 @@ pub enum Character {
     Malformed,
 }
 
-/// A character begins.
+/// The beginning of a character.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Event {
@@ -31,14 +31,15 @@ pub struct Event {
 /// Ticks of a step: a character's first nine bits and a half take fewer than 256 steps.
 const STEP: u16 = 16;
 
-/// The first step of a character that is nearer to the end of its start bit than to the begin.
+/// The first step of a character that is nearer to the end of its start bit than to the beginning.
 const START: u8 = nearest(1);
 
 /// The first step that is nearer to the end of its stop bit.
 const STOP: u8 = nearest(10);
 
 flash! {
-    /// The bits of a byte that begin at a step of the character, or later: ones, and zeros before them.
+    /// The bits of a byte that begin at a step of the character or later, as ones; the bits before them are
+    /// zeros.
     static FROM: [u8; 256] = {
         let mut from = [0xff; 256];
         let mut bit = 1;
@@ -54,20 +55,21 @@ flash! {
     };
 }
 
-/// The first step whose middle is nearer to the begin of a character's bit than to that of the bit before.
+/// The first step whose middle is nearer to the beginning of bit `bit` of a character than to that of the bit
+/// before.
 const fn nearest(bit: u16) -> u8 {
     let step = (bit * BIT - BIT / 2 - STEP / 2).div_ceil(STEP);
     assert!(step <= 0xff, "what can be told apart of a character must fit the steps");
     step as u8
 }
 
-/// One line, of which a bit lasts [`BIT`] ticks of a clock with 16 bits.
+/// One line, on which a bit lasts [`BIT`] ticks of a 16-bit clock.
 ///
-/// Whoever drives it calls [`ended`](Self::ended) at the time that [`ends_at`](Self::ends_at) tells, if no
-/// other character has begun by then.
+/// Its driver calls [`ended`](Self::ended) at the time that [`ends_at`](Self::ends_at) returns, if no other
+/// character has begun by then.
 ///
-/// The work is done where the line goes low, for both runs of bits before: where it goes high, its time is
-/// all there is to keep.
+/// The work is done when the line goes low, for both runs of bits before. When it goes high, only its time
+/// has to be stored.
 pub struct EdgeDecoder {
     /// When the character began.
     began: Cell<u16>,
@@ -75,14 +77,14 @@ pub struct EdgeDecoder {
     fell: Cell<u16>,
     /// When the line went high.
     rose: Cell<u16>,
-    /// What comes of the byte if the line stays low from then on.
+    /// The byte, if the line stays low from `fell` on.
     byte: Cell<u8>,
     /// Whether a character is on the line.
     is_busy: Cell<bool>,
 }
 
 impl EdgeDecoder {
-    /// A character has ended this long after it began, with half a bit to spare: a character that follows
+    /// The time from a character's beginning to its end, with half a bit to spare: a character that follows
     /// without a pause has begun by then.
     pub const END: u16 = 10 * BIT + BIT / 2;
 
@@ -103,7 +105,7 @@ impl EdgeDecoder {
         self.rose.set(time);
     }
 
-    /// At `time` the line went low. Returns the character that has ended, if a character begins by this.
+    /// At `time` the line went low. If this begins a character, returns the one that has ended.
     #[inline(always)]
     pub fn fall(&self, time: u16) -> Option<Event> {
         if !self.is_busy.get() {
@@ -119,7 +121,7 @@ impl EdgeDecoder {
         }
     }
 
-    /// The character, if the line has stayed high since it went high last. There is none if it had been low
+    /// The character, if the line has stayed high since its last rise. There is none if the line had been low
     /// for less than half a start bit.
     #[inline(always)]
     fn high(&self) -> Option<Character> {
@@ -130,7 +132,7 @@ impl EdgeDecoder {
         }
     }
 
-    /// The step of the character at `time`; `None` in the second half of its stop bit, or later.
+    /// The step of the character at `time`; `None` from the second half of its stop bit on.
     #[inline(always)]
     fn step(&self, time: u16) -> Option<u8> {
         let ticks = time.wrapping_sub(self.began.get());
@@ -142,7 +144,7 @@ impl EdgeDecoder {
         FROM.get(step.into()).unwrap_or(0)
     }
 
-    /// A character begins at `time`, `ended` before it.
+    /// Begins a character at `time`; `ended` is the one before it.
     #[inline(always)]
     fn begin(&self, time: u16, ended: Option<Character>) -> Option<Event> {
         self.began.set(time);
@@ -152,14 +154,14 @@ impl EdgeDecoder {
         Some(Event { ended })
     }
 
-    /// When the line went high, where nobody knows, but less than two bits after the edge before: a bit
-    /// after.
+    /// The time of a rise that was not captured, but came less than two bits after the edge before: a bit
+    /// after that edge.
     #[inline(always)]
     pub fn untimed_rise(&self) -> u16 {
         self.fell.get().wrapping_add(BIT)
     }
 
-    /// The same, where it went low.
+    /// The same for a fall.
     #[inline(always)]
     pub fn untimed_fall(&self) -> u16 {
         self.rose.get().wrapping_add(BIT)
@@ -186,7 +188,7 @@ impl EdgeDecoder {
         self.is_busy.get()
     }
 
-    /// Forgets what is on the line.
+    /// Forgets the character on the line.
     pub fn reset(&self) {
         self.is_busy.set(false);
     }

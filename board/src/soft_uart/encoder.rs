@@ -1,6 +1,6 @@
 //! From bytes to the pulses of a serial line: 8 data bits, no parity, 1 stop bit.
 //!
-//! A character begins low, with its start bit, and ends high, with its stop bit. So it is a row of pulses,
+//! A character begins low, with its start bit, and ends high, with its stop bit. So it is a series of pulses,
 //! each low for some bits and then high for some.
 //!
 //! The tests on the host and the vectors run the same code.
@@ -19,15 +19,15 @@ pub struct Pulse {
     pub is_last: bool,
 }
 
-/// No bits are left. Not 0: for that the compiler keeps a register, which a vector would have to save.
+/// No bits are left. Not 0, for which the compiler keeps a register that a vector would have to save.
 const ALL_SENT: u8 = 0xff;
 
 /// A line on which a bit lasts `BIT` ticks.
 pub struct PulseEncoder<const BIT: u16> {
-    /// The bits that no pulse was made of yet, the next one at the bottom, ones above: the stop bit is one.
+    /// The bits that are not part of a pulse yet, the next one lowest, and ones above: the stop bit is one.
     /// The first bit of a pulse, always a low one, is not among them.
     bits: Cell<u8>,
-    /// How many they are, the stop bit among them; [`ALL_SENT`].
+    /// The number of these bits, the stop bit among them; or [`ALL_SENT`].
     left: Cell<u8>,
 }
 
@@ -37,21 +37,21 @@ impl<const BIT: u16> PulseEncoder<BIT> {
         PulseEncoder { bits: Cell::new(0), left: Cell::new(ALL_SENT) }
     }
 
-    /// Begins with `byte`, whose start bit is the first of a pulse.
+    /// Begins with `byte`; its start bit is the first of a pulse.
     #[inline(always)]
     pub fn begin(&self, byte: u8) {
         self.bits.set(byte);
         self.left.set(9);
     }
 
-    /// Has as much to send as `other`.
+    /// Continues where `other` is.
     #[inline(always)]
     pub fn go_on_from(&self, other: &Self) {
         self.bits.set(other.bits.get());
         self.left.set(other.left.get());
     }
 
-    /// The next pulse, if there is one. `next_byte` is asked when it ends a character.
+    /// The next pulse, if there is one. `next_byte` is called when the pulse ends a character.
     #[inline(always)]
     pub fn next(&self, next_byte: impl FnOnce() -> Option<u8>) -> Option<Pulse> {
         let (mut bits, mut left) = (self.bits.get(), self.left.get());

@@ -1,4 +1,4 @@
-//! The device: what its tasks call, and its interrupts.
+//! The device: the functions for its tasks, and its interrupts.
 
 use kernel::{Context, Masked, MaskedCell, Task};
 
@@ -16,7 +16,7 @@ use crate::superbot::BAUD;
 /// Clocks from the call to the first start bit: the first pulse must be set by then.
 const LEAD: u16 = BIT;
 
-/// Whether the timer makes pulses. At other times it takes the times of edges.
+/// Whether the timer makes pulses. Otherwise it captures the times of edges.
 static IS_SENDING: MaskedCell<bool> = MaskedCell::new(false);
 static DECODER: Guarded<EdgeDecoder> = Guarded::new(EdgeDecoder::new());
 static ENCODER: Guarded<PulseEncoder<BIT>> = Guarded::new(PulseEncoder::new());
@@ -58,7 +58,7 @@ impl Line for SoftUart {
                 return false;
             }
             IS_SENDING.set(masked, true);
-            decoder.reset(); // what comes in is drowned
+            decoder.reset(); // a character that comes in is drowned
             ENCODER.get(masked).go_on_from(&encoder);
             registers::begin_pulses(LEAD);
             set_pulse(first);
@@ -72,7 +72,7 @@ fn next_byte(masked: &Masked) -> Option<u8> {
     PORT.next(masked).map(|(byte, _)| byte)
 }
 
-/// Sets the pulse that follows the one under way, if there is one.
+/// Sets the pulse that follows the present one, if there is one.
 #[inline(always)]
 fn set_pulse(pulse: Option<Pulse>) {
     match pulse {
@@ -90,8 +90,8 @@ pub fn pulse_begins(masked: &Masked) {
     set_pulse(ENCODER.get(masked).next(|| next_byte(masked)));
 }
 
-/// The interrupt INT7 where the line is high and was to rise: it needs few registers, and saves no more. If
-/// the line has fallen again, that interrupts anew.
+/// The interrupt INT7 if the line is high and was expected to rise: it needs few registers, and saves no
+/// more. If the line has fallen again, that interrupts once more.
 #[doc(hidden)]
 #[inline(always)]
 pub fn line_rises(masked: &Masked) {
@@ -99,7 +99,7 @@ pub fn line_rises(masked: &Masked) {
     joints::begin_if_due(masked); // as at the end of `line_changes`
 }
 
-/// The interrupt INT7 elsewhere: the line has fallen, or changed more than once.
+/// The interrupt INT7 in other cases: the line has fallen, or changed more than once.
 #[doc(hidden)]
 #[inline(always)]
 pub fn line_changes(masked: &Masked) {
@@ -108,17 +108,17 @@ pub fn line_changes(masked: &Masked) {
     if is_behind {
         catch_up(masked);
     }
-    joints::begin_if_due(masked); // one that has become due since need not wait for the next vector
+    joints::begin_if_due(masked); // one that has become due meanwhile need not wait for the next vector
 }
 
-/// The line has changed more than once since its change was looked for. That is rare, so it is a call.
+/// Handles a line that has changed more than once since the last check. That is rare, so it is a call.
 #[cold]
 #[inline(never)]
 fn catch_up(masked: &Masked) {
     while if registers::expects_rising() { rises(masked) } else { falls(masked) } {}
 }
 
-/// The line has risen, or else there was nothing. Returns whether it has fallen again already.
+/// Handles a rise, if there was one. Returns whether the line has fallen again already.
 #[inline(always)]
 fn rises(masked: &Masked) -> bool {
     let has_changed = registers::is_high(); // before the flag is read, which an edge sets first
@@ -133,7 +133,7 @@ fn rises(masked: &Masked) -> bool {
     !registers::is_high()
 }
 
-/// The line has fallen, or else there was nothing. Returns whether it has risen again already.
+/// Handles a fall, if there was one. Returns whether the line has risen again already.
 #[inline(always)]
 fn falls(masked: &Masked) -> bool {
     let has_changed = !registers::is_high();
@@ -152,7 +152,7 @@ fn falls(masked: &Masked) -> bool {
 }
 
 /// The interrupt "Timer/Counter3 Compare Match B": a character has ended and no other has begun, or the last
-/// stop bit that is sent is on the wire.
+/// stop bit of a transmission is on the wire.
 #[doc(hidden)]
 #[inline(always)]
 pub fn character_ends(masked: &Masked) {
@@ -166,7 +166,7 @@ pub fn character_ends(masked: &Masked) {
     joints::begin_if_due(masked); // as at the end of `line_changes`
 }
 
-/// The last stop bit that is sent is on the wire: what the software interrupt does then.
+/// Served by the software interrupt when the last stop bit of a transmission is on the wire.
 #[doc(hidden)]
 #[inline(always)]
 pub fn sent(serving: &mut Serving) {
@@ -174,7 +174,7 @@ pub fn sent(serving: &mut Serving) {
     PORT.finish(serving.interrupt);
 }
 
-/// A character has come.
+/// Stores a received character.
 #[inline(always)]
 fn take(masked: &Masked, ended: Option<Character>) {
     match ended {

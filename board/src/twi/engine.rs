@@ -1,5 +1,5 @@
-//! What to answer to each status of the two-wire serial interface, for packets between the MCUs of a module.
-//! It touches no register and no buffer.
+//! The answers to each status of the two-wire serial interface, for packets between the MCUs of a module. The
+//! engine touches no register and no buffer.
 //!
 //! Each MCU is both master transmitter and slave receiver; either may start.
 //!
@@ -13,17 +13,17 @@
 //!               └── too long, fault ────┘
 //! ```
 //!
-//! A START is asked for while the outgoing packet is `Waiting`, and the own address is acknowledged while
-//! the incoming buffer is `Free`. Each answer carries both, so neither is lost by an event of the other side.
+//! A START is requested while the outgoing packet is `Waiting`, and the own address is acknowledged while the
+//! incoming buffer is `Free`. Each answer carries both, so an event of one side loses neither of the other.
 
 use tasks::device::Transfer;
 
 use super::status;
 
-/// The most bytes of a transfer, without the address.
+/// The most bytes in a transfer, without the address.
 pub const CAPACITY: usize = 24;
 
-/// How many bytes can be stored into a free buffer and acknowledged without an answer.
+/// How many bytes of a packet can be stored into a free buffer and acknowledged without the engine.
 pub const STORABLE: u8 = CAPACITY as u8 - 1;
 
 /// The packet for the other MCU. Its first byte is SLA+W, the address.
@@ -31,7 +31,7 @@ pub const STORABLE: u8 = CAPACITY as u8 - 1;
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 enum Outgoing {
     Idle,
-    /// A START comes when the bus is free.
+    /// A START follows when the bus is free.
     Waiting {
         length: u8,
     },
@@ -52,7 +52,7 @@ enum Incoming {
     Whole { length: u8 },
 }
 
-/// What to do with TWDR.
+/// The use of TWDR.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Data {
@@ -61,18 +61,18 @@ pub enum Data {
     Send(u8),
     /// Send ones.
     Ones,
-    /// Store it at this index.
+    /// Store the received byte at this index.
     Store(u8),
 }
 
-/// The answer to a status, beside what [`Engine::wants_start`] and [`Engine::acknowledges`] say.
+/// The answer to a status, besides what [`Engine::wants_start`] and [`Engine::acknowledges`] return.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Answer {
     pub data: Data,
-    /// Whether to end the transfer by a STOP, or after a fault to let go of the bus.
+    /// Whether to end the transfer by a STOP, or to release the bus after a fault.
     pub stops: bool,
-    /// Whether a packet has ended or become whole, which the task wants to know.
+    /// Whether a packet has ended or become whole, so that the task is to be woken.
     pub signals: bool,
 }
 
@@ -108,7 +108,7 @@ impl Engine {
         matches!(self.outgoing, Outgoing::Sending { .. })
     }
 
-    /// Whether the interface should acknowledge its address or the next byte that comes (TWEA).
+    /// Whether the interface should acknowledge its address or the next byte (TWEA).
     pub fn acknowledges(&self) -> bool {
         match self.incoming {
             Incoming::Free => true,
@@ -190,8 +190,8 @@ impl Engine {
     }
 
     fn store(&mut self) -> Answer {
-        // Addressed while the last packet was still there, which was taken before the first byte came: so
-        // that is acknowledged.
+        // The address came while the last packet was still there, but that was taken before the first byte
+        // came: so the byte is acknowledged.
         if self.incoming == Incoming::Free {
             self.incoming = Incoming::Filling { length: 0 };
         }
@@ -211,7 +211,8 @@ impl Engine {
         Answer::GO_ON
     }
 
-    /// A packet without bytes is none: someone asked whether this MCU is there.
+    /// Completes the incoming packet. A packet without bytes is none: the other side only checked whether
+    /// this MCU is there.
     fn complete(&mut self) -> Answer {
         match self.incoming {
             Incoming::Filling { length } if length > 0 => {
@@ -222,7 +223,7 @@ impl Engine {
         }
     }
 
-    /// Gives up what is under way, on both sides, and lets go of the bus.
+    /// Gives up what is under way, on both sides, and releases the bus.
     fn fault(&mut self) -> Answer {
         self.drop_incoming();
         let is_under_way = matches!(self.outgoing, Outgoing::Waiting { .. } | Outgoing::Sending { .. });
@@ -232,8 +233,8 @@ impl Engine {
         Answer { stops: true, signals: is_under_way, ..Answer::GO_ON }
     }
 
-    /// Takes notice of what went over the bus without an [`answer`](Self::answer): of the packet that goes
-    /// out `sent` bytes are sent, and of the one that comes `received` are stored.
+    /// Records what went over the bus without an [`answer`](Self::answer): `sent` bytes of the outgoing
+    /// packet are sent, and `received` bytes of the incoming one are stored.
     #[inline(always)]
     pub fn catch_up(&mut self, sent: u8, received: u8) {
         match self.outgoing {
@@ -253,8 +254,8 @@ impl Engine {
         }
     }
 
-    /// Takes notice of the end of packets that had an answer without the engine: of the one that goes out,
-    /// and how, and of the one that comes.
+    /// Records the end of packets that were answered without the engine: of the outgoing one, and its
+    /// outcome, and of the incoming one.
     pub fn settle(&mut self, sent: Option<Transfer>, is_received: bool) {
         if let Some(outcome) = sent {
             self.end(outcome);
@@ -264,8 +265,8 @@ impl Engine {
         }
     }
 
-    /// The bytes that can be sent without an answer, from a START on, as they are acknowledged: the first
-    /// one's index, and how many.
+    /// The bytes that can be sent without the engine, from a START on, as long as they are acknowledged: the
+    /// index of the first, and their number.
     #[inline(always)]
     pub fn sendable(&self) -> (u8, u8) {
         match self.outgoing {
@@ -275,8 +276,9 @@ impl Engine {
         }
     }
 
-    /// The bytes that can be stored without an answer, from the own address on, and acknowledged: where, and
-    /// how many. The last one that fits is not among them, for it is not acknowledged.
+    /// The bytes that can be stored and acknowledged without the engine, from the own address on: the index
+    /// of the first, and their number. The last one that fits is not among them, since it is not
+    /// acknowledged.
     #[inline(always)]
     pub fn storable(&self) -> (u8, u8) {
         match self.incoming {
@@ -286,8 +288,8 @@ impl Engine {
         }
     }
 
-    /// Forgets what is under way on the bus, which was freed. A packet that came whole stays, and so does the
-    /// outcome of one that ended: else it would cross twice.
+    /// Forgets what is under way on the bus, which was freed. A complete incoming packet stays, and so does
+    /// the outcome of a packet that has ended: otherwise that packet would cross twice.
     pub fn reset(&mut self) {
         if !matches!(self.outgoing, Outgoing::Ended(_)) {
             self.outgoing = Outgoing::Idle;
@@ -300,21 +302,21 @@ impl Engine {
         self.outgoing == Outgoing::Idle
     }
 
-    /// Has a packet of `length` bytes sent, the address among them, if [`is_idle`](Self::is_idle).
+    /// Begins to send a packet of `length` bytes, the address among them, if [`is_idle`](Self::is_idle).
     pub fn send(&mut self, length: u8) {
         if self.is_idle() {
             self.outgoing = Outgoing::Waiting { length };
         }
     }
 
-    /// How the transfer ended, once.
+    /// The outcome of the transfer that has ended. It is returned once.
     pub fn outcome(&mut self) -> Option<Transfer> {
         let Outgoing::Ended(outcome) = self.outgoing else { return None };
         self.outgoing = Outgoing::Idle;
         Some(outcome)
     }
 
-    /// The length of the packet that has come, while it waits.
+    /// The length of a complete incoming packet, until it is released.
     pub fn received(&self) -> Option<u8> {
         match self.incoming {
             Incoming::Whole { length } => Some(length),

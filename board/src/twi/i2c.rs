@@ -1,4 +1,4 @@
-//! embedded-hal's I2C: transactions with other devices on the bus. They go in turns with the packets, on the
+//! embedded-hal's I2C: transactions with other devices on the bus. They take turns with the packets, on the
 //! same interface.
 
 use core::ptr::{self, NonNull};
@@ -22,8 +22,8 @@ static IS_ENDED: Semaphore = Semaphore::new(0);
 #[derive(Clone, Copy)]
 struct Lent(*mut [Operation<'static>]);
 
-// SAFETY: the task that lends them waits until its transaction ends; one that is killed in there leaves them
-// on its stack, which stays as it is. Only the interrupt handler uses them meanwhile.
+// SAFETY: the task that lends them waits until its transaction ends. If it is killed meanwhile, they stay on
+// its stack, which stays as it is. Only the interrupt handler uses them meanwhile.
 unsafe impl Send for Lent {}
 
 const NO_OPERATIONS: *mut [Operation<'static>] =
@@ -39,7 +39,7 @@ impl I2c {
 
     /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), beside [`Twi`](super::Twi) or without it.
     pub fn start(self, _: impl Serves<I2c>, context: &mut impl Context) -> Master {
-        // Without packets TWAR keeps 0x7f, an address that I2C reserves: nobody calls this MCU.
+        // Without packets TWAR keeps 0x7f, an address that I2C reserves, so no master addresses this MCU.
         set_bit_rate();
         context.mask(|masked| request(masked, ENABLED));
         Master(())
@@ -61,16 +61,16 @@ impl Master {
 }
 
 impl i2c::ErrorType for WithTask<'_, Master> {
-    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that came while the transaction
-    /// waited for the bus. A lost arbitration is no error: the transaction is tried again.
+    /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that error occurred while the
+    /// transaction waited for the bus. A lost arbitration is no error: the transaction is tried again.
     type Error = ErrorKind;
 }
 
 impl i2c::I2c for WithTask<'_, Master> {
-    /// Blocks until the transaction has ended; for ever, if another master never lets go of the bus.
+    /// Blocks until the transaction has ended: forever, if another master never releases the bus.
     ///
-    /// A read of no bytes takes one off the bus all the same, and drops it: the interface can't end a read
-    /// before. No operations at all are none on the bus either.
+    /// A read of no bytes still takes one byte off the bus, and drops it: the interface can't end a read
+    /// before. An empty list of operations does nothing on the bus.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
         if operations.is_empty() {
             return Ok(());
@@ -110,16 +110,16 @@ pub fn status_changed_with_i2c(interrupt: &mut Interrupt) {
     }
 }
 
-/// Answers a status that concerns the transaction. Returns whether that was all: if not, the transaction has
-/// lost the bus, and the packets' engine answers too.
+/// Answers a status that concerns the transaction. Returns whether that was all. If not, the transaction has
+/// lost the bus, and the packets' engine must answer, too.
 ///
-/// Not inlined: the packets would pay for the registers that it saves.
+/// Not inlined: otherwise packets would pay for the registers that it saves.
 #[inline(never)]
 fn answer(interrupt: &mut Interrupt) -> bool {
     let (step, has_ended) = interrupt.mask(|masked| {
         let mut transaction = TRANSACTION.get(masked);
         // SAFETY: the task that lent them waits in `transaction`, which takes them back before it returns.
-        // While nobody has lent any, there are none.
+        // While none are lent, the list is empty.
         let operations = unsafe { &mut *OPERATIONS.get(masked).0 };
         let step = transaction.answer(status(), data(), operations);
         TRANSACTION.set(masked, transaction);
@@ -134,7 +134,7 @@ fn answer(interrupt: &mut Interrupt) -> bool {
     step.is_some()
 }
 
-/// Has the interface take `step`. A packet that waits is sent after the STOP.
+/// Makes the interface take `step`. A packet that waits is sent after the STOP.
 #[inline(always)]
 fn take(masked: &Masked, step: Step) {
     let engine = interface::engine(masked);

@@ -1,4 +1,4 @@
-//! Packets: what the bridge task calls, and the interrupt.
+//! Packets: the functions for the bridge task, and the interrupt.
 
 use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
 use tasks::device::{Bus, Transfer};
@@ -16,9 +16,9 @@ use crate::joints;
 /// What the task and the interrupt share.
 struct Packets {
     engine: MaskedCell<Engine>,
-    /// SLA+W of the other MCU, and what it is to get.
+    /// SLA+W of the other MCU, and the bytes for it.
     outgoing: [MaskedCell<u8>; 1 + CAPACITY],
-    /// Bytes of the outgoing packet, the address among them.
+    /// The number of bytes in the outgoing packet, the address among them.
     length: MaskedCell<u8>,
     incoming: [MaskedCell<u8>; CAPACITY],
     signal: MaskedCell<Option<&'static Semaphore>>,
@@ -32,11 +32,11 @@ static PACKETS: Packets = Packets {
     signal: MaskedCell::new(None),
 };
 
-/// How far the vector may go.
+/// What the vector may send and store without the engine.
 static STREAMS: Guarded<Streams> = Guarded::new(Streams::new());
 
 impl Packets {
-    /// Lets the engine know of what has ended without it.
+    /// Tells the engine what has ended without it.
     #[inline(always)]
     fn settle(&'static self, masked: &Masked) {
         if let Some(ended) = STREAMS.get(masked).take_ended() {
@@ -44,13 +44,13 @@ impl Packets {
         }
     }
 
-    /// The same where it is called less often.
+    /// [`settle`](Self::settle) as a function call, for less frequent callers.
     #[inline(never)]
     fn settle_by_call(&'static self, masked: &Masked) {
         self.settle(masked);
     }
 
-    /// Not inlined: there is one of it for all who ask the engine.
+    /// Not inlined, so that all callers share one copy.
     #[inline(never)]
     fn settle_with(&'static self, masked: &Masked, ended: Ended) {
         let mut engine = self.engine.get(masked);
@@ -59,7 +59,7 @@ impl Packets {
         self.engine.set(masked, engine);
     }
 
-    /// Does what an answer says of TWDR.
+    /// Does with TWDR what an answer requires.
     #[inline(always)]
     fn obey(&'static self, masked: &Masked, what: Data) {
         match what {
@@ -88,8 +88,8 @@ impl Twi {
     }
 
     /// Starts the interface at [`I2C_HZ`](crate::superbot::I2C_HZ), for packets to the MCU with the 7-bit
-    /// address `other`, and from whoever calls the address `own`. `signal` is posted when a packet was sent,
-    /// or could not be, and when one has come.
+    /// address `other`, and from any master that addresses this one as `own`. `signal` is posted when a
+    /// packet was sent, or could not be, and when one was received.
     pub fn start(
         self,
         _: impl Serves<Twi>,
@@ -146,13 +146,13 @@ impl Bus for Interface {
         });
     }
 
-    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds it for a byte's bit has lost
-    /// count by then (I2C-bus specification, "Bus clear"). Then a STOP, by which everyone knows that the bus
-    /// is free.
+    /// Gives pulses on SCL until SDA is high, nine at most: a slave that holds SDA low for a bit of a byte
+    /// has reached the end of it by then (I2C-bus specification, "Bus clear"). The STOP that follows tells
+    /// all devices that the bus is free.
     fn free(&mut self, task: &mut Task) {
         task.mask(|masked| {
             deferred::withdraw(masked, source::TWI);
-            set_control(masked, 0); // the pins are the port's, and let go
+            set_control(masked, 0); // the pins belong to the port, which releases them
         });
         for _ in 0..9 {
             if wires::data_is_high() {
@@ -190,7 +190,7 @@ impl Bus for Interface {
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize> {
         task.mask(|masked| PACKETS.settle_by_call(masked));
         let length = usize::from(task.mask(|masked| PACKETS.engine.get(masked).received())?);
-        // Likewise: a packet that is whole stays so until it is released.
+        // Byte by byte, too: a complete packet stays so until it is released.
         for (slot, cell) in buffer.iter_mut().zip(&PACKETS.incoming).take(length) {
             *slot = task.mask(|masked| cell.get(masked));
         }
@@ -205,7 +205,7 @@ impl Bus for Interface {
     }
 }
 
-/// The interrupt "Two-wire Serial Interface" in a program with packets alone, which is no kernel's.
+/// The interrupt "Two-wire Serial Interface" in a program with packets alone. It does not enter the kernel.
 #[doc(hidden)]
 #[inline(always)]
 pub fn status_changed(masked: &Masked) {
@@ -214,7 +214,7 @@ pub fn status_changed(masked: &Masked) {
         Some(what) => {
             PACKETS.obey(masked, what);
             set_control(masked, GO_ON);
-            streams.advance(what); // now that the bus goes on
+            streams.advance(what); // only now that the bus goes on
         }
         None => {
             set_control(masked, HELD);
@@ -254,14 +254,14 @@ pub(super) fn engine(masked: &Masked) -> Engine {
     PACKETS.engine.get(masked)
 }
 
-/// Lets the engine know of what has ended without it.
+/// Tells the engine what has ended without it.
 #[inline(always)]
 pub(super) fn settle(interrupt: &mut Interrupt) {
     interrupt.mask(|masked| PACKETS.settle_by_call(masked));
 }
 
-/// Answers `status`, once what has ended is [settled](settle). `transaction_waits`: whether one wants the bus
-/// when no packet has it. Returns what is to be posted.
+/// Answers `status`, after what has ended was [settled](settle). `transaction_waits` is whether a transaction
+/// wants the bus if no packet has it. Returns the semaphore to post.
 #[inline(always)]
 pub(super) fn answer(
     interrupt: &mut Interrupt,

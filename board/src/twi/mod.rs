@@ -2,8 +2,8 @@
 //! same bus by `I2c`.
 //!
 //! Multi-master: either MCU sends as a master and receives as a slave. [`stream`], [`engine`] and
-//! [`transaction`] decide, the interrupt obeys. Between TWINT being set and its being cleared the interface
-//! holds SCL low, so an interrupt that comes late makes the transfer slow, never wrong.
+//! [`transaction`] decide, and the interrupt executes. From the setting of TWINT to its clearing the
+//! interface holds SCL low, so a late interrupt makes a transfer slow, never wrong.
 
 #[cfg_attr(not(target_arch = "avr"), expect(dead_code, reason = "the vector alone holds the bus"))]
 mod control;

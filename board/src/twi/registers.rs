@@ -17,7 +17,7 @@ const BIT_RATE: u8 = {
 #[inline(always)]
 fn registers() -> TWI {
     // SAFETY: TWCR is written with interrupts masked, TWDR by the interrupt alone, the others before it
-    // comes.
+    // occurs.
     unsafe { TWI::steal() }
 }
 
@@ -44,7 +44,7 @@ pub fn status() -> u8 {
     twsr() & status::MASK
 }
 
-/// TWDR: the byte that has come.
+/// TWDR: the byte that was received.
 #[inline(always)]
 pub fn data() -> u8 {
     registers().twdr().read().bits()
@@ -63,11 +63,10 @@ pub fn set_control(_: &Masked, bits: u8) {
     registers().twcr().write(|w| unsafe { w.bits(bits) });
 }
 
-/// Sets `bits` of TWCR, and leaves a status that waits for its answer, and a STOP that is under way, as they
-/// are.
+/// Sets `bits` of TWCR, and does not change a status that waits for its answer, nor a STOP that is under way.
 ///
-/// A START that is asked for while this MCU has the bus waits for the STOP: the interrupt, whose answers
-/// decide what comes next, sees to it.
+/// A START that is requested while this MCU has the bus waits for the STOP: the interrupt makes sure of that,
+/// since its answers decide what comes next.
 pub fn request(masked: &Masked, bits: u8) {
     set_control(masked, registers().twcr().read().bits() & !INTERRUPT | bits);
 }

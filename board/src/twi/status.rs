@@ -22,22 +22,22 @@ pub const READ_ADDRESS_REFUSED: u8 = 0x48;
 pub const DATA_READ: u8 = 0x50;
 /// As a master: a byte is read, and was not acknowledged: it is the last.
 pub const LAST_DATA_READ: u8 = 0x58;
-/// As a slave: the own SLA+W has come.
+/// As a slave: the own SLA+W was received.
 pub const ADDRESSED: u8 = 0x60;
 /// The same, from the winner of an arbitration.
 pub const LOST_AND_ADDRESSED: u8 = 0x68;
 /// The general call, which is ignored; its recognition is off.
 pub const CALLED: u8 = 0x70;
 pub const LOST_AND_CALLED: u8 = 0x78;
-/// As a slave: a byte has come, and was acknowledged.
+/// As a slave: a byte was received, and acknowledged.
 pub const RECEIVED: u8 = 0x80;
-/// As a slave: a byte has come, but was not acknowledged; this ends being addressed.
+/// As a slave: a byte was received, but not acknowledged; the slave is not addressed any more.
 pub const RECEIVED_REFUSED: u8 = 0x88;
 pub const CALL_RECEIVED: u8 = 0x90;
 pub const CALL_RECEIVED_REFUSED: u8 = 0x98;
 /// As a slave: a STOP or a repeated START.
 pub const STOP: u8 = 0xa0;
-/// As a slave: the own SLA+R has come: the other side wants to read, and gets ones.
+/// As a slave: the own SLA+R was received: the other side wants to read, and gets ones.
 pub const READ: u8 = 0xa8;
 pub const LOST_AND_READ: u8 = 0xb0;
 pub const READ_ACKNOWLEDGED: u8 = 0xb8;

@@ -1,11 +1,10 @@
-//! Bytes of a packet that need no engine, from its START to the last one.
+//! The bytes of a packet that the vector handles without the engine, from its START to the last one.
 //!
-//! Between two bytes the interface holds SCL low until it is answered, so what an answer takes the bus takes
-//! longer: at 400 kHz a byte is 360 cycles on the wire. An interrupt of the kernel and the
-//! [engine](super::engine) would add 250 to each; the vector, which answers by this and [enters no
-//! kernel](crate::deferred), adds 50. Where a packet ends it has the [software interrupt](crate::deferred)
-//! answer; what that means for the engine is [settled](Ended) by whoever asks it next. All else is the
-//! engine's to answer.
+//! Between two bytes the interface holds SCL low until it is answered, so each answer lengthens the transfer:
+//! at 400 kHz a byte takes 360 cycles on the wire. An interrupt of the kernel and the [engine](super::engine)
+//! would add 250 to each; the vector, which answers by this and [does not enter the kernel](crate::deferred),
+//! adds 50. At the end of a packet it lets the [software interrupt](crate::deferred) answer; the effect on
+//! the engine is [settled](Ended) by the next code that asks the engine. The engine answers everything else.
 
 use core::cell::Cell;
 
@@ -15,13 +14,14 @@ use super::control::{ACKNOWLEDGE, ENABLED, GO_ON, INTERRUPT, START, STOP};
 use super::engine::{Data, Engine};
 use super::status;
 
-/// How far both packets are, as far as the vector may go by itself.
+/// The progress of both packets, as far as the vector may go by itself.
 pub struct Streams {
-    /// The index of the byte to send next, and of the one behind the last: the same if nothing is to be sent.
+    /// The index of the byte to send next, and the one behind the last. They are equal if nothing is to be
+    /// sent.
     next: Cell<u8>,
     end: Cell<u8>,
-    /// Where the byte goes that comes next, and how many can be stored and acknowledged: as many when none
-    /// can.
+    /// The index at which the next received byte is stored, and the end of those that can be stored and
+    /// acknowledged. They are equal if none can.
     stored: Cell<u8>,
     storable: Cell<u8>,
     /// What has ended since the engine was last told.
@@ -31,9 +31,9 @@ pub struct Streams {
 /// What has ended without the engine.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Ended {
-    /// The packet that goes out, and how.
+    /// The outcome of the outgoing packet.
     pub sent: Option<Transfer>,
-    /// The packet that comes in, with at least one byte.
+    /// Whether the incoming packet has ended, with at least one byte.
     pub is_received: bool,
 }
 
@@ -53,14 +53,14 @@ impl Streams {
         }
     }
 
-    /// What to do with TWDR, where TWSR says `twsr` and the answer is to go on and to acknowledge. `None`:
-    /// the engine is to be asked.
+    /// What to do with TWDR if TWSR is `twsr` and the answer is to continue and to acknowledge. `None`: the
+    /// engine must be asked.
     ///
-    /// It changes nothing: that is for [`advance`](Self::advance), once the bus goes on.
+    /// This changes nothing: call [`advance`](Self::advance) for that, once the bus goes on.
     #[inline(always)]
     pub fn answer(&self, twsr: u8) -> Option<Data> {
-        // What comes for each byte comes first. The prescaler's bits are 0 here: were they not, the engine
-        // would answer.
+        // The statuses that come with each byte are checked first. The prescaler's bits are 0 here: if they
+        // were not, the engine would answer.
         match twsr {
             status::DATA_ACKNOWLEDGED => return self.send_next(),
             status::RECEIVED => {
@@ -82,13 +82,13 @@ impl Streams {
         (next < self.end.get()).then_some(Data::Send(next))
     }
 
-    /// What to write to TWCR where a packet has ended as it should, its address was refused, or it gives way
-    /// to the other MCU's. `None`: the engine is to be asked.
+    /// What to write to TWCR if a packet has ended as it should, its address was refused, or it gives way to
+    /// the other MCU's packet. `None`: the engine must be asked.
     #[inline(always)]
     pub fn turn(&self, status: u8) -> Option<u8> {
         let ended = self.ended.get();
         match status {
-            // It begins anew behind the other.
+            // The packet restarts after the other one.
             status::LOST_AND_ADDRESSED if self.is_free() => {
                 self.next.set(0);
                 return Some(GO_ON);
@@ -123,13 +123,13 @@ impl Streams {
         (ended != Ended::NOTHING).then_some(ended)
     }
 
-    /// Whether a packet that comes finds its buffer empty.
+    /// Whether the buffer is empty for an incoming packet.
     #[inline(always)]
     fn is_free(&self) -> bool {
         self.stored.get() == 0 && self.storable.get() != 0
     }
 
-    /// Takes notice that `data` was the answer.
+    /// Records that `data` was the answer.
     #[inline(always)]
     pub fn advance(&self, data: Data) {
         match data {
@@ -139,14 +139,14 @@ impl Streams {
         }
     }
 
-    /// Allows the vector what `engine` does.
+    /// Allows the vector what `engine` allows.
     #[inline(always)]
     pub fn arm(&self, engine: &Engine) {
         self.arm_outgoing(engine);
         self.arm_incoming(engine);
     }
 
-    /// The same for the packet that goes out.
+    /// The same for the outgoing packet.
     #[inline(always)]
     pub fn arm_outgoing(&self, engine: &Engine) {
         let (next, number) = engine.sendable();
@@ -154,7 +154,7 @@ impl Streams {
         self.end.set(next + number);
     }
 
-    /// The same for the packet that comes in.
+    /// The same for the incoming packet.
     #[inline(always)]
     pub fn arm_incoming(&self, engine: &Engine) {
         let (stored, number) = engine.storable();
@@ -162,7 +162,7 @@ impl Streams {
         self.storable.set(stored + number);
     }
 
-    /// Tells `engine` of the bytes that went by.
+    /// Tells `engine` of the bytes that were sent and stored without it.
     #[inline(always)]
     pub fn catch_up(&self, engine: &mut Engine) {
         engine.catch_up(self.next.get(), self.stored.get());

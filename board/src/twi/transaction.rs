@@ -1,5 +1,5 @@
-//! What to answer to each status of the two-wire serial interface, for transactions with other devices on the
-//! bus. It touches no register.
+//! The answers to each status of the two-wire serial interface, for transactions with other devices on the
+//! bus. They touch no register.
 //!
 //! ```text
 //!     Waiting ── START ──► Running ── STOP ──► Ended
@@ -7,9 +7,9 @@
 //!        └─ arbitration lost ─┘
 //! ```
 //!
-//! A transaction is a sequence of runs: operations that follow each other and go the same way. Each begins
-//! with a START and the device's address; the operations within one need neither. An arbitration is lost at
-//! the first bit in which two masters differ. Up to there the device has seen nothing but the winner's
+//! A transaction is a sequence of runs: consecutive operations in the same direction. Each run begins with a
+//! START and the device's address; the operations within one need neither. An arbitration is lost at the
+//! first bit in which two masters differ. Up to there the device has seen nothing but the winner's
 //! transaction, so this one can begin again.
 
 use embedded_hal::i2c::ErrorKind::{Bus, NoAcknowledge};
@@ -21,14 +21,14 @@ use super::status;
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 enum State {
-    /// A START comes when the bus is free.
+    /// A START follows when the bus is free.
     Waiting,
     /// This MCU has the bus.
     Running,
     Ended(Result<(), ErrorKind>),
 }
 
-/// What the interface does next, as a master that has the bus.
+/// The next action of the interface, as a master that has the bus.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Step {
@@ -41,7 +41,7 @@ pub enum Step {
     Stop,
 }
 
-/// How far a transaction has come. Its operations are kept by whoever started it.
+/// The progress of a transaction. Its operations are kept by the caller that started it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Transaction {
@@ -52,7 +52,7 @@ pub struct Transaction {
     operation: usize,
     /// The index of its next byte.
     next: usize,
-    /// How many bytes the run still reads. What it writes needs no look ahead.
+    /// How many bytes the run still reads. Writes need no look ahead.
     unread: usize,
 }
 
@@ -70,7 +70,7 @@ impl Transaction {
         self.state == State::Waiting
     }
 
-    /// How it ended; `None` if it is under way.
+    /// Its outcome; `None` if it is under way.
     pub fn outcome(&self) -> Option<Result<(), ErrorKind>> {
         match self.state {
             State::Ended(outcome) => Some(outcome),
@@ -78,8 +78,8 @@ impl Transaction {
         }
     }
 
-    /// Whether `status`, TWSR without its prescaler bits, is this transaction's to answer. A START is not, if
-    /// a packet waits for it.
+    /// Whether this transaction must answer `status`, TWSR without its prescaler bits. It does not answer a
+    /// START if a packet waits for one.
     pub fn is_concerned(&self, status: u8, packet_waits: bool) -> bool {
         match self.state {
             State::Waiting => status == status::START && !packet_waits || status == status::BUS_ERROR,
@@ -150,7 +150,7 @@ impl Transaction {
         self.end_run(operations)
     }
 
-    /// A run without bytes reads one all the same, as the interface can't stop earlier; nobody stores it.
+    /// A run without bytes still reads one, as the interface can't stop earlier; it is not stored.
     fn read_next(&self) -> Step {
         Step::Read { acknowledges: self.unread > 1 }
     }

@@ -9,7 +9,7 @@ use crate::delay::Delay;
 /// Half a bit at 100 kHz, which every device on a bus can follow, in us.
 const HALF_BIT: u32 = 5;
 
-/// A wire of the bus. PORTD keeps it low when it is an output; when it is none, a resistor pulls it up.
+/// A wire of the bus. It is low while its pin of PORTD is an output; otherwise a resistor pulls it up.
 #[derive(Clone, Copy)]
 pub enum Wire {
     /// SCL = PD0.
@@ -18,7 +18,7 @@ pub enum Wire {
     Data,
 }
 
-/// Pulls a wire low, or lets go of it; then waits for half a bit.
+/// Pulls a wire low, or releases it; then waits for half a bit.
 pub fn pull(task: &mut Task, wire: Wire, is_low: bool) {
     // SAFETY: pins share these registers, so they change with interrupts masked only.
     let port = unsafe { PORTD::steal() };

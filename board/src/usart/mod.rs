@@ -1,4 +1,5 @@
-//! The two USARTs. An interrupt a byte, both ways; of the kernel only where a frame has ended.
+//! The two USARTs. There is one interrupt per byte, both ways; it involves the kernel only at the end of a
+//! frame.
 
 mod registers;
 
@@ -26,7 +27,7 @@ pub static PORT0: Port = Port::new();
 #[doc(hidden)]
 pub static PORT1: Port = Port::new();
 
-/// UCSRnA: what is wrong with the byte in UDRn, or after it.
+/// UCSRnA: errors of the byte in UDRn, or after it.
 const ERRORS: u8 = FRAME_ERROR | DATA_OVERRUN;
 
 macro_rules! start {
@@ -61,7 +62,7 @@ start! {
     Usart1: PORT1, PortD 2;
 }
 
-/// The interrupt "USART, Rx Complete", which is no kernel's. `source` wakes the task.
+/// The interrupt "USART, Rx Complete", which does not enter the kernel. `source` wakes the task.
 #[doc(hidden)]
 #[inline(always)]
 pub fn receive_complete<U: Usart>(masked: &Masked, source: u8) {
@@ -78,7 +79,7 @@ pub fn receive_complete<U: Usart>(masked: &Masked, source: u8) {
     }
 }
 
-/// The interrupt "USART, Data Register Empty", which is no kernel's.
+/// The interrupt "USART, Data Register Empty", which does not enter the kernel.
 #[doc(hidden)]
 #[inline(always)]
 pub fn data_register_empty<U: Usart>(masked: &Masked) {
@@ -87,8 +88,8 @@ pub fn data_register_empty<U: Usart>(masked: &Masked) {
     };
     U::set_data(byte);
     if is_last {
-        // The flag may stand from the byte before. Cleared now it can only come from the last one,
-        // which takes a frame's time from here.
+        // The flag may be set since the byte before. Once it is cleared here, only the last byte can set it,
+        // which takes the time of a character from here.
         U::set_status(DOUBLE_SPEED | TRANSMIT_COMPLETE);
         U::set_control(FINISHING);
     }
@@ -97,14 +98,14 @@ pub fn data_register_empty<U: Usart>(masked: &Masked) {
 /// The interrupt "USART, Tx Complete".
 ///
 /// # Safety
-/// Only that interrupt: it lets others in.
+/// Only in that interrupt: it lets others nest.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn transmit_complete<U: Usart>(interrupt: &mut Interrupt) {
     U::set_control(RECEIVING);
-    // SAFETY: this interrupt is off until a task sends again, and none runs before the end of this one.
+    // SAFETY: this interrupt is disabled until a task sends again, and none runs before the end of this one.
     unsafe { interrupt.window() };
     U::port().finish(interrupt);
-    // SAFETY: as before.
+    // SAFETY: this interrupt is still disabled, for the same reason.
     unsafe { interrupt.window() };
 }

@@ -6,17 +6,17 @@ use crate::serial::Line;
 
 /// UCSRnA: a framing error in the byte in UDRn, which is the next to be read.
 pub const FRAME_ERROR: u8 = 1 << 4;
-/// UCSRnA: a byte was lost after the one in UDRn, because nobody had read the two before.
+/// UCSRnA: a byte was lost after the one in UDRn, because the two before had not been read.
 pub const DATA_OVERRUN: u8 = 1 << 3;
 /// UCSRnA: the last stop bit is on the wire and UDRn is empty. Writing one clears it.
 pub const TRANSMIT_COMPLETE: u8 = 1 << 6;
 /// UCSRnA: eight clocks a bit instead of sixteen.
 pub const DOUBLE_SPEED: u8 = 1 << 1;
 
-/// UCSRnB: what the receiver and the transmitter need while nothing is sent.
+/// UCSRnB: the receiver and the transmitter are on, and nothing is sent.
 pub const RECEIVING: u8 = 1 << 7 | 1 << 4 | 1 << 3; // RXCIE, RXEN, TXEN
-/// UCSRnB: UDRn is filled whenever it is empty. The receiver goes on, and hears a reflection: the link knows
-/// its own frames.
+/// UCSRnB: UDRn is filled whenever it is empty. The receiver stays on, and may receive a reflection: the link
+/// recognises its own frames.
 pub const SENDING: u8 = RECEIVING | 1 << 5; // UDRIE
 /// UCSRnB: the last byte is on its way.
 pub const FINISHING: u8 = RECEIVING | 1 << 6; // TXCIE
@@ -69,7 +69,7 @@ macro_rules! usart {
         impl Usart for $Usart {
             fn set_baud(divisor: u16) {
                 let [low, high] = divisor.to_le_bytes();
-                // SAFETY: any divisor is a baud rate. The low byte last: it takes both over.
+                // SAFETY: any divisor is a baud rate. The low byte goes last: writing it takes over both.
                 Self::registers().$baud_high().write(|w| unsafe { w.bits(high) });
                 // SAFETY: any divisor is a baud rate.
                 Self::registers().$baud_low().write(|w| unsafe { w.bits(low) });

@@ -1,4 +1,4 @@
-//! Who has had the CPU: by each switch and interrupt, not by samples.
+//! The CPU time of each task, measured at each switch and interrupt, not by samples.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -33,7 +33,7 @@ extern "C" fn main() -> ! {
         let Some(board) = Board::take(boot) else { return };
         board.tick.start(Interrupts);
         board.cpu_clock.start(Interrupts, boot);
-        // Woken by the tick and done before the next: what samples by the tick would never see it.
+        // Woken by a tick and done before the next: samples taken at ticks would never see it.
         start(CONTROL.start(boot, Priority::P1, |task| {
             let mut period = Period::new(task, 2);
             loop {

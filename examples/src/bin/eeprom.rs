@@ -1,4 +1,4 @@
-//! What is written to the EEPROM keeps without power. A byte takes 8.5 ms, in which other tasks run.
+//! The EEPROM keeps its content without power. A write takes 8.5 ms per byte, while other tasks run.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -11,7 +11,7 @@ use kernel::{Priority, Stack, now};
 
 board::interrupts!(Interrupts: Tick, Eeprom);
 
-/// Where the volume and the balance are kept.
+/// The address of the volume and the balance.
 const SETTINGS: u16 = 0x10;
 
 static RADIO: Stack<160> = Stack::new();

@@ -14,7 +14,7 @@ static READER: Stack<160> = Stack::new();
 kernel::interrupt! {
     fn __vector_9(interrupt) {
         if let Some(byte) = next_on_the_wire(interrupt) {
-            let space = RECEIVED.put(interrupt, byte); // `None`: there was none, and the byte is counted as lost
+            let space = RECEIVED.put(interrupt, byte); // `None`: no space, and the byte is counted as lost
             if byte == b'\n' || space == Some(0) {
                 LINE_ENDED.post(interrupt);
             }

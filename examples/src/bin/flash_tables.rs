@@ -20,7 +20,7 @@ static READER: Stack<128> = Stack::new();
 extern "C" fn main() -> ! {
     kernel::run(|boot| {
         start(READER.start(boot, Priority::P3, |_| {
-            // `get` returns a copy of one element, if there is such.
+            // `get` returns a copy of an element, if it exists.
             println!("sine of 45 degrees, of 127: {:?}", QUARTER_SINE.get(4));
             println!("behind the end: {:?}", QUARTER_SINE.get(9));
             let total = TILL.iter().map(|(cents, count)| cents * u16::from(count)).sum::<u16>();

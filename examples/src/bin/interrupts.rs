@@ -32,7 +32,7 @@ extern "C" fn main() -> ! {
         start(BACKGROUND.start(boot, Priority::P6, |_| {
             println!("the background never blocks");
             loop {
-                black_box(0); // interrupted anywhere, and goes on unharmed
+                black_box(0); // interrupted anywhere, and continues unharmed
             }
         }));
         timer2::start();

@@ -1,4 +1,4 @@
-//! What a handler and a task share is a masked cell: it opens only while interrupts are masked.
+//! A handler and a task share a masked cell, which is accessible only while interrupts are masked.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -16,12 +16,12 @@ static ODOMETER: Stack<160> = Stack::new();
 kernel::interrupt! {
     /// Every 4 ms, in place of a wheel's sensor.
     fn __vector_9(interrupt) {
-        interrupt.mask(|masked| TURNS.count(masked)); // costs nothing: they are masked here
+        interrupt.mask(|masked| TURNS.count(masked)); // costs nothing: interrupts are masked here
     }
 }
 
 /// The turns since the last call, from a task or a handler. A turn between the two steps would be lost, so
-/// both are one section.
+/// both are in one critical section.
 fn take_turns(context: &mut impl Context) -> u16 {
     context.mask(|masked| {
         let turns = TURNS.get(masked);

@@ -1,4 +1,4 @@
-//! The monitor, with a script where a serial line would be.
+//! The monitor, with a script in place of a serial line.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -21,7 +21,7 @@ static WORKER: Stack<96> = Stack::new();
 static TASKS: Tasks = &[("MONITOR", MONITOR.task()), ("BLINKER", BLINKER.task()), ("WORKER", WORKER.task())];
 
 kernel::flash! {
-    /// What somebody would type.
+    /// The commands, as somebody would type them.
     static SCRIPT: [u8; 40] = *b"l\ns BLINKER\np WORKER 3\nl\nw 900 2a\nr 900\n";
 }
 
@@ -53,7 +53,7 @@ extern "C" fn main() -> ! {
         board.tick.start(Interrupts);
         let mut stepper = board.trap.start(Interrupts);
         start(MONITOR.start(boot, Priority::P2, move |task| {
-            // SAFETY: the script writes where there is nothing.
+            // SAFETY: the script writes only to an unused address.
             unsafe {
                 monitor::run(task, &mut Script { read: 0 }, TASKS, &mut |task, stepped| {
                     stepper.step(task, stepped)

@@ -1,5 +1,5 @@
-//! Who holds a mutex runs at its ceiling: a higher task waits for one such section at most, never for one in
-//! between.
+//! A task that holds a mutex runs at its ceiling: a higher task waits for at most one locked section, never
+//! for a task in between.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -25,7 +25,7 @@ extern "C" fn main() -> ! {
         board.tick.start(Interrupts);
         start(HIGH.start(boot, Priority::P1, |task| {
             task.delay(2);
-            let total = *TOTAL.lock(task); // does not wait: whoever had it ran above this task
+            let total = *TOTAL.lock(task); // does not wait: a holder would run above this task
             println!("{} ms: high finds {}", now(task), total);
             loop {
                 task.delay(LONGEST);

@@ -1,4 +1,4 @@
-//! A semaphore counts signals, so that none is lost while nobody waits; a wait may end by itself.
+//! A semaphore counts signals, so that none is lost while no task waits; a wait may time out.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

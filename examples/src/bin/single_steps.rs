@@ -1,4 +1,4 @@
-//! A task runs another one by single instructions, and counts how many make a round of its loop.
+//! A task runs another one by single instructions, and counts how many a round of its loop takes.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

@@ -17,7 +17,7 @@ static WORKER: Stack<128> = Stack::new();
 static OVERSEER: Stack<192> = Stack::new();
 static ABSENT: Stack<96> = Stack::new();
 
-/// So deep in the stack it is only at times.
+/// Uses this much of the stack only at times.
 #[inline(never)]
 fn dig() {
     black_box([0u8; 40]);

@@ -1,4 +1,4 @@
-//! A task can suspend, resume and end another one, and start it anew on the same stack.
+//! A task can suspend, resume and end another one, and start a new one on the same stack.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

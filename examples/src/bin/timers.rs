@@ -1,4 +1,4 @@
-//! A timer posts a semaphore once, later; it can be set anew and cancelled.
+//! A timer posts a semaphore once, later; it can be restarted and cancelled.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -28,7 +28,7 @@ extern "C" fn main() -> ! {
                 println!("{} ms: the bell", now(task));
             }
             TEA.start(task, 3, &BELL);
-            TEA.start(task, 7, &BELL); // set anew: it rings once, at 12
+            TEA.start(task, 7, &BELL); // restarted: it rings once, at 12
             BELL.wait(task);
             println!("{} ms: the bell", now(task));
 

@@ -24,7 +24,7 @@ extern "C" fn main() -> ! {
         board.tick.start(Interrupts);
         start(MACHINE.start(boot, Priority::P2, |task| {
             loop {
-                TIMER.start(task, 10, &PATIENCE); // anew at each turn
+                TIMER.start(task, 10, &PATIENCE); // restarted at each turn
                 match task.wait_any([&COIN, &BUTTON, &PATIENCE]) {
                     0 => println!("{} ms: a coin", now(task)),
                     1 => println!("{} ms: the button", now(task)),

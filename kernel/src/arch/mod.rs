@@ -1,28 +1,29 @@
-//! What the kernel needs of a machine: this contract, which each port fulfils under the same names. A port is
+//! The contract between the kernel and a port: each port provides these items under these names. A port is
 //! one folder.
 //!
 //! | name | contract |
 //! |---|---|
 //! | `disable_interrupts`, `enable_interrupts` | begin and end a critical section of a task; both are compiler barriers |
-//! | `irq_window` | pending interrupts occur between two critical sections of a task that follow each other |
-//! | `isr_window` | pending interrupts occur between two critical sections of an ISR; they nest on its stack |
-//! | `critical` | a critical section where the caller's context is not known; interrupts stay as they were |
+//! | `irq_window` | lets pending interrupts occur between two consecutive critical sections of a task |
+//! | `isr_window` | the same between two critical sections of an ISR; the interrupts nest on its stack |
+//! | `critical` | a critical section for a caller without a context; restores the interrupt state |
 //! | `switch` | saves the running task's context and resumes the head; returns when the task runs again |
-//! | `switch_from_call` | the same where a switch is rare: it preserves what a call does |
-//! | `begin` | masks interrupts for `run`, which the kernel starts with, if the port starts it so |
-//! | `may_block` | called where the running task blocks; fails if the port could not go on with it |
-//! | `run_head` | resumes the head; what ran is forgotten |
-//! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no context, and begins anew each time |
-//! | `LINK_MARK` | what makes the highest byte of an object's address positive, if it is not by itself: see `link` |
-//! | `fits`, `init_context` | a task's body and its first context on a new stack |
-//! | `when_dropped` | what is done where a task is dropped in its midst, if the port drops tasks |
-//! | `stack` | where a task's stack lies, if the port knows; its unused bytes hold the watermark |
+//! | `switch_from_call` | the same where a switch is rare: preserves the registers that a call preserves |
+//! | `begin` | masks interrupts for `run`; panics on a port that does not start the kernel by `run` |
+//! | `may_block` | called where the running task blocks; fails if the port could not resume the task |
+//! | `run_head` | resumes the head and discards the caller's context |
+//! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no saved context, and starts over each time |
+//! | `LINK_MARK` | makes the highest byte of a task's address positive; 0 if it always is: see `link` |
+//! | `fits`, `init_context` | check and write a task's body and its first context on a new stack |
+//! | `when_dropped` | runs a clean-up if the task is dropped in the middle of a call; a port may drop none |
+//! | `stack` | the address range of a task's stack, if the port knows it; unused bytes hold the watermark |
 //! | `load`, `flash_static!` | tables in program memory: see [`flash`](mod@crate::flash) |
-//! | `need_tick` | without a tick, code that waits for one does not link, if the port can tell |
-//! | `clock` | the counter of the feature `cpu-time` |
-//! | `public` | what the port offers to users beside the kernel's API |
+//! | `need_tick` | code that waits for a tick does not link without one, if the port can tell |
+//! | `clock` | the count of the clock of the feature `cpu-time` |
+//! | `public` | items of the port for users, besides the kernel's API |
 //!
-//! A port also starts the kernel, and calls `timer::count_tick` and `timer::expire`, or does as they do.
+//! A port also starts the kernel and drives the tick: it calls `timer::count_tick` and `timer::expire`, or
+//! does the same itself.
 
 #[cfg(target_arch = "avr")]
 mod avr;

@@ -12,12 +12,12 @@ const ROW: usize = 16;
 /// Bytes of a return address.
 const PROGRAM_COUNTER: u16 = if cfg!(target_feature = "eijmpcall") { 3 } else { 2 };
 
-/// Where a preempted context holds what, from its lowest byte on: r17 down to r2, r29, r28, r27 down to r18,
-/// r1, SREG, r0, r30, r31, PC with its high byte first.
+/// Offsets in a preempted context, from its lowest byte: r17 down to r2, r29, r28, r27 down to r18, r1, SREG,
+/// r0, r30, r31, and the PC with its high byte first.
 const STATUS: u16 = 29;
 const PC: u16 = 33;
 
-/// What is wrong with a command.
+/// An error in a command.
 enum Mistake {
     Unknown,
     Missing,
@@ -48,8 +48,9 @@ macro_rules! say {
     }};
 }
 
-/// Does what `line` says, and puts the reply: lines that end in CR LF. What is wrong is said in a line that
-/// begins with `?`, and then nothing was done.
+/// Executes the command in `line`, and puts the reply: lines that end in CR LF. An error is reported in a
+/// line that begins with `?`. The command has done nothing then, except for `n`: its step may be made
+/// although the registers can't be shown.
 pub fn obey(line: &[u8], machine: &mut impl Machine) {
     if let Err(mistake) = command(line, machine) {
         explain(machine, mistake);
@@ -80,7 +81,7 @@ fn command(line: &[u8], machine: &mut impl Machine) -> Result<(), Mistake> {
         b"w" => {
             let address = address(arguments.next())?;
             let bytes = arguments.map(|word| number(word, 2));
-            // All of them first, so that a mistake leaves memory alone.
+            // Checks all of them first, so that an error leaves memory unchanged.
             let count = words(line).skip(2).try_fold(0u16, |count, word| {
                 number(word, 2).map(|_| count.wrapping_add(1)).ok_or(Mistake::Byte)
             })?;
@@ -133,7 +134,7 @@ fn address(word: Option<&[u8]>) -> Result<u16, Mistake> {
     number(word.ok_or(Mistake::Missing)?, 4).ok_or(Mistake::Address)
 }
 
-/// The task of that name, or else of that number in the list.
+/// The task with that name, or otherwise with that number in the list.
 fn find(machine: &impl Machine, word: Option<&[u8]>) -> Result<TaskHandle, Mistake> {
     let word = word.ok_or(Mistake::Missing)?;
     let tasks = machine.tasks();
@@ -142,7 +143,7 @@ fn find(machine: &impl Machine, word: Option<&[u8]>) -> Result<TaskHandle, Mista
     named.or_else(numbered).map(|(_, task)| *task).ok_or(Mistake::NoTask)
 }
 
-/// Only another task than the monitor's.
+/// `task`, unless it is the monitor's own.
 fn other(machine: &mut impl Machine, task: TaskHandle) -> Result<TaskHandle, Mistake> {
     if task.as_self(machine.monitor()).is_some() { Err(Mistake::Itself) } else { Ok(task) }
 }
@@ -183,7 +184,8 @@ fn list(machine: &mut impl Machine) {
             say!(machine, b" sp ");
             let saved = machine.stack_pointer(*task);
             let last = saved & 0x7fff;
-            // A voluntary context's points at the first free byte, a preempted one's at the last in use.
+            // A voluntary context's stack pointer points at the first free byte, a preempted one's at the
+            // last byte in use.
             let pointer = if is_preempted(saved) { last.wrapping_sub(1) } else { last };
             put_word(machine, pointer);
             say!(machine, b" free ");
@@ -210,7 +212,7 @@ fn dump(machine: &mut impl Machine, address: u16, count: u16) {
     put_end(machine);
 }
 
-/// Shows the registers of a task that an interrupt has preempted, and that is suspended since.
+/// Shows the registers of a task that was preempted by an interrupt and has been suspended since.
 fn registers(machine: &mut impl Machine, task: TaskHandle) -> Result<(), Mistake> {
     match task.state(machine.monitor()) {
         TaskState::NotStarted => return Err(Mistake::Refused(Refused::NotStarted)),
@@ -227,7 +229,7 @@ fn registers(machine: &mut impl Machine, task: TaskHandle) -> Result<(), Mistake
     say!(machine, b" sp ");
     put_word(machine, context.wrapping_add(PC + PROGRAM_COUNTER - 1));
     say!(machine, b" sreg ");
-    // The kernel keeps RAMPZ in bit 7; the task has interrupts enabled.
+    // Bit 7 of the saved SREG holds RAMPZ. In the task itself interrupts are enabled.
     let status = machine.read(context.wrapping_add(STATUS)) | 0x80;
     put_byte(machine, status);
     for register in 0..32 {
@@ -244,7 +246,7 @@ fn registers(machine: &mut impl Machine, task: TaskHandle) -> Result<(), Mistake
     Ok(())
 }
 
-/// Where a preempted context holds a register.
+/// The offset of a register in a preempted context.
 fn place(register: u8) -> u16 {
     match register {
         0 => 30,
@@ -256,7 +258,7 @@ fn place(register: u8) -> u16 {
     }
 }
 
-/// As an address in bytes, as listings have it; the MCU counts words.
+/// Puts the PC as an address in bytes, as listings have it; the MCU counts words.
 fn put_program_counter(machine: &mut impl Machine, place: u16) {
     let mut bytes = [0; 3];
     for (byte, offset) in bytes.iter_mut().rev().zip((0..PROGRAM_COUNTER).rev()) {

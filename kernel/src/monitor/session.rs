@@ -7,13 +7,13 @@ use crate::arch;
 use crate::context::{Context, Never, Task};
 use crate::control::{Refused, TaskHandle};
 
-/// Reads commands from `line`, and replies there, for good. `step` runs one instruction of a task: see
+/// Reads commands from `line` and replies there, forever. `step` runs one instruction of a task: see
 /// [`TaskHandle::step`].
 ///
 /// A line ends in CR or LF. After each reply comes a prompt, `> `.
 ///
 /// # Safety
-/// Whoever types can write anything anywhere, and answers for it as with a debugger's probe.
+/// Commands can write any value to any address. Their author is responsible for that, as with a debug probe.
 pub unsafe fn run(
     task: &mut Task,
     line: &mut impl Line,
@@ -34,7 +34,7 @@ pub unsafe fn run(
     }
 }
 
-/// Reads up to the end of a line; `None` where it does not fit.
+/// Reads up to the end of a line. Returns its length, or `None` if it does not fit.
 fn read_line(task: &mut Task, line: &mut impl Line, typed: &mut [u8]) -> Option<usize> {
     let mut length = 0usize;
     loop {
@@ -56,7 +56,7 @@ struct Session<'a, L, S> {
     line: &'a mut L,
     tasks: Tasks,
     step: &'a mut S,
-    /// What is not sent yet.
+    /// The part of the reply that is not sent yet.
     reply: [u8; 16],
     length: usize,
 }
@@ -82,13 +82,13 @@ impl<L: Line, S: FnMut(&mut Task, TaskHandle) -> Result<(), Refused>> Machine fo
     }
 
     fn read(&mut self, address: u16) -> u8 {
-        // SAFETY: any address of the data space can be read; one where nothing is gives a value without
-        // meaning.
+        // SAFETY: any address of the data space can be read; one that is not in use gives a meaningless
+        // value.
         unsafe { ptr::with_exposed_provenance::<u8>(address.into()).read_volatile() }
     }
 
     fn write(&mut self, address: u16, byte: u8) {
-        // SAFETY: only `run` makes a session, and its caller has taken this upon itself.
+        // SAFETY: only `run` makes a session, and its caller has accepted that commands write anywhere.
         unsafe { ptr::with_exposed_provenance_mut::<u8>(address.into()).write_volatile(byte) }
     }
 

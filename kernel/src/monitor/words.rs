@@ -1,11 +1,11 @@
 //! The words of a command, and the numbers in them: all are hexadecimal.
 
-/// The words of `line`, which spaces part.
+/// The words of `line`, separated by white space.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// The number that `word` is, if it has no more than `digits` digits, at most 4.
+/// The number in `word`, if it has 1 to `digits` digits; `digits` is at most 4.
 pub(super) fn number(word: &[u8], digits: usize) -> Option<u16> {
     if word.is_empty() || word.len() > digits {
         return None;

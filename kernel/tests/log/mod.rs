@@ -1,4 +1,4 @@
-//! What the tasks of a test did, in order.
+//! A log of what the tasks of a test did, in order.
 
 use std::sync::Mutex;
 

@@ -1,11 +1,11 @@
-//! The bodies of jobs. They capture nothing, so what they do is kept here.
+//! The bodies of jobs. They capture nothing, so their work is stored here.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
 use kernel::JobContext;
 
-/// What the job of this number does.
+/// The work of the jobs; it gets the number of the job.
 type Work = Rc<dyn Fn(usize, &mut JobContext)>;
 
 std::thread_local! {
@@ -20,7 +20,7 @@ fn body<const JOB: usize>(context: &mut JobContext) {
     work(JOB, context);
 }
 
-/// Has the jobs do `work` while `run` runs.
+/// Makes `work` the work of the jobs while `run` runs.
 pub fn with_work<R>(work: impl Fn(usize, &mut JobContext) + 'static, run: impl FnOnce() -> R) -> R {
     WORK.set(Some(Rc::new(work)));
     let result = run();

@@ -22,10 +22,10 @@ use model::world::{Belongings, TASKS, World, priority};
 use crate::jobs::{self, BODIES};
 
 /// Plays `script` on a kernel with the objects of `real` and on a reference with those of `supposed`, which
-/// should be the same. Gives the script back, and what was played.
+/// should be the same. Returns the script, and what was played.
 pub fn play<S: Script>(real: &Setup, supposed: &Setup, script: S) -> (S, Result<Played, Box<Disagreement>>) {
     let arrangement = real.arrangement();
-    // The objects are the kernel's for ever, as statics are. So this is a few hundred bytes that stay.
+    // The kernel keeps references to the objects forever, as to statics. So a few hundred bytes are leaked.
     Parcel::renew_pool();
     let stacks: &'static [Stack<0>; TASKS] = Box::leak(Box::new([const { Stack::new() }; TASKS]));
     let tasks: &'static [TaskHandle; TASKS] = Box::leak(Box::new(stacks.each_ref().map(Stack::task)));
@@ -63,7 +63,7 @@ fn message(panic: Box<dyn Any + Send>) -> String {
     }
 }
 
-/// What ends a run, as a panic.
+/// Ends the run by a panic with the complaint, if there is one.
 fn agreed<T>(result: Result<T, Complaint>) -> T {
     result.unwrap_or_else(|complaint| panic::resume_unwind(Box::new(complaint)))
 }
@@ -71,17 +71,17 @@ fn agreed<T>(result: Result<T, Complaint>) -> T {
 struct Lockstep<S> {
     world: &'static World,
     stacks: &'static [Stack<0>; TASKS],
-    /// Where each task waits that has left.
+    /// The semaphores on which tasks wait that have left.
     returns: &'static [Semaphore; TASKS],
     priorities: [Priority; TASKS],
     observations: Vec<Call>,
     is_in_tick: Cell<bool>,
     lives: Lives,
-    /// Not borrowed while a task calls the kernel, which may run another.
+    /// Not borrowed while a task calls the kernel, which may run another task.
     referee: RefCell<Referee<S>>,
 }
 
-/// The body of a task, which never leaves the thread that runs all of them.
+/// The body of a task. It never leaves the thread that runs all of them.
 struct OneThread<F>(F);
 
 // SAFETY: the kernel of the host runs all tasks on the thread that starts them.
@@ -93,10 +93,10 @@ impl<F: FnOnce(&mut Task) -> R, R> OneThread<F> {
     }
 }
 
-/// How things may stand where an interrupt occurs.
+/// The possible states of the reference when an interrupt occurs.
 type Ways = Rc<dyn Fn(&Reference) -> Vec<Reference>>;
 
-/// Those inside of the call that task `id` is in.
+/// The possible states inside of the call that task `id` makes.
 fn ways_in_call(id: TaskId) -> Ways {
     Rc::new(move |reference| reference.interrupted_in_call(id))
 }
@@ -106,9 +106,9 @@ impl<S: Script> Lockstep<S> {
     fn start(self: &Rc<Self>, context: &mut impl Context, id: TaskId) -> bool {
         let lockstep = Rc::clone(self);
         let run = OneThread(move |task: &mut Task| lockstep.run(id, task));
-        // The call that kills a task is not over as long as the task is dying.
+        // The call that kills a task has not returned as long as the task is dying.
         if !self.lives.is_dying(id) {
-            // SAFETY: that call is over; and a coroutine keeps its stack, which no other gets.
+            // SAFETY: that call has returned; and a coroutine keeps its stack, which no other gets.
             unsafe { self.stacks[id].task().reuse(context) };
         }
         let is_started =
@@ -119,7 +119,7 @@ impl<S: Script> Lockstep<S> {
         is_started
     }
 
-    /// A call before the kernel runs.
+    /// Makes a call before the kernel runs.
     fn boot(self: &Rc<Self>, boot: &mut Boot, call: Call) {
         let outcome = match call {
             Call::Start { task } => self.start(boot, task).into(),
@@ -129,7 +129,7 @@ impl<S: Script> Lockstep<S> {
         agreed(self.referee().booted(call, outcome));
     }
 
-    /// A task.
+    /// The body of a task.
     fn run(self: &Rc<Self>, id: TaskId, task: &mut Task) -> Never {
         let mut own = Belongings::default();
         loop {
@@ -168,7 +168,7 @@ impl<S: Script> Lockstep<S> {
         self.called(id, interruption, || task.exit())
     }
 
-    /// A job, which begins as the call that waited for its signal returns.
+    /// The body of a job. It begins when the call that waited for its signal returns.
     fn job(self: &Rc<Self>, job: usize, context: &mut JobContext) {
         host::cancel_arrival();
         let id = self.running(context);
@@ -194,7 +194,7 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// From the lock of a mutex to its unlock, which is the only call that can come next.
+    /// Locks a mutex and unlocks it, which is the only call that can come next.
     fn section(self: &Rc<Self>, id: TaskId, task: &mut Task, call: Call, interruption: Option<Interruption>) {
         let mut value = match self.called(id, interruption, || self.world.lock(task, call)) {
             Ok(value) => value,
@@ -207,8 +207,8 @@ impl<S: Script> Lockstep<S> {
         self.returned(id, Outcome::Nothing);
     }
 
-    /// The next call of task `id`, and what occurs inside of it. Before it come the interrupts that
-    /// while the task is where it is.
+    /// The next call of task `id`, and the interruption inside of it. Before that, handles the interrupts
+    /// that occur while the task is between calls.
     fn next_call(self: &Rc<Self>, id: TaskId) -> Option<(Call, Option<Interruption>)> {
         loop {
             match self.next(Some(id))? {
@@ -229,7 +229,7 @@ impl<S: Script> Lockstep<S> {
         self.interrupted(interruption, ways_in_call(id), call)
     }
 
-    /// Does what is interrupted, where things stand in one of the `ways`.
+    /// Does `work`, with the interruption; the reference is in one of the states `ways` then.
     fn interrupted<R>(
         self: &Rc<Self>,
         interruption: Option<Interruption>,
@@ -244,7 +244,7 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// What an interrupt does.
+    /// The handler of an interruption.
     fn interruption(
         self: &Rc<Self>,
         interruption: Interruption,
@@ -260,7 +260,7 @@ impl<S: Script> Lockstep<S> {
         })
     }
 
-    /// While no task runs. Returns whether it goes on.
+    /// Called while no task runs. Returns whether the run continues.
     fn idle(self: &Rc<Self>, interrupt: &mut Interrupt) -> bool {
         match self.next(None) {
             Some(Step::Call(call, _)) => unreachable!("no task runs that could make {call:?}"),
@@ -290,12 +290,12 @@ impl<S: Script> Lockstep<S> {
         comes_back
     }
 
-    /// The next step of the one who runs.
+    /// The next step of the task that runs, if one does.
     fn next(&self, who: Option<TaskId>) -> Option<Step> {
         agreed(self.referee().next(who))
     }
 
-    /// A task's call has returned.
+    /// Called when a task's call has returned.
     fn returned(&self, id: TaskId, outcome: Outcome) {
         agreed(self.referee().returned(id, outcome));
     }
@@ -314,7 +314,7 @@ impl<S: Script> Lockstep<S> {
         agreed(self.referee().handled(calls, &outcomes));
     }
 
-    /// The handler of a tick. One inside of another only counts: what is due then is left to the other.
+    /// The handler of a tick. A tick inside of another one only counts, and leaves what is due to the other.
     fn tick(self: &Rc<Self>, interrupt: &mut Interrupt, interruption: Option<Interruption>) {
         let is_inside = self.is_in_tick.replace(true);
         self.referee().each(Reference::pass);

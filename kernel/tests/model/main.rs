@@ -1,12 +1,12 @@
-//! The kernel against a plain reference, written from its documentation: calls drawn by lot by the million,
-//! and every sequence of calls of a small system.
+//! Checks the kernel against a plain reference that was written from its documentation: with millions of
+//! random calls, and with every sequence of calls of a small system.
 //!
 //! | variable | |
 //! |---|---|
-//! | `MODEL_CALLS` | how many calls are drawn by lot, four million if not set |
-//! | `MODEL_SEED` | where the lots begin, 0 if not set; a failure names its own |
-//! | `MODEL_DEPTH` | how many steps each sequence has, 5 if not set |
-//! | `MODEL_INTERRUPTED_DEPTH` | the same where an interrupt comes inside of a call, 3 if not set |
+//! | `MODEL_CALLS` | the number of random calls, four million if not set |
+//! | `MODEL_SEED` | the first random seed, 0 if not set; a failure reports its seed |
+//! | `MODEL_DEPTH` | the number of steps in each sequence, 5 if not set |
+//! | `MODEL_INTERRUPTED_DEPTH` | the same if an interrupt occurs inside of a call, 3 if not set |
 
 mod jobs;
 mod lockstep;
@@ -24,7 +24,7 @@ use model::world::TASKS;
 
 use lockstep::play;
 
-/// Steps of a script drawn by lot.
+/// The number of steps in a random script.
 const STEPS: usize = 300;
 
 /// The value of an environment variable.
@@ -35,8 +35,8 @@ fn setting(name: &str, otherwise: u64) -> u64 {
     }
 }
 
-/// Draws a setup and a script by lot and plays it, on a kernel altered by `alter`. Returns how many calls
-/// agreed.
+/// Draws a random setup and script and plays it, on a kernel altered by `alter`. Returns the number of
+/// calls that agreed.
 fn play_seed(seed: u64, alter: impl Fn(&mut Setup)) -> Result<u64, Box<Disagreement>> {
     let mut rng = fastrand::Rng::with_seed(seed);
     let supposed = Setup::random(&mut rng, TASKS, None);
@@ -62,22 +62,22 @@ fn millions_of_calls_drawn_by_lot_do_what_the_reference_does() {
     println!("{calls} calls");
 }
 
-/// A script of these lots: a task blocks, an interrupt wakes it behind an equal that looks at flags once it
-/// runs, and a tick ends that one's wait before it does.
+/// In this script, a task blocks; an interrupt wakes it behind an equal that checks flags when it runs; and a
+/// tick ends the wait of that equal before the task runs.
 #[test]
 fn two_interrupts_may_come_before_the_next_task_runs() {
     play_seed(146_612_349, |_| {}).unwrap_or_else(|disagreement| panic!("{disagreement}"));
 }
 
-/// Priorities of three tasks, and the ceiling of a mutex: equals, one above two, each above another; and a
-/// ceiling that the highest is above.
+/// Priorities of three tasks, and the ceiling of a mutex: equals; one above two; each above another; and a
+/// ceiling that the highest task is above.
 const ARRANGEMENTS: [([Priority; 3], Priority); 4] =
     [([P3, P3, P3], P3), ([P3, P2, P3], P2), ([P4, P3, P2], P2), ([P4, P3, P2], P3)];
 
-/// The same where there is no mutex.
+/// The arrangements for systems without a mutex.
 const WITHOUT_MUTEX: &[([Priority; 3], Priority)] = ARRANGEMENTS.split_at(3).0;
 
-/// Plays all that `scripts` makes of a system, in these arrangements.
+/// Plays all scripts that `scripts` makes of a system, in these arrangements.
 fn play_all(
     arrangements: &[([Priority; 3], Priority)],
     system: fn([Priority; 3], Priority) -> System,
@@ -103,12 +103,12 @@ fn play_all(
     }
 }
 
-/// Steps of a sequence.
+/// The number of steps in a sequence.
 fn depth() -> usize {
     setting("MODEL_DEPTH", 5) as usize
 }
 
-/// The same where an interrupt comes inside of a call.
+/// The same if an interrupt occurs inside of a call.
 fn interrupted_depth() -> usize {
     setting("MODEL_INTERRUPTED_DEPTH", 3) as usize
 }
@@ -171,7 +171,7 @@ fn so_it_is_where_tasks_act_on_tasks() {
 #[test]
 fn a_kernel_that_differs_is_found_in_a_few_steps() {
     let find = |alter: fn(&mut Setup)| {
-        // Not all become short: a deadline may hang on every tick before it.
+        // Not all scripts become short: a deadline may depend on every tick before it.
         let found = (0..1000).filter_map(|seed| play_seed(seed, alter).err()).take(3);
         let shortest = found.min_by_key(|found| found.steps().count()).expect("it differs");
         assert!(shortest.steps().count() < 15, "{shortest}");

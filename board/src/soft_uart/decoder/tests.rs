@@ -25,8 +25,8 @@ fn edge(decoder: &EdgeDecoder, time: u16, is_high: bool) -> Option<Event> {
     decoder.fall(time)
 }
 
-/// What a decoder makes of `edges`, if it is asked `late` ticks after the time that is set for a character's
-/// end.
+/// The result of a decoder for `edges`, if it is polled `late` ticks after the time that is set for the end
+/// of a character.
 fn decode(edges: &[(u64, bool)], late: u64) -> Vec<Character> {
     let decoder = EdgeDecoder::new();
     let (mut end, mut characters) = (None, Vec::new());
@@ -117,7 +117,7 @@ fn whatever_edges_come_the_next_character_after_a_pause_is_understood() {
             time += u64::from(random(2_000)) + 1;
             edge(&decoder, time as u16, random(2) != 0);
         }
-        // The line is high for a character's time, and the end of what is on it was looked at.
+        // The line is high for the time of a character, and the end of the one on it was polled.
         decoder.rise(time as u16);
         decoder.ended(true);
         time += u64::from(EdgeDecoder::END) + u64::from(random(100_000));

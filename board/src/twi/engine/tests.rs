@@ -157,7 +157,7 @@ fn the_address_is_acknowledged_only_while_the_buffer_is_free() {
     });
 }
 
-/// What each status of the datasheet does to a packet that it concerns, and to the other one: nothing.
+/// The effect of each status of the datasheet on a packet that it concerns; it has none on the other one.
 #[test]
 fn every_status_of_the_datasheet() {
     use status::*;

@@ -23,7 +23,7 @@ const STATUSES: [u8; 14] = [
     status::READ,
 ];
 
-/// The engine with what the vector answers before it, as `interface` has them.
+/// The engine with the vector's answers before it, as `interface` has them.
 struct Interface {
     engine: Engine,
     streams: Streams,
@@ -78,7 +78,7 @@ fn control_of(engine: &Engine, answer: Answer) -> u8 {
         | bit(answer.stops, STOP)
 }
 
-/// Holds the vector with the engine behind it against the engine alone, on one trace.
+/// Checks the vector with the engine behind it against the engine alone, on one trace.
 struct Pair {
     alone: Engine,
     both: Interface,
@@ -96,8 +96,8 @@ impl Pair {
         let expected = (expected.data, control_of(&self.alone, expected), expected.signals);
         let (data, control, signals) = self.both.answer(status);
         assert_eq!((data, signals), (expected.0, expected.2), "{:x?}", self.trace);
-        // In the middle of a packet the vector asks for no START, and acknowledges an address that the engine
-        // then refuses byte by byte.
+        // In the middle of a packet the vector requests no START, and acknowledges an address although the
+        // engine then refuses each byte.
         let matters = if control == GO_ON { !(START | ACKNOWLEDGE) } else { 0xff };
         assert_eq!(control & matters, expected.1 & matters, "{:x?}", self.trace);
         if status == status::RECEIVED || status == status::ADDRESSED {
@@ -123,7 +123,7 @@ impl Pair {
             }
             _ => {}
         }
-        // A packet of which nothing has come is as good as none.
+        // A packet of which nothing was received counts as none.
         let (asked, alone) = (self.both.asked(), self.alone);
         assert_eq!(
             (
@@ -158,7 +158,7 @@ impl Random {
     }
 }
 
-/// What an interface can tell next, after `status`, of a bus on which others do as they like.
+/// The statuses that may follow `status`, on a bus with arbitrary other devices.
 fn follows(status: u8, engine: &Engine) -> Vec<u8> {
     use status::*;
     let own_start = if engine.wants_start() { Some(START) } else { None };

@@ -102,7 +102,8 @@ fn only_what_is_under_way_is_concerned() {
     }
 }
 
-/// What holds for each status that concerns a transaction, in each of its states, with each list.
+/// The properties that hold for each status that concerns a transaction, in each of its states, with each
+/// list.
 #[test]
 fn every_status_in_every_state() {
     const BYTE: u8 = 0xab;
@@ -138,7 +139,7 @@ fn every_status_in_every_state() {
     }
 }
 
-/// What each status of the datasheet's tables for masters does.
+/// The effect of each status in the datasheet's tables for masters.
 #[test]
 fn every_status_of_a_master() {
     use status::*;
@@ -188,7 +189,7 @@ fn every_status_of_a_master() {
     }
 }
 
-/// What is seen on the bus.
+/// An event on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Seen {
     Start,
@@ -202,7 +203,7 @@ enum Seen {
 /// The bytes that a device sends when it is read.
 const READ_FROM: u8 = 0x60;
 
-/// The operations that follow each other and go the same way.
+/// Consecutive operations in the same direction.
 fn runs(kinds: &[Kind]) -> impl Iterator<Item = &[Kind]> {
     kinds.chunk_by(|one, next| one.reads() == next.reads())
 }
@@ -213,9 +214,9 @@ fn length(run: &[Kind]) -> usize {
     if run[0].reads() { usize::max(length, 1) } else { length }
 }
 
-/// What embedded-hal's contract says is to be seen, from its words: "Data from adjacent operations of the
-/// same type are sent after each other without an SP or SR. Between adjacent operations of a different type
-/// an SR and SAD+R/W is sent."
+/// The events that embedded-hal's contract requires: "Data from adjacent operations of the same type are sent
+/// after each other without an SP or SR. Between adjacent operations of a different type an SR and SAD+R/W is
+/// sent."
 fn contract(kinds: &[Kind]) -> Vec<Seen> {
     let (mut written, mut read) = (1.., READ_FROM..);
     let mut seen = vec![];
@@ -253,7 +254,7 @@ fn after_reads(kinds: &[Kind]) -> Vec<Vec<u8>> {
     buffers
 }
 
-/// What the device and the other masters do at an event instead of acknowledging it, if anything.
+/// The disturbance by the device or other masters at an event in place of an acknowledge, if any.
 type Disturbance<'a> = &'a dyn Fn(usize, Seen) -> Option<u8>;
 
 /// Plays a transaction from its START to its end, or to the disturbance. Returns what was seen up to there.

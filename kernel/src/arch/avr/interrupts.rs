@@ -14,26 +14,27 @@ pub(crate) fn disable_interrupts() {
 /// `sei`: 1 cycle; the instruction after it still runs before any interrupt.
 #[inline(always)]
 pub(crate) fn enable_interrupts() {
-    // SAFETY: only `Task::mask` calls this, which has disabled them, in a task, which runs with interrupts
+    // SAFETY: only `Task::mask` calls this, after it has disabled interrupts. Tasks run with interrupts
     // enabled.
     unsafe { asm!("sei", options(nostack)) }
 }
 
-/// Behind `sei` an interrupt occurs only after another instruction, so not at all if that is the `cli` of the
-/// next critical section. 1 cycle.
+/// After `sei` the CPU runs one more instruction before it takes an interrupt. If that instruction is the
+/// `cli` of the next critical section, no interrupt occurs between the two; after this `nop` one can. 1
+/// cycle.
 #[inline(always)]
 pub(crate) fn irq_window() {
     // SAFETY: no effect.
     unsafe { asm!("nop", options(nostack)) }
 }
 
-/// 3 cycles where no interrupt is pending.
+/// 3 cycles if no interrupt is pending.
 ///
 /// # Safety
-/// Only in an ISR, between two of its critical sections; and the ISR must bear that others run on its stack.
+/// Only in an ISR, between two of its critical sections. The ISR must tolerate that others nest on its stack.
 #[inline(always)]
 pub(crate) unsafe fn isr_window() {
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller guarantees that this is an ISR between two critical sections, where others may nest.
     unsafe {
         asm!(
             "sei", // 1: takes effect after the next instruction
@@ -59,7 +60,7 @@ pub(crate) fn critical<R>(body: impl FnOnce(&Masked) -> R) -> R {
     }
     // SAFETY: interrupts were just masked, and are restored only after `body`.
     let result = body(&unsafe { Masked::assume() });
-    // SAFETY: puts SREG back as it was found.
+    // SAFETY: restores SREG.
     unsafe { asm!("out 0x3f, {status}", status = in(reg) status, options(nostack)) } // 1
     result
 }

@@ -1,15 +1,15 @@
 //! The classic AVR (ATmega128 datasheet, "AVR CPU Core").
 //!
 //! # Two kinds of context
-//! A task that blocks does so at a place the compiler knows: a call that tells it that every register is
-//! lost there, and the compiler keeps what it needs, no more. So a *voluntary* context is the return address
-//! and Y, which can't be declared lost: 4 bytes. An interrupt occurs anywhere: its *preempted* context is
-//! all 32 registers, SREG and the program counter, 35 bytes. Bit 15 of the saved stack pointer, which no
-//! SRAM address needs, tells which it is.
+//! A task blocks in a call that declares all registers but Y as clobbered, so the compiler saves only those
+//! that it still needs. A *voluntary* context is therefore the return address and Y, which can't be declared
+//! as clobbered: 4 bytes. An interrupt can occur at any instruction. A *preempted* context is therefore all
+//! 32 registers, SREG and the program counter: 35 bytes. Bit 15 of the saved stack pointer, which no SRAM
+//! address needs, is set for a preempted context.
 //!
-//! The program counter takes 2 bytes, and 3 on an MCU with more than 128 KB of flash (ATmega2560): there each
-//! context takes one more. Figures here are for 2. Addresses of functions are words in 16 bits everywhere: to
-//! those beyond 128 KB the linker leads by a stub.
+//! The program counter takes 2 bytes. On an MCU with more than 128 KB of flash (ATmega2560) it takes 3, so
+//! each context there takes one byte more. Figures here are for 2. Function pointers are 16-bit word
+//! addresses on all MCUs: for a function beyond 128 KB the linker inserts a stub.
 //!
 //! ```text
 //!   voluntary: r28 r29 PC
@@ -17,23 +17,24 @@
 //! ```
 //!
 //! # Interrupts
-//! An interrupt pushes what a call may change and Y onto the stack it found (19 bytes with the PC), then
-//! moves to the kernel's stack, so that handlers cost no task any stack, and calls the handler. Where it
-//! finds the kernel's stack it stays there. Only if a task became the head are the other 16 registers saved,
-//! and that task's context is resumed instead.
+//! An interrupt pushes the registers that a call may change and Y onto the stack that it finds (19 bytes with
+//! the PC). It then moves to the kernel's stack, so that handlers need no space on a task's stack, and calls
+//! the handler. An interrupt that finds the kernel's stack in use stays on it. Only if another task became
+//! the head does it save the other 16 registers, and resumes that task's context instead.
 //!
-//! Those 16 registers are saved and loaded through a pointer, with SP at the top of the kernel's stack and
-//! interrupts enabled: one that occurs there lays nothing onto a task's stack. It leaves the switch to what
-//! it preempted, or begins it anew.
+//! These 16 registers are saved and loaded through a pointer, with SP at the top of the kernel's stack and
+//! interrupts enabled: an interrupt that occurs meanwhile pushes nothing onto a task's stack. If it preempts
+//! a save, the save continues and then resumes the present head. If it preempts a load, the switch restarts
+//! with the present head.
 //!
 //! # Stacks
-//! The kernel's stack is what `main` started on: the top of SRAM, growing down to the end of `.bss`. The idle
-//! task has nothing to remember: it begins anew each time, with that stack empty.
+//! The kernel's stack is the one that `main` started on: from the top of SRAM down to the end of `.bss`. The
+//! idle task has no state: it starts over each time, with that stack empty.
 //!
-//! RAMPZ, on an MCU that has it, is part of a preempted context: its bit 0 lies in bit 7 of SREG, which every
-//! interrupt finds clear. Where it has two bits (ATmega2560), that one tells whether any is set, and they lie
-//! in the upper half of the program counter's third byte. A voluntary context does not keep it: set it anew
-//! after a call that may block.
+//! On an MCU that has RAMPZ, it is part of a preempted context. Its bit 0 lies in bit 7 of the saved SREG,
+//! which is clear in every interrupt. Where RAMPZ has two bits (ATmega2560), bit 7 of SREG tells whether
+//! either is set, and the two lie in the upper half of the program counter's third byte. A voluntary context
+//! does not save RAMPZ: set it again after a call that may block.
 //!
 //! Cycle counts in the comments are those of the instruction beside them.
 
@@ -63,7 +64,7 @@ const PROGRAM_COUNTER: usize = if cfg!(target_feature = "eijmpcall") { 3 } else 
 /// Bytes that an interrupt pushes before it calls its handler.
 const FRAME: usize = 17 + PROGRAM_COUNTER;
 
-/// Marked as preempted: that leads to where the idle task begins.
+/// Marked as preempted, with address 0, which leads the switch to the idle loop.
 pub(crate) const IDLE_CONTEXT: usize = 0x8000;
 
 /// The addresses of RAM begin at 0x100 and end below 0x8000.
@@ -71,16 +72,16 @@ pub(crate) const LINK_MARK: usize = 0;
 
 #[cfg(feature = "cpu-time")]
 unsafe extern "C" {
-    /// Lies where the counter of the clock is: see [`clock_interrupts!`](crate::clock_interrupts!).
+    /// Its address is that of the clock's counter: see [`clock_interrupts!`](crate::clock_interrupts!).
     static kernel_clock: [u8; 2];
 }
 
-/// What the clock of tasks' times says.
+/// The count of the clock that measures tasks' CPU times.
 #[cfg(feature = "cpu-time")]
 #[inline(always)]
 pub(crate) fn clock(_: &Masked) -> u16 {
     let low = (&raw const kernel_clock).cast::<u8>();
-    // SAFETY: a register of two bytes. Reading the low one keeps the high one as it was then (ATmega128
-    // datasheet, "Accessing 16-bit Registers"), and interrupts are masked.
+    // SAFETY: a 16-bit register. Reading its low byte latches the high one (ATmega128 datasheet, "Accessing
+    // 16-bit Registers"), and interrupts are masked.
     u16::from_le_bytes(unsafe { [low.read_volatile(), low.add(1).read_volatile()] })
 }

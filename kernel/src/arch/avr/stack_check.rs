@@ -1,12 +1,12 @@
-//! The stack check, for the feature `stack-check`: at each switch, whether the task that ran has left its
-//! stack.
+//! The stack check of the feature `stack-check`: each switch checks whether the task that ran has overflowed
+//! its stack.
 //!
-//! A control block lies below its stack, so the address of one tells where the other ends. What a function
-//! used and has given back by then does not show: [`TaskHandle::is_intact`](crate::TaskHandle::is_intact)
-//! shows that.
+//! A control block lies directly below its stack, so its address tells where the stack ends. The check sees
+//! the stack pointer at the switch only, not what a function used and released before that:
+//! [`TaskHandle::is_intact`](crate::TaskHandle::is_intact) shows that.
 //!
-//! A call of the kernel that overflows the stack by several bytes may overwrite the control block before it
-//! comes to the switch, and go wrong there.
+//! A kernel call that overflows the stack by several bytes may overwrite the control block before the switch
+//! checks it, and misbehave because of that.
 
 use core::ptr;
 
@@ -16,7 +16,7 @@ use crate::critical::Masked;
 use crate::ready;
 
 unsafe extern "C" {
-    /// What the program does then: see [`stack_overflow!`](crate::stack_overflow!).
+    /// The program's handler of an overflow: see [`stack_overflow!`](crate::stack_overflow!).
     safe fn kernel_stack_overflow(stack: usize) -> !;
 }
 
@@ -24,8 +24,8 @@ impl ControlBlock {
     /// Whether the saved context reaches below the stack.
     fn has_overflowed(&self, masked: &Masked) -> bool {
         let stack_pointer = self.stack_pointer.get(masked);
-        // A preempted context's leads to its lowest byte, a voluntary one's to the free byte below. 0 is the
-        // idle task, and 1 one that has ended.
+        // A preempted context's stack pointer is the address of its lowest byte, a voluntary one's that of
+        // the free byte below. `lowest` is 0 for the idle task, and 1 for a task that has ended.
         let is_preempted = stack_pointer & IDLE_CONTEXT != 0;
         let lowest = if is_preempted { stack_pointer & !IDLE_CONTEXT } else { stack_pointer + 1 };
         let bottom = ptr::from_ref(self).addr() + size_of::<ControlBlock>();
@@ -33,7 +33,7 @@ impl ControlBlock {
     }
 }
 
-/// What a switch does before another task is the running one.
+/// Called by each switch before `running` changes.
 pub(super) extern "C" fn check_before_switch() {
     // SAFETY: only the switch calls this, with interrupts masked.
     let masked = &unsafe { Masked::assume() };
@@ -43,14 +43,13 @@ pub(super) extern "C" fn check_before_switch() {
     }
 }
 
-/// Declares what happens where a task has overflowed its stack, for the feature `stack-check`: a
-/// `fn(usize) -> !`, which gets the address of the task's [`Stack`](crate::Stack), as the linker's map has
-/// it.
-/// Without it a program with that feature does not link.
+/// Declares the handler of stack overflows, for the feature `stack-check`: a `fn(usize) -> !`, which gets the
+/// address of the task's [`Stack`](crate::Stack), as in the linker's map. A program with that feature and
+/// without a handler does not link.
 ///
-/// It is called on the kernel's stack, with interrupts masked. What lies below the task's stack is
-/// overwritten already, its control block first: so it may record the address and reset the MCU, but call the
-/// kernel no more.
+/// It is called on the kernel's stack, with interrupts masked. Memory below the task's stack, the control
+/// block first, is overwritten already. So the handler may record the address and reset the MCU, but must not
+/// call the kernel.
 ///
 /// ```ignore
 /// kernel::stack_overflow!(board::panic::record_overflow_and_reset);

@@ -13,24 +13,24 @@ use crate::critical::Masked;
 use crate::stack_watermark::WATERMARK;
 use crate::task;
 
-/// From here on until the first task interrupts are masked.
+/// Masks interrupts until the first task runs.
 #[inline(always)]
 pub(crate) fn begin() {
     super::disable_interrupts();
 }
 
-/// Every task goes on.
+/// Every task can be resumed.
 #[inline(always)]
 pub(crate) fn may_block() {}
 
 /// Resumes the head; idles while no task is ready.
 pub(crate) fn run_head(_: &Masked) -> ! {
-    // SAFETY: interrupts are masked, and nothing of what ran is needed again: a task that has ended, or
-    // `main`, whose stack is the kernel's from here on.
+    // SAFETY: interrupts are masked, and the caller's context is not needed again: it is a task that has
+    // ended, or `main`, whose stack becomes the kernel's.
     unsafe { kernel_run_head() }
 }
 
-/// Where the stack of `task` lies, that has `bytes`: behind its control block.
+/// The address range of the stack of `task`, of `bytes` bytes, behind its control block.
 pub(crate) fn stack(task: &'static ControlBlock, bytes: usize) -> Option<Range<usize>> {
     let bottom = ptr::from_ref(task).addr() + size_of::<ControlBlock>();
     Some(bottom..bottom + bytes)
@@ -39,16 +39,16 @@ pub(crate) fn stack(task: &'static ControlBlock, bytes: usize) -> Option<Range<u
 /// The bytes of a first context: a voluntary one, and the entry that `kernel_start_task` pops.
 const FIRST_CONTEXT: usize = PROGRAM_COUNTER + 4;
 
-/// Whether a stack of `bytes` can hold a body of so many and a first context.
+/// Whether a stack of `bytes` can hold a body of `body` bytes and a first context.
 pub(crate) const fn fits(body: usize, bytes: usize) -> bool {
     bytes >= body + FIRST_CONTEXT
 }
 
-/// Lays `body` at the top of `memory`, its first context below, and the watermark into the rest. Returns the
-/// stack pointer. About 8 cycles a byte.
+/// Writes `body` to the top of `memory`, its first context below, and the watermark into the rest. Returns
+/// the stack pointer. About 8 cycles a byte.
 ///
 /// # Safety
-/// It must fit, and nothing else may use `memory`, which lies behind `task`.
+/// Both must fit. Nothing else may use `memory`, which lies behind the task's control block.
 #[inline(always)]
 pub(crate) unsafe fn init_context<F, R, const BYTES: usize>(
     _: &'static ControlBlock,
@@ -60,7 +60,7 @@ where
 {
     record::<F, R, BYTES>();
     let bottom = memory.cast::<u8>();
-    // SAFETY: the caller's promise; alignment is 1 throughout on the AVR.
+    // SAFETY: the caller guarantees the room; alignment is 1 throughout on the AVR.
     unsafe {
         let place = bottom.add(BYTES - size_of::<F>());
         place.cast::<F>().write(body);
@@ -68,10 +68,10 @@ where
     }
 }
 
-/// Lays the first context below `body`, and the watermark from `bottom` on. Returns the stack pointer.
+/// Writes the first context below `body`, and the watermark from `bottom` up. Returns the stack pointer.
 ///
 /// # Safety
-/// Between the two there is room for a first context, and nothing else uses it.
+/// A first context must fit between the two, and nothing else may use that memory.
 #[inline(never)]
 unsafe fn lay_context(bottom: *mut u8, body: *mut u8, entry: usize) -> usize {
     let [start_low, start_high] = (kernel_start_task as *const () as usize).to_le_bytes();
@@ -83,13 +83,13 @@ unsafe fn lay_context(bottom: *mut u8, body: *mut u8, entry: usize) -> usize {
         // SAFETY: one of the bytes of the first context, for which the caller promises room.
         unsafe { place.write(byte) };
     };
-    // From the top down: what `kernel_start_task` pops, its address, and Y, which is the body.
+    // From the top down: the entry that `kernel_start_task` pops, its own address as PC, and the body as Y.
     push(entry_high);
     push(entry_low);
     push(start_low);
     push(start_high);
     if PROGRAM_COUNTER == 3 {
-        push(0); // functions have addresses of 16 bits
+        push(0); // function pointers have 16 bits
     }
     push(body_low);
     push(body_high);
@@ -103,11 +103,11 @@ unsafe fn lay_context(bottom: *mut u8, body: *mut u8, entry: usize) -> usize {
     stack_pointer
 }
 
-/// Where a task starts, where [`lay_context`] leads: Y is its body, and its entry lies on the stack.
+/// A task's first code, to which the first context returns: Y is the body, the entry is on the stack.
 #[unsafe(no_mangle)]
 #[inline(never)]
 unsafe extern "C" fn kernel_start_task() {
-    // SAFETY: a first context leads here.
+    // SAFETY: only a first context returns here.
     unsafe {
         asm!(
             "movw r24, r28", // 1: r25:r24 = the body, the first argument of `enter`
@@ -118,15 +118,15 @@ unsafe extern "C" fn kernel_start_task() {
     }
 }
 
-/// Leaves a record for `stack-bound`, which computes how much stack each task needs: where a task's code
-/// begins, how many bytes it captured, how many its stack has. The section stays in the ELF file: no flash,
-/// no RAM, no cycle.
+/// Emits a record for `stack-bound`, which computes how much stack each task needs: where the task's code
+/// begins, how many bytes it captures, and the size of its stack. The section stays in the ELF file: no
+/// flash, no RAM, no cycle.
 #[inline(always)]
 fn record<F, R, const BYTES: usize>()
 where
     F: FnOnce(&mut Task) -> R + Send + 'static,
 {
-    // SAFETY: no instruction.
+    // SAFETY: emits no instruction.
     unsafe {
         asm!(
             ".pushsection .debug_tasks, \"\", @progbits", // `.debug`, or the linker drops what nothing refers to
@@ -145,17 +145,17 @@ where
 #[inline(always)]
 pub(crate) fn when_dropped(_: impl FnMut()) -> impl Sized {}
 
-/// Has the linker ask for the tick's vector, where code is linked that waits for a tick: "undefined reference
-/// to `kernel_needs_tick_interrupt`" without one. No flash, no RAM, no cycle.
+/// Makes the linker require the tick's vector wherever code is linked that waits for a tick: "undefined
+/// reference to `kernel_needs_tick_interrupt`" without one. No flash, no RAM, no cycle.
 #[inline(always)]
 pub(crate) fn need_tick() {
-    // SAFETY: no instruction.
+    // SAFETY: emits no instruction.
     unsafe {
         asm!(".reloc ., R_AVR_NONE, kernel_needs_tick_interrupt", options(nomem, nostack, preserves_flags),)
     }
 }
 
-/// The first code of a task, with interrupts enabled: takes the body from where `init_context` laid it.
+/// Runs the task's body, with interrupts enabled: moves it from where `init_context` has written it.
 extern "C" fn enter<F, R>(place: *mut F) -> !
 where
     F: FnOnce(&mut Task) -> R + Send + 'static,

@@ -1,5 +1,5 @@
-//! The context switch: entry and exit of interrupts, saving and resuming of contexts, and idling. It decides
-//! nothing but whether the head is the running task.
+//! The context switch: entry and exit of interrupts, saving and resuming of contexts, and idling. Its only
+//! decision is whether the head is the running task.
 
 use core::arch::asm;
 use core::mem::offset_of;
@@ -16,7 +16,7 @@ pub const RUNNING: usize = offset_of!(Kernel, ready.running);
 const STACK_POINTER: usize = offset_of!(ControlBlock, stack_pointer);
 
 unsafe extern "C" {
-    /// Resumes the head. Interrupts are masked, and what ran is not needed any more.
+    /// Resumes the head, with interrupts masked. The context of what ran must not be needed any more.
     pub(super) fn kernel_run_head() -> !;
     #[doc(hidden)]
     pub fn kernel_enter_interrupt();
@@ -25,14 +25,14 @@ unsafe extern "C" {
 }
 
 /// Saves the running task's context and resumes the head's; returns when the task runs again. 45 cycles to a
-/// task that has switched so, too. If an ISR has made the switch first, this one is to the task itself, and
-/// comes back at once.
+/// task that has switched this way, too. If an ISR has made the switch already, this one is from the task to
+/// itself, and returns at once.
 ///
-/// Every register but Y is lost. So a function that inlines this saves what it must preserve: right for the
-/// loop of a task, which must preserve nothing.
+/// Clobbers every register but Y, so a function that inlines this saves all those that it must preserve. That
+/// suits the loop of a task, which has no caller to preserve them for.
 #[inline(always)]
 pub(crate) fn switch(_: &mut Task) {
-    // SAFETY: a task calls this, with interrupts enabled. All that changes meanwhile is declared.
+    // SAFETY: a task calls this, with interrupts enabled. All registers that change meanwhile are declared.
     unsafe {
         asm!(
             "call {switch}", // 4
@@ -46,7 +46,8 @@ pub(crate) fn switch(_: &mut Task) {
     }
 }
 
-/// [`switch`] by a call, which preserves what a call does: 72 cycles more, and none where it is not called.
+/// [`switch`] as a function call, which preserves the registers that a call preserves: 72 cycles more where
+/// it is called, none where it is not.
 #[inline(never)]
 pub(crate) fn switch_from_call(task: &mut Task) {
     switch(task);
@@ -56,7 +57,7 @@ pub(crate) fn switch_from_call(task: &mut Task) {
 ///
 /// Not a naked function: rustc turns those into module-level assembly, which LLVM 22 checks against a bare
 /// AVR1 (no `push`) when it writes the bitcode of a library. In a function without locals or clobbers the
-/// compiler adds nothing, and a test of the image holds it to that.
+/// compiler adds nothing; a test of the image checks that.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".lowtext.kernel")]
 #[inline(never)]
@@ -65,12 +66,12 @@ pub(crate) fn switch_from_call(task: &mut Task) {
     reason = "other code jumps to them, and a function that is not inlined stands once"
 )]
 unsafe extern "C" fn kernel_switch() -> ! {
-    // SAFETY: a task calls this, with interrupts enabled. It returns as a call would, with Y and the stack as
-    // they were, when the task runs again; `switch` declares the rest.
+    // SAFETY: a task calls this, with interrupts enabled. When the task runs again it returns as a call
+    // would, with Y and the stack as they were; `switch` declares the other registers.
     unsafe {
         asm!(
             // Saves the running task's voluntary context.
-            "push r28",                           // 2: Y, which the compiler needs and can't be told is lost
+            "push r28",                           // 2: Y, which can't be declared as clobbered
             "push r29",                           // 2
             "lds r30, {kernel}+{running}",        // 2: Z = the running task's control block
             "lds r31, {kernel}+{running}+1",      // 2
@@ -159,9 +160,9 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "sei",                                // 1: takes effect after the next instruction,
             "sleep",                              // 1: so that no interrupt comes between the two
             "rjmp idle",                          // 2
-            // Half of a preempted context is loaded as the idle task: at the top of the kernel's stack, with
-            // interrupts enabled. One that occurs here finds that the idle task runs and the head should, and
-            // begins this anew.
+            // Loads half of a preempted context as the idle task: at the top of the kernel's stack, with
+            // interrupts enabled. An interrupt that occurs here finds the idle task running, and restarts the
+            // load with the head.
             "resume_preempted:",
             "ldi r18, lo8({idle_task})",          // 1
             "ldi r19, hi8({idle_task})",          // 1
@@ -244,7 +245,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "kernel_enter_interrupt:",
             "push r0",                            // 2
             "in r0, 0x3f",                        // 1: SREG; I is clear in it, and set in the end
-            // The same from a vector that has done so much.
+            // The same for a vector that has pushed r31, r30 and r0 already, and has SREG in r0.
             ".global kernel_enter_with_status",
             "kernel_enter_with_status:",
             "push r0",                            // 2
@@ -264,7 +265,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "push r29",                           // 2
             "in r28, 0x3d",                       // 1: Y = SP; the handler preserves it
             "in r29, 0x3e",                       // 1
-            "ldi r24, hi8(__heap_start)",         // 1: where the kernel's stack ends, above all tasks' stacks
+            "ldi r24, hi8(__heap_start)",         // 1: the end of the kernel's stack, above all tasks' stacks
             "cpi r28, lo8(__heap_start)",         // 1
             "cpc r29, r24",                       // 1
             "brsh stay",                          // 1: not on a task's
@@ -277,8 +278,8 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "icall",                              // 3: the handler
             "lds r30, {kernel}+{running}",        // 2: Z = the task that runs
             "lds r31, {kernel}+{running}+1",      // 2
-            "lds r24, {kernel}+{head}",           // 2: is it the one that should?
-            "cpse r24, r30",                      // 1, or 2: low bytes of two tasks seldom are the same
+            "lds r24, {kernel}+{head}",           // 2: is it the head?
+            "cpse r24, r30",                      // 1, or 2: the low bytes of two tasks are seldom the same
             "rjmp save",                          // 2
             "lds r24, {kernel}+{head}+1",         // 2
             "cpse r24, r31",                      // 1, or 2
@@ -309,7 +310,7 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "pop r31",                            // 2
             "sei",                                // 1: takes effect after the next instruction,
             "preempted_goes_on:",
-            "ret",                                // 4: so what waits comes before what was preempted
+            "ret",                                // 4: so a pending interrupt precedes the preempted code
             // The interrupt stays on the kernel's stack.
             "stay:",
             #[cfg(feature = "tickless")]
@@ -318,15 +319,15 @@ unsafe extern "C" fn kernel_switch() -> ! {
             "ldi r24, hi8(__stack - {frame})",    // 1: is the stack empty, but for this interrupt?
             "cpi r28, lo8(__stack - {frame})",    // 1
             "cpc r29, r24",                       // 1
-            "brne return_from_interrupt",         // 1: no, an ISR, which goes on, and at its end comes the switch
+            "brne return_from_interrupt",         // 1: no, an ISR is preempted, which switches at its end
             "lds r30, {kernel}+{running}",        // 2
             "lds r31, {kernel}+{running}+1",      // 2
             "ldi r24, hi8({idle_task})",          // 1
             "cpi r30, lo8({idle_task})",          // 1: the idle task?
             "cpc r31, r24",                       // 1
             "brne return_from_interrupt",         // 1: no, a context is being saved, and what should run is asked after that
-            "rjmp kernel_run_head",               // 2: it has nothing to go on with
-            // Has the ticks counted that have passed in a sleep. Z stays.
+            "rjmp kernel_run_head",               // 2: yes, it has no context to return to
+            // Counts the ticks that have passed in a sleep. Preserves Z.
             #[cfg(feature = "tickless")]
             "after_sleep:",
             #[cfg(feature = "tickless")]

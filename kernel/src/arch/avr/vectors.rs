@@ -1,4 +1,4 @@
-//! Vectors: what the hardware comes to in an interrupt.
+//! Interrupt vectors: the code that the hardware enters.
 
 /// Declares interrupt handlers. Each runs on the kernel's stack with interrupts masked, and gets an
 /// [`Interrupt`](crate::Interrupt) to make kernel calls with.
@@ -10,8 +10,8 @@
 /// }
 /// ```
 /// The names are the linker's: `__vector_` and the vector's number (ATmega128 datasheet, "Interrupts",
-/// counted from 0); another name does not compile. A wrong number does not either, where a constant tells
-/// which vector is meant, as the interrupts of `avr-device` do:
+/// counted from 0). Another name does not compile. A constant after `as`, such as the interrupts of
+/// `avr-device`, says which vector is meant; then a wrong number does not compile either:
 ///
 /// ```ignore
 /// kernel::interrupt! {
@@ -26,7 +26,7 @@ macro_rules! interrupt {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            // The body sees this name alone, which is the vector's as well: no function that it may mean.
+            // Named like the vector, so that no name of this macro hides a function that the body calls.
             #[inline(always)]
             fn $vector($interrupt: &mut $crate::Interrupt) $body
             {
@@ -34,8 +34,8 @@ macro_rules! interrupt {
                     // SAFETY: only the vector calls this, with interrupts masked.
                     $vector(&mut unsafe { $crate::Interrupt::assume() })
                 }
-                // SAFETY: the hardware comes here, and `kernel_enter_interrupt` restores all that the handler
-                // may change.
+                // SAFETY: only the hardware enters here, and `kernel_enter_interrupt` restores all that the
+                // handler may change.
                 unsafe { core::arch::asm!(
                     "push r31",               // 2
                     "push r30",               // 2
@@ -53,9 +53,9 @@ macro_rules! interrupt {
 
 /// Declares the vector that drives the kernel's tick.
 ///
-/// It counts the present tick up and compares it with the first deadline: 40 cycles a tick with the
+/// It increments the present tick and compares it with the first deadline: 40 cycles a tick with the
 /// interrupt's own 6, or 46 in one tick of 256, however many timers are armed. Only when a timer is due does
-/// it become an interrupt like any other. It does what `timer::count_tick` does on the host.
+/// it enter the kernel like any other interrupt. It does what `timer::count_tick` does on the host.
 #[macro_export]
 macro_rules! tick_interrupt {
     ($vector:ident $(as $meant:path)?) => {
@@ -63,8 +63,8 @@ macro_rules! tick_interrupt {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            // SAFETY: the hardware comes here, and `kernel_enter_with_status` restores all that the handler
-            // may change.
+            // SAFETY: only the hardware enters here, and `kernel_enter_with_status` restores all that the
+            // handler may change.
             unsafe { core::arch::asm!(
                 ".global kernel_needs_tick_interrupt",
                 ".set kernel_needs_tick_interrupt, 0", // here it is
@@ -105,9 +105,9 @@ macro_rules! tick_interrupt {
     };
 }
 
-/// Declares the clock of tasks' times, for the feature `cpu-time`: the address of a 16-bit counter that runs
-/// through all its values, and two vectors that come half a turn apart. With one a turn, a whole turn might
-/// pass between two readings.
+/// Declares the clock of tasks' CPU times, for the feature `cpu-time`: the address of a 16-bit counter that
+/// runs through all its values, and two vectors that occur half a turn apart. With only one a turn, a whole
+/// turn might pass between two readings.
 ///
 /// ```ignore
 /// kernel::clock_interrupts!(0x88, __vector_26, __vector_29);
@@ -124,9 +124,8 @@ macro_rules! clock_interrupts {
     };
 }
 
-/// Declares the vector that drives the kernel's tick where idle is tickless, for the feature `tickless`: that
-/// of the compare unit of a [`TickTimer`](crate::tickless::TickTimer). It takes the place of
-/// [`tick_interrupt!`](crate::tick_interrupt!).
+/// Declares the vector that drives the kernel's tick with the feature `tickless`: that of the compare unit of
+/// a [`TickTimer`](crate::tickless::TickTimer). It replaces [`tick_interrupt!`](crate::tick_interrupt!).
 #[cfg(feature = "tickless")]
 #[macro_export]
 macro_rules! tickless_interrupt {
@@ -139,7 +138,7 @@ macro_rules! tickless_interrupt {
         }
         #[unsafe(no_mangle)]
         extern "C" fn kernel_after_sleep() {
-            // SAFETY: only the entry of interrupts calls this, with interrupts masked.
+            // SAFETY: only the interrupt entry calls this, with interrupts masked.
             unsafe { $crate::tickless::after_sleep::<$timer>() };
         }
         $crate::interrupt! {
@@ -152,7 +151,7 @@ macro_rules! tickless_interrupt {
 }
 
 /// Declares the vector of the trap, for [`TaskHandle::step`](crate::TaskHandle::step): an interrupt that
-/// stays pending until the block disables it, and goes before all others that are enabled meanwhile.
+/// stays pending until the block disables it, and has priority over all others that are enabled meanwhile.
 ///
 /// ```ignore
 /// kernel::trap_interrupt! { fn __vector_9(interrupt) { disable_the_trap(interrupt) } }
@@ -164,7 +163,7 @@ macro_rules! trap_interrupt {
         #[unsafe(no_mangle)]
         #[unsafe(link_section = ".lowtext.kernel")]
         unsafe extern "C" fn $vector() -> ! {
-            // The body sees this name alone: see `interrupt!`.
+            // Named like the vector: see `interrupt!`.
             #[inline(always)]
             fn $vector($interrupt: &mut $crate::Interrupt) $body
             {
@@ -175,14 +174,14 @@ macro_rules! trap_interrupt {
                         $vector(interrupt);
                     }
                 }
-                // SAFETY: the hardware comes here, and either nothing is changed, or
-                // `kernel_enter_with_status` restores all.
+                // SAFETY: only the hardware enters here. Either nothing is changed, or
+                // `kernel_enter_with_status` restores it.
                 unsafe { core::arch::asm!(
                     "push r31",               // 2
                     "push r30",               // 2
                     "push r0",                // 2
                     "in r0, 0x3f",            // 1: SREG
-                    "lds r30, {stepped}",     // 2: the low byte of the task that is to make a step
+                    "lds r30, {stepped}",     // 2: the low byte of the task to step
                     "lds r31, {kernel}+{running}", // 2: and of the one that runs
                     "cpse r30, r31",          // 1, or 2
                     "rjmp 1f",                // 2
@@ -190,10 +189,10 @@ macro_rules! trap_interrupt {
                     "lds r31, {kernel}+{running}+1", // 2
                     "cpse r30, r31",          // 1, or 2
                     "rjmp 1f",                // 2
-                    "lds r30, {goes_on}",     // 2: has it made an instruction since it was found here?
+                    "lds r30, {goes_on}",     // 2: has it run an instruction since the trap found it?
                     "com r30",                // 1
                     "sts {goes_on}, r30",     // 2
-                    "brne 1f",                // 1, or 2: no, it does now
+                    "brne 1f",                // 1, or 2: no, it runs one now
                     "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
                     "ldi r31, hi8(gs({handler}))", // 1
                     "rjmp {enter}",           // 2
@@ -202,7 +201,7 @@ macro_rules! trap_interrupt {
                     "pop r0",                 // 2
                     "pop r30",                // 2
                     "pop r31",                // 2
-                    "reti",                   // 4: and one instruction of what was preempted
+                    "reti",                   // 4: and one instruction of the preempted code runs
                     handler = sym handler,
                     stepped = sym $crate::STEPPED,
                     goes_on = sym $crate::GOES_ON,
@@ -216,7 +215,7 @@ macro_rules! trap_interrupt {
     };
 }
 
-/// Does not compile unless that is a vector's name, and of the vector that is meant.
+/// Does not compile unless `$vector` is the name of a vector, and of the one that `$meant` names.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! assert_vector {

@@ -1,9 +1,9 @@
-//! The host port: the same kernel, each task a coroutine, time virtual.
+//! The host port: the same kernel, with tasks as coroutines and virtual time.
 //!
-//! Blocking code runs under `cargo test` as it does on the MCU, and the same each time: a task runs until
-//! a kernel call switches, and when all are blocked, time moves on to the next tick. Interrupts are what
-//! the test makes of them: [`run_for`] calls its `on_tick` at every tick, which may post, send and put, and a
-//! task may be preempted by an [`interrupt`] between two of its calls, or [inside](interrupted) of one.
+//! Blocking code runs under `cargo test` as it does on the MCU, and deterministically: a task runs until a
+//! kernel call switches, and when all tasks are blocked, time advances to the next tick. The test supplies
+//! the interrupts: [`run_for`] calls its `on_tick` at every tick, which may post, send and put. An
+//! [interrupt] may also preempt a task between two of its calls, or [inside](interrupted) of one.
 
 extern crate std;
 
@@ -34,7 +34,8 @@ pub(crate) const IDLE_CONTEXT: usize = 0;
 /// The highest byte of an address is 0.
 pub(crate) const LINK_MARK: usize = 1 << (usize::BITS - 8);
 
-/// The `stack_pointer` of the first task: less says that there is none, or that it is being started.
+/// The `stack_pointer` of the first task. Lower values mean that there is no task, or that it is being
+/// started.
 const FIRST_TASK: usize = 2;
 
 std::thread_local! {
@@ -42,11 +43,11 @@ std::thread_local! {
     static TASKS: RefCell<Vec<HostTask>> = const { RefCell::new(Vec::new()) };
     /// The interrupt that is to occur inside of a kernel call.
     static ARRIVAL: RefCell<Option<Arrival>> = const { RefCell::new(None) };
-    /// How the running task gives control back; null while none runs.
+    /// The running task's way to return control to [`run_ready`]; null while no task runs.
     static YIELDER: Cell<*const Yielder<(), ()>> = const { Cell::new(ptr::null()) };
-    /// Whether the running task has not switched where it was due, as it was failing.
+    /// Whether the running task has put off a switch that was due, because it was panicking.
     static OWES_SWITCH: Cell<bool> = const { Cell::new(false) };
-    /// The panic of an interrupt inside of a kernel call, which ends the run.
+    /// The panic of an interrupt inside of a kernel call; it ends the run.
     static FAILURE: RefCell<Option<Box<dyn Any + Send>>> = const { RefCell::new(None) };
     /// Whether this thread has the [`OneKernel`].
     static HAS_KERNEL: Cell<bool> = const { Cell::new(false) };
@@ -54,17 +55,17 @@ std::thread_local! {
 
 struct HostTask {
     control: &'static ControlBlock,
-    /// Taken out while it runs.
+    /// `None` while the task runs.
     coroutine: Option<TaskCoroutine>,
 }
 
 struct Arrival {
-    /// How many critical sections end until then, this one included.
+    /// The interrupt occurs when so many critical sections have ended, the present one included.
     sections: usize,
     handler: Box<dyn FnOnce(&mut Interrupt)>,
 }
 
-/// The right to the kernel: its state is static, and tests run on many threads.
+/// The exclusive right to the kernel, whose state is static, while tests run on many threads.
 struct OneKernel {
     _lock: MutexGuard<'static, ()>,
 }
@@ -85,15 +86,17 @@ impl Drop for OneKernel {
     }
 }
 
-/// What runs as the tasks of a run that is over are dropped: it may do all but block.
+/// The running task while the tasks of a finished run are dropped. It may make any kernel call that does not
+/// block.
 static UNDERTAKER: ControlBlock = ControlBlock::new();
 
 /// Runs the kernel for `ticks` ticks: `init` starts the tasks, `on_tick` stands for the interrupts.
 ///
 /// At the end the tasks are killed and dropped: their stacks are free, they wait for nothing any more, and no
-/// timer is armed. The statics they used keep their state otherwise. What they drop then may make kernel
-/// calls, but none that blocks: that ends the program. So does a task that goes on to block, or returns, as
-/// it has caught the panic by which it is dropped: [`resume_unwind`](panic::resume_unwind) passes that on.
+/// timer is armed. The statics they used keep their state otherwise. Values that are dropped then may make
+/// kernel calls, but one that blocks ends the program. A task that catches the panic by which it is dropped
+/// must pass it on with [`resume_unwind`](panic::resume_unwind): if it blocks or returns instead, that ends
+/// the program, too.
 pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut(&mut Interrupt, u32)) {
     let mut passed = 0;
     run(init, |interrupt| {
@@ -107,15 +110,15 @@ pub fn run_for(ticks: u32, init: impl FnOnce(&mut Boot), mut on_tick: impl FnMut
     });
 }
 
-/// Runs the kernel: `init` starts the tasks, and whenever all of them are blocked, `on_idle` stands for the
-/// interrupt that comes then, until it returns `false`. Time stands still unless it calls [`tick`].
+/// Runs the kernel: `init` starts the tasks. Whenever all of them are blocked, `on_idle` stands for the next
+/// interrupt; the run ends when it returns `false`. Time advances only when it calls [`tick`].
 ///
-/// A task that panics ends the run, and the caller gets the panic. So does an interrupt; where it comes
-/// [inside](interrupted) of a call its task can't catch that.
+/// A panic of a task or of an interrupt ends the run and is passed to the caller. If the interrupt occurs
+/// [inside](interrupted) of a call, the task that makes the call can't catch the panic.
 pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt) -> bool) {
     assert!(!HAS_KERNEL.get(), "this thread runs a kernel already");
     let _kernel = OneKernel::take();
-    end_run(); // one whose end has failed
+    end_run(); // of an earlier run whose end has failed
     let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: no task runs.
         init(&mut unsafe { Boot::assume() });
@@ -127,7 +130,7 @@ pub fn run(init: impl FnOnce(&mut Boot), mut on_idle: impl FnMut(&mut Interrupt)
             }
         }
     }));
-    // Now, while no other kernel can run: the tasks are dropped, and what they hold goes back.
+    // Now, while no other kernel can run: dropping the tasks returns what they hold, by kernel calls.
     end_run();
     if let Err(panic) = outcome {
         panic::resume_unwind(panic);
@@ -143,8 +146,8 @@ pub fn tick(interrupt: &mut Interrupt) {
     }
 }
 
-/// An interrupt in the midst of a task: runs `handler`, then a task that became ready by it and outranks this
-/// one.
+/// Interrupts the calling task: runs `handler`, then each task that became ready by it and outranks the
+/// caller.
 pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
     assert!(HAS_KERNEL.get(), "no kernel runs on this thread");
     // SAFETY: the calling task does nothing else meanwhile, as on the MCU.
@@ -154,8 +157,9 @@ pub fn interrupt(handler: impl FnOnce(&mut Interrupt)) {
     }
 }
 
-/// Makes a kernel call of a task, or a [`tick`], that an interrupt preempts at the end of its `sections`-th
-/// critical section, counted from 1, while that task runs. If there are fewer, the interrupt does not come.
+/// Makes a kernel call of a task, or a [`tick`], and lets an interrupt occur at the end of its `sections`-th
+/// critical section, counted from 1, while that task runs. If the call has fewer, the interrupt does not
+/// occur.
 pub fn interrupted<R>(
     sections: usize,
     handler: impl FnOnce(&mut Interrupt) + 'static,
@@ -167,21 +171,21 @@ pub fn interrupted<R>(
     result
 }
 
-/// From inside of [`interrupted`], where a job begins: if the interrupt has not come, it does not come.
+/// Cancels the interrupt of [`interrupted`], if it has not occurred yet: for the beginning of a job.
 pub fn cancel_arrival() {
     ARRIVAL.set(None);
 }
 
-/// From the handler of [`interrupted`], or at the end of a job: another interrupt occurs so many critical
-/// sections later.
+/// Lets another interrupt occur after `sections` more critical sections: for the handler of [`interrupted`],
+/// or the end of a job.
 pub fn arrive_later(sections: usize, handler: impl FnOnce(&mut Interrupt) + 'static) {
     ARRIVAL.set(Some(Arrival { sections, handler: Box::new(handler) }));
 }
 
-/// Kills the tasks of this run, drops them, and leaves the kernel as at the start. What is dropped may start
-/// others.
+/// Kills the tasks of this run, drops them, and resets the kernel to its initial state. Values that are
+/// dropped may start further tasks, so this repeats until none is left.
 fn end_run() {
-    YIELDER.set(ptr::null()); // a task that has failed leaves its own
+    YIELDER.set(ptr::null()); // a task that has panicked leaves its own
     OWES_SWITCH.set(false);
     FAILURE.take();
     ARRIVAL.take();
@@ -190,7 +194,7 @@ fn end_run() {
         let boot = &mut unsafe { Boot::assume() };
         boot.mask(|masked| KERNEL.ready.reset(masked));
         let controls = TASKS.with_borrow(|tasks| tasks.iter().map(|task| task.control).collect::<Vec<_>>());
-        // As long as all have their stacks, which may hold what others wait for.
+        // Before any is dropped: their stacks may hold objects that others wait for.
         for control in &controls {
             boot.mask(|masked| {
                 control.set_flag(masked, Flag::Killed);
@@ -238,7 +242,7 @@ fn run_ready() {
     }
 }
 
-/// Where a task has caught what failed, the switch that it owes comes first.
+/// If a task has caught its panic, it first makes the switch that it has put off meanwhile.
 pub(crate) fn disable_interrupts() {
     if !thread::panicking() && OWES_SWITCH.take() {
         suspend();
@@ -248,7 +252,7 @@ pub(crate) fn disable_interrupts() {
 pub(crate) fn enable_interrupts() {
     if let Some(Arrival { handler, .. }) = end_section() {
         interrupt(|interrupt| {
-            // The task must not go on in the midst of a call, and might catch the panic.
+            // The task might catch the panic, but must not continue in the middle of a call: it is suspended.
             if let Err(panic) = panic::catch_unwind(AssertUnwindSafe(|| handler(interrupt))) {
                 FAILURE.set(Some(panic));
                 suspend();
@@ -263,13 +267,12 @@ pub(crate) fn irq_window() {}
 /// As on the AVR: only in an ISR, between two of its critical sections.
 pub(crate) unsafe fn isr_window() {
     if let Some(Arrival { handler, .. }) = end_section() {
-        // SAFETY: the tick's interrupt, which calls this, does nothing else meanwhile, and switches at its
-        // end.
+        // SAFETY: the tick's interrupt calls this. It does nothing else meanwhile, and switches at its end.
         handler(&mut unsafe { Interrupt::assume() });
     }
 }
 
-/// A critical section ends. Returns the interrupt that occurs now.
+/// Counts the end of a critical section. Returns the interrupt that occurs now, if any.
 fn end_section() -> Option<Arrival> {
     ARRIVAL.with_borrow_mut(|arrival| {
         let sections = &mut arrival.as_mut()?.sections;
@@ -279,9 +282,9 @@ fn end_section() -> Option<Arrival> {
 }
 
 pub(crate) fn critical<R>(body: impl FnOnce(&Masked) -> R) -> R {
-    // A message may be dropped on any thread.
+    // A message may be dropped on a thread without a kernel, too.
     let _kernel = (!HAS_KERNEL.get()).then(OneKernel::take);
-    // SAFETY: what stands for interrupts runs only between critical sections.
+    // SAFETY: simulated interrupts run only between critical sections.
     body(&unsafe { Masked::assume() })
 }
 
@@ -293,13 +296,13 @@ pub(crate) fn switch_from_call(_: &mut Task) {
     suspend();
 }
 
-/// A task that is dropped, or that failed, has nobody to go on with it.
+/// Fails in a task that is being dropped or has panicked: nothing would resume it.
 pub(crate) fn may_block() {
     let message = "a task that is dropped blocks";
     assert!(!thread::panicking(), "{message}");
-    // Who has caught the panic by which it is dropped would catch another, too.
+    // A task that has caught the panic by which it is dropped would catch another, too.
     if critical(ready::running).is(&UNDERTAKER) {
-        let _ = writeln!(io::stderr(), "{message}"); // which no test captures
+        let _ = writeln!(io::stderr(), "{message}"); // not captured by tests
         process::abort();
     }
 }
@@ -310,12 +313,12 @@ pub(crate) fn begin() {
 
 /// Gives control back to [`run_ready`], until that resumes the task.
 fn suspend() {
-    // A task that is dropped, or that failed, gives back what it holds and runs no other.
+    // A task that is being dropped or has panicked only releases what it holds: it does not run others.
     if thread::panicking() {
         OWES_SWITCH.set(true);
         return;
     }
-    // An arrival interrupts this task only.
+    // The pending arrival interrupts this task only.
     let arrival = ARRIVAL.take();
     let yielder = YIELDER.get();
     assert!(!yielder.is_null(), "a kernel call that may switch was made outside `host::run_for`");
@@ -346,7 +349,7 @@ pub(crate) fn when_dropped(clean_up: impl FnMut()) -> impl Drop {
     WhenDropped(clean_up)
 }
 
-/// The clock of tasks' times: none passes while a task runs.
+/// The clock of tasks' CPU times: no time passes while a task runs.
 #[cfg(feature = "cpu-time")]
 pub(crate) fn clock(_: &Masked) -> u16 {
     0
@@ -357,10 +360,10 @@ pub(crate) fn stack(_: &'static ControlBlock, _: usize) -> Option<Range<usize>> 
     None
 }
 
-/// The tests tick.
+/// The test drives the tick.
 pub(crate) fn need_tick() {}
 
-/// Any stack will do: the task gets one of its own.
+/// Any size will do: the coroutine has a stack of its own.
 pub(crate) const fn fits(_body: usize, _bytes: usize) -> bool {
     true
 }
