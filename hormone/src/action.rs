@@ -1,8 +1,8 @@
-//! What a module does with its motors: an action is a motion of the three joints, in a file of its own.
+//! Actions of a module's motors: each is a motion of the three joints, in a file of its own.
 //!
-//! A motion is a row of postures, spread evenly over the beats that the action takes. The last one is held
-//! until the next action. To add an action, write its file and add its line to the registry at the end of
-//! this one.
+//! A motion is a sequence of postures, spread evenly over the beats that the action takes. The joints hold
+//! the last one until the next action. To add an action, write its file and add its line to the registry at
+//! the end of this one.
 
 use kernel::flash::Flash;
 use tasks::dock::Dock;
@@ -17,7 +17,7 @@ pub struct Posture {
     pub motor0: i8,
     /// The joint between the halves.
     pub roll: i8,
-    /// The joint of the half with the Back dock. Of a leg it is the hip.
+    /// The joint of the half with the Back dock. In a leg it is the hip.
     pub motor2: i8,
 }
 
@@ -26,10 +26,10 @@ pub const fn posture(motor0: i8, roll: i8, motor2: i8) -> Posture {
     Posture { motor0, roll, motor2 }
 }
 
-/// The postures of an action. None means that the joints stay where they are.
+/// The postures of an action. If it has none, the joints stay where they are.
 pub type Motion = Flash<[Posture]>;
 
-/// What an action wants of a dock besides.
+/// An action's request to a dock, beside its motion.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Docking {
@@ -106,7 +106,7 @@ actions! {
     Swing = 1 in swing,
     /// Hold the leg on the ground while the hip turns back under the swing of the others.
     Holding = 2 in holding,
-    /// Keep still: the safe action of a module that no rule has told what to do.
+    /// Keep still: the safe action of a module to which no rule has given another.
     Rest = 3 in rest,
     /// A vertical wave of the body.
     Wave = 4 in wave,
@@ -116,9 +116,9 @@ actions! {
     Roll = 6 in roll,
     /// Bend as a sixth of a circle.
     Curl = 7 in curl,
-    /// Bend likewise, and latch what comes near the Back.
+    /// Bend as a sixth of a circle, and latch what comes near the Back.
     Grasp = 8 in grasp,
-    /// Bend likewise, and let go of the neighbour in front.
+    /// Bend as a sixth of a circle, and let go of the neighbour in front.
     Release = 9 in release,
     /// Swing on the back: lift the leg the other way.
     SwingOver = 10 in swing_over,
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn no_joint_is_sent_past_its_end() {
-        // Pitch and yaw turn 90 degrees each way, roll farther than a byte tells.
+        // Pitch and yaw turn 90 degrees each way; roll turns farther than an `i8` can say.
         for frame in all().flat_map(|action| action.motion().iter()) {
             assert!(frame.motor0.abs() <= 90 && frame.motor2.abs() <= 90);
             assert_ne!(frame.roll, i8::MIN, "the other sign can be taken");

@@ -1,10 +1,10 @@
 //! The three behaviours of a module (paper, Figure 5) as state machines. They take messages and the time, and
 //! give messages and events to a [`Module`].
 //!
-//! [`Behaviours`] holds all three, for whoever drives them one after the other: give it
-//! [each message](Behaviours::receive) to a behaviour as it comes; after these, and at
-//! [`poll_at`](Behaviours::poll_at), [`poll`](Behaviours::poll) it. On the MCU each has
-//! [a task of its own](crate::task).
+//! [`Behaviours`] holds all three for a caller that drives them one after the other. The caller hands over
+//! [each message](Behaviours::receive) to a behaviour as it comes, and [polls](Behaviours::poll) after
+//! messages and at [`poll_at`](Behaviours::poll_at). On the MCU each behaviour has [a task of its
+//! own](crate::task).
 
 pub mod ac_receive;
 pub mod ac_send;
@@ -23,17 +23,17 @@ use crate::status::Status;
 use crate::time::until;
 use crate::topology::Topology;
 
-/// What AC_SEND and AC_RECV share: the topology, and when which dock is probed.
+/// The state that AC_SEND and AC_RECV share: the topology and the schedule of probes.
 pub struct AdaptiveCommunication {
     topology: Topology,
     schedule: Schedule,
-    /// When AC_SEND sees whether a dock is to be probed.
+    /// When AC_SEND next checks whether a dock is to be probed.
     probe_at: u16,
-    /// When AC_RECV looks for silent neighbours.
+    /// When AC_RECV next looks for silent neighbours.
     look_at: u16,
-    /// Whether HORMONE does not know the topology yet.
+    /// Whether HORMONE has yet to be told of a change of the topology.
     is_news: bool,
-    /// Messages to AC_RECV that are no probes.
+    /// Messages to AC_RECV that were no probes.
     malformed: u16,
 }
 
@@ -50,7 +50,7 @@ impl AdaptiveCommunication {
         }
     }
 
-    /// Looks for silent neighbours, tells HORMONE what is new, and probes docks: each if it is time.
+    /// Looks for silent neighbours, tells HORMONE of changes, and probes docks: each if it is due.
     pub fn poll(&mut self, now: u16, module: &mut impl Module) {
         if let (Some(neighbours), _) = self.look(now)
             && !ac_receive::tell(&neighbours, module)
@@ -69,7 +69,7 @@ impl AdaptiveCommunication {
         self.next_look(now).min(until(self.probe_at, now))
     }
 
-    /// AC_SEND keeps out of the way of beats that HORMONE [expects](Schedule::expect).
+    /// Sets the beats that HORMONE expects: AC_SEND [keeps its probes out of their way](Schedule::expect).
     pub fn expect(&mut self, beats: Option<Beats>) {
         self.schedule.expect(beats);
     }
@@ -96,7 +96,7 @@ impl Behaviours {
         }
     }
 
-    /// Does what a message to a behaviour asks for, `now` as it is taken.
+    /// Handles a message to a behaviour, which is taken at `now`.
     pub fn receive(&mut self, now: u16, message: impl Held, module: &mut impl Module) {
         if message.letter().to().task() == TaskCode::HORMONE {
             self.hormone.receive(now, message, module);
@@ -105,8 +105,9 @@ impl Behaviours {
         }
     }
 
-    /// Does what it is time for. Returns whether the [`status`](Self::status) may be another.
-    #[inline(never)] // its stack is needed here alone
+    /// Does what is due. Returns whether HORMONE has acted, by which the [`status`](Self::status) may have
+    /// changed.
+    #[inline(never)] // keeps its stack frame out of the caller's
     pub fn poll(&mut self, now: u16, module: &mut impl Module) -> bool {
         let has_acted = self.hormone.act(now, module);
         if has_acted {
@@ -116,14 +117,14 @@ impl Behaviours {
         has_acted
     }
 
-    /// When to poll though nothing comes.
-    #[inline(never)] // likewise
+    /// When to poll even if no message comes.
+    #[inline(never)] // as `poll`
     pub fn poll_at(&self, now: u16) -> u16 {
         let wait = self.hormone.next_due(now).min(self.adaptive_communication.next_due(now));
         now.wrapping_add(wait)
     }
 
-    /// What HORMONE decides by.
+    /// The state by which HORMONE decides.
     pub fn controller(&self) -> &Controller {
         self.hormone.controller()
     }

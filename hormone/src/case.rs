@@ -1,4 +1,4 @@
-//! Who a rule is for: one byte, by which HORMONE looks the rule up.
+//! The case that a rule is for: one byte, by which HORMONE looks the rule up.
 //!
 //! ```text
 //!   1 + sense, 0 without a condition (7..4) | source (3) | module type (2..0)
@@ -7,7 +7,7 @@
 use crate::module_type::ModuleType;
 use crate::sense::Sense;
 
-/// Where the letter comes from that a rule answers to.
+/// The source of the letter that a rule answers to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[repr(u8)]
@@ -29,12 +29,12 @@ const SENSE: u32 = 4;
 const _: () = assert!(Sense::ALL.len() < 16, "a case has four bits for them");
 
 impl Case {
-    /// Whatever is sensed.
+    /// A case without a condition.
     pub const fn new(module_type: ModuleType, source: Source) -> Case {
         Case((source as u8) << 3 | module_type as u8)
     }
 
-    /// With this condition, or none, in place of the one that it has.
+    /// This case with another condition, or with none.
     pub const fn given(self, sense: Option<Sense>) -> Case {
         let code = match sense {
             Some(sense) => 1 + sense as u8,
@@ -56,12 +56,12 @@ impl Case {
         self.0 & SOURCE != 0
     }
 
-    /// Whether both are for the same, but for the source.
+    /// Whether both are the same but for the source.
     pub const fn is_like(self, other: Case) -> bool {
         self.0 & !SOURCE == other.0 & !SOURCE
     }
 
-    /// Whether both are the same, also when this is compiled.
+    /// Whether both are the same. Works in constants, where `==` does not.
     pub const fn is(self, other: Case) -> bool {
         self.0 == other.0
     }

@@ -33,26 +33,26 @@ const ALL_DOCKS: DockSet = DockSet::of(&Dock::ALL);
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Outgoing {
-    /// What to send.
+    /// The hormone to send.
     pub hormone: Hormone,
     /// The docks it leaves by; at least one.
     pub docks: DockSet,
 }
 
-/// What HORMONE has to do after an input.
+/// HORMONE's response to an input.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[must_use]
 pub struct Response {
-    /// What happened.
+    /// The event to trace.
     pub event: Option<Event>,
     /// The hormone to send, through docks that have a neighbour.
     pub send: Option<Outgoing>,
-    /// The action to perform from now on, be it the one before; `None` to go on as before.
+    /// The action to perform from now on, which may be the one before; `None` to go on as before.
     pub action: Option<Action>,
 }
 
-/// An input that nothing comes of.
+/// The response to an input that has no effect.
 pub(crate) const NOTHING: Response = Response { event: None, send: None, action: None };
 
 /// Which part of its action a module performs in the present beat.
@@ -64,56 +64,58 @@ struct Part {
     of: u8,
 }
 
-/// How long a robot has to have a head until the ring counts as open, in milliseconds: longer than a
-/// neighbour is away that is reset, or that a dock is blind for a moment.
+/// How long a robot has to have a head until the ring counts as open, in milliseconds. This is longer than a
+/// neighbour is away while it is reset, or than a dock is blind for a moment.
 const OPEN_AFTER: u16 = 1_000;
 
-/// How long after the order to become a ring no token shows that the robot is one, in milliseconds: it may be
-/// one already, of which a latch is opening, and half a second after that its neighbour has been missed.
+/// After the order to become a ring, a token does not show for this long that the robot is one, in
+/// milliseconds. The robot may still be a ring of which a latch is opening; half a second after the latch has
+/// opened, the lost neighbour has been missed.
 const CLOSED_AFTER: u16 = latch::LONGEST_MS + 500;
 
-/// After so many beats without a hormone it is time to ask the neighbour that they came by. One may be late.
+/// After so many beats without a hormone, the neighbour that they came by is told the standing order. A
+/// single hormone may be late.
 const DOUBTFUL: u8 = 2;
 
 /// The state of HORMONE.
 ///
-/// A module whose type no rule covers keeps still. One of type [`ModuleType::Other`] besides passes a
-/// hormone on, unchanged, to all its neighbours but the one it came from, so that a robot of an
-/// unknown shape is not cut off behind it.
+/// A module whose type no rule covers keeps still. One of type [`ModuleType::Other`] also passes a hormone
+/// on, unchanged, to all its neighbours but the one it came from, so that a robot of an unknown shape is not
+/// cut off behind it.
 pub struct Controller {
     pacemaker: Pacemaker,
     acting: ModuleType,
     /// The docks that have a neighbour.
     connected: DockSet,
-    /// Where the rhythm comes from.
+    /// The dock that the rhythm comes by.
     source: Option<Dock>,
-    /// Of the last hormone that came.
+    /// The lifetime of the last hormone that was taken up.
     lifetime: Option<NonZeroU16>,
-    /// What this module adds to the rhythm of what it sends.
+    /// This module's own summand of the rhythm that it sends.
     rhythm: u8,
     /// The rhythm that it followed when it sent last, if it did not lead, and the one that it sent.
     followed: Option<u8>,
     sent: u8,
     part: Part,
-    /// Where the last rule that was followed stands in its table.
+    /// The index of the last rule that was followed, in its table.
     last_rule: u8,
     senses: Senses,
     /// Whether there was a beat since the sensors were asked.
     is_beat: bool,
-    /// When they are to be asked again in this beat.
+    /// When the sensors are to be asked again in this beat.
     ask_again_at: Option<u16>,
     election: Election,
     helm: Helm,
     ledger: Ledger,
-    /// When the robot will have taken another shape, if it has a head until then; and until when no token
-    /// shows that it is a ring.
+    /// When the robot counts as open if it still has a head then. Until then no token shows that it is a
+    /// ring.
     reshaped_at: Option<u16>,
     status: Status,
 }
 
 impl Controller {
-    /// A module at power-up, at `now`, that walks by `gait` until it learns of an order to walk otherwise,
-    /// or, where there was none, a hormone of another of the [`GAITS`] comes. `seed` should differ from
+    /// A module at power-up, at `now`. It walks by `gait` until it learns of an order to walk otherwise or,
+    /// where there was no order, until a hormone of another of the [`GAITS`] comes. `seed` should differ from
     /// module to module and from boot to boot.
     pub const fn new(gait: Gait, seed: u16, now: u16) -> Self {
         Controller {
@@ -138,8 +140,8 @@ impl Controller {
         }
     }
 
-    /// The module's neighbours are now these. A module that changes its type rests until the rules of
-    /// its new type speak.
+    /// Takes in the module's present neighbours. A module that changes its type rests until a rule of its new
+    /// type applies.
     #[inline(never)]
     pub fn topology(&mut self, neighbours: &Neighbours, now: u16) -> Response {
         let module_type = ModuleType::of(neighbours);
@@ -158,8 +160,9 @@ impl Controller {
         Response { event: Some(Event::TopologyChanged(module_type)), ..response }
     }
 
-    /// The clock is to be looked at: after [`next_due`](Self::next_due), or at any other time. Call again
-    /// until it is `None`. A caller late by a beat skips one and does not make up for it.
+    /// Does what is due by the clock. Call it after [`next_due`](Self::next_due), or at any other time, and
+    /// again until it returns `None`. A caller that is late by a beat skips that beat and does not make up
+    /// for it.
     #[inline(never)]
     pub fn timer(&mut self, now: u16) -> Option<Response> {
         self.helm.expire(now);
@@ -197,7 +200,7 @@ impl Controller {
         if self.pacemaker.missed() == DOUBTFUL
             && let Some(dock) = self.source
         {
-            // It may be another's by now, attached alike, who was ordered to stop.
+            // Another neighbour may be there by now, attached alike, that was ordered to stop.
             self.ledger.tell(DockSet::of(&[dock]), now);
         }
         let response = self.relay(data);
@@ -227,13 +230,13 @@ impl Controller {
         (next != NEVER).then_some(next)
     }
 
-    /// The beats around now; `None` where none is awaited.
+    /// The beats around now; `None` if none is awaited.
     pub fn beats(&self) -> Option<Beats> {
         let is_awaited = self.is_leader() || self.pacemaker.is_following();
         is_awaited.then(|| self.pacemaker.beats(self.connected))
     }
 
-    /// `hormone` came in by `dock` at `now`.
+    /// Takes in `hormone`, which came by `dock` at `now`.
     #[inline(never)]
     pub fn received(&mut self, dock: Dock, hormone: Hormone, now: u16) -> Response {
         self.status.hormones_received = self.status.hormones_received.wrapping_add(1);
@@ -251,8 +254,8 @@ impl Controller {
         }
     }
 
-    /// What a round of the election sends, if one begins at `now`. Who no longer leads after it, for no token
-    /// came back, rests.
+    /// Sends the token of a round of the election, if one begins at `now`. A leader whose tokens did not come
+    /// back stands down in it, and rests.
     fn round(&mut self, now: u16) -> Option<Response> {
         let has_led = self.election.ring().is_some();
         let token = self.election.round(now)?;
@@ -261,7 +264,7 @@ impl Controller {
         Some(Response { send, ..if stands_down { self.rest() } else { NOTHING } })
     }
 
-    #[inline(never)] // its stack is needed here alone
+    #[inline(never)] // keeps its stack frame out of the caller's
     fn hear_token(&mut self, token: Token, now: u16) -> Response {
         let has_led = self.is_leader();
         let is_own = self.election.is_own(token);
@@ -274,7 +277,7 @@ impl Controller {
             return self.reshaped(now);
         }
         if self.is_leader() && !has_led {
-            // As in `become_type`, and in `topology`.
+            // For the same reasons as in `become_type` and in `topology`.
             self.pacemaker.skip(now);
             self.pacemaker.forget();
             self.source = None;
@@ -282,7 +285,8 @@ impl Controller {
         NOTHING
     }
 
-    /// The neighbour at `dock` says what stands, and whether it knows that this module knows as much.
+    /// Takes in the standing order that the neighbour at `dock` told. `knows` says that the neighbour knows
+    /// that this module knows it.
     #[inline(never)] // as `hear_token`
     fn hear_of(&mut self, standing: Standing, dock: Dock, knows: bool, now: u16) -> Response {
         if !self.ledger.hear(dock, standing, knows, now) {
@@ -294,7 +298,7 @@ impl Controller {
         response
     }
 
-    /// This order was kept without power. It stands unless a neighbour has told a newer one.
+    /// Takes in the order that was kept without power. It stands unless a neighbour has told a newer one.
     pub fn recall(&mut self, standing: Standing, now: u16) -> Response {
         if self.ledger.standing().number != 0 {
             return NOTHING;
@@ -304,17 +308,17 @@ impl Controller {
         response
     }
 
-    /// The order that is to be kept without power, until it [is](Self::kept).
+    /// The order that is yet to be [kept](Self::kept) without power, if there is one.
     pub fn to_keep(&self) -> Option<Record> {
         self.ledger.to_keep()
     }
 
-    /// That order is kept.
+    /// The order has been kept.
     pub fn kept(&mut self) {
         self.ledger.kept();
     }
 
-    /// Somebody orders the robot about: whoever is at the dock `from`, or a task of this module.
+    /// Takes in an order from the dock `from`, or from a task of this module if that is `None`.
     pub fn order(&mut self, from: Option<Dock>, order: Order, now: u16) -> Response {
         match order.what {
             What::Walk(gait, period) => self.walk_from_now(gait, period, now),
@@ -334,7 +338,7 @@ impl Controller {
         }
     }
 
-    /// The whole robot is to walk by this gait.
+    /// Orders the whole robot to walk by this gait.
     fn walk_from_now(&mut self, gait: u8, period: Period, now: u16) -> Response {
         match self.ledger.standing().next(gait, period) {
             Some(standing) => self.walk_by(standing, self.connected, now),
@@ -342,15 +346,15 @@ impl Controller {
         }
     }
 
-    /// This order stands from now on, and these neighbours are to know it. A module that walks so already
-    /// goes on; another rests until its leader's beat comes.
+    /// Makes this the standing order, and has these neighbours told. A module that walks so already goes on;
+    /// another one rests until its leader's beat comes.
     #[inline(never)] // as `hear_token`
     fn walk_by(&mut self, standing: Standing, tell: DockSet, now: u16) -> Response {
         let is_halted = self.is_halted();
         self.ledger.set(standing, tell, now);
         if self.is_halted() {
             if standing.gait != STOP {
-                // Others may know it.
+                // Other modules may know the gait.
                 let _ = self.dropped();
             }
             self.pacemaker.forget();
@@ -377,8 +381,8 @@ impl Controller {
         self.ledger.standing().gait.wrapping_sub(1) >= GAITS.len() as u8
     }
 
-    /// The senses whose sensors are to be asked at `now`, for [`read`](Self::read): eight times a beat those
-    /// that are a condition of a rule for this type.
+    /// The senses whose sensors are to be asked at `now`: those that are a condition of a rule for this type,
+    /// eight times a beat. The answers go to [`read`](Self::read).
     pub fn asks(&mut self, now: u16) -> impl Iterator<Item = Sense> {
         let is_beat = core::mem::take(&mut self.is_beat);
         if is_beat {
@@ -398,22 +402,22 @@ impl Controller {
         self.ask_again_at.map(|at| until(at, now))
     }
 
-    /// Whether there is a rule for this type with this sense.
+    /// Whether a rule for this type has this sense as its condition.
     fn minds(&self, sense: Sense) -> bool {
         let case = Case::new(self.acting, Source::Timer).given(Some(sense));
         self.gait().rules.iter().any(|rule| rule.case.is_like(case))
     }
 
-    /// The sensor of `sense` reads `value`.
+    /// Takes in `value`, a reading of the sensor of `sense`.
     pub fn read(&mut self, sense: Sense, value: i16) {
         self.senses.read(sense, value);
     }
 
     /// The target of the joints at `now`, or `None` if they are to stay where they are.
     ///
-    /// A right leg is a left one in a mirror: it rolls to the other side. A leg on the side that the robot
-    /// turns to takes half the stride, and backward: half the stride ahead does not turn a robot that is
-    /// longer than it is wide. A module alone rolls to and fro to turn, to the right as in a mirror.
+    /// A right leg mirrors a left one: it rolls to the other side. A leg on the side that the robot turns to
+    /// takes half the stride, and backward: half the stride ahead does not turn a robot that is longer than
+    /// it is wide. A module alone rolls to and fro to turn; a turn to the right mirrors one to the left.
     pub fn posture(&self, now: u16) -> Option<Posture> {
         let (index, _) = self.progress(now)?;
         let posture = self.status.action.motion().get(index)?;
@@ -437,8 +441,8 @@ impl Controller {
         left
     }
 
-    /// Which of its postures the action has come to at `now`, and how many milliseconds that lasts yet;
-    /// `None` for the last.
+    /// The index of the action's posture at `now`, and the milliseconds for which it still lasts; `None` for
+    /// the last.
     fn progress(&self, now: u16) -> Option<(usize, Option<u16>)> {
         let steps = self.status.action.motion().len();
         let last = steps.checked_sub(1)?;
@@ -464,7 +468,7 @@ impl Controller {
         self.helm.course()
     }
 
-    /// Whether this module beats the time.
+    /// Whether this module leads: its timer generates the beats.
     pub fn is_leader(&self) -> bool {
         let leads = match self.gait().leader {
             Leader::Head => self.acting == ModuleType::Head,
@@ -474,14 +478,14 @@ impl Controller {
         leads && !self.is_halted()
     }
 
-    /// Whether this module may be one of a ring, by how it is attached and what it walks by: a gait of rings,
-    /// or one that ends in a ring.
+    /// Whether this module may be part of a ring, judged by its type and its gait: a gait of rings, or one
+    /// that ends in a ring.
     fn is_in_ring(&self) -> bool {
         self.acting == ModuleType::Spine && (self.gait().leader == Leader::Elected || self.once().is_some())
     }
 
-    /// What the robot does once it has taken the shape in which this module has its type. One that was
-    /// ordered to stop does nothing.
+    /// What the robot does once it has taken the shape in which this module has its present type. A robot
+    /// that was ordered to stop does nothing.
     fn once(&self) -> Option<Once> {
         self.gait().once.filter(|once| once.becomes == self.acting && !self.is_halted())
     }
@@ -512,15 +516,15 @@ impl Controller {
         }
         let has_led = self.is_leader();
         self.acting = acting;
-        // Whoever is behind gets another beat than before, and shall not wait for the old one.
+        // The modules behind get another beat than before, and must not wait for the old one.
         self.rhythm = self.rhythm.wrapping_add(1);
-        // Else a new leader would take up what the timer came by while it was none.
+        // Else a new leader would act on beats that passed while it did not lead.
         self.pacemaker.skip(now);
         if !self.is_in_ring() {
             self.election.leave(now);
         }
         if has_led && self.is_in_ring() {
-            // Nobody leads any more, unless this was for a moment.
+            // No module leads any more, unless this one led for a moment only.
             self.election.stand(now);
         }
         if self.once().is_some() && !self.is_in_ring() {
@@ -541,7 +545,7 @@ impl Controller {
         self.pacemaker.gait()
     }
 
-    #[inline(never)] // it stands here several times: flash
+    #[inline(never)] // called several times here: saves flash
     fn rest(&mut self) -> Response {
         self.status.action = Action::Rest;
         self.senses = Senses::NONE;
@@ -549,8 +553,9 @@ impl Controller {
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 
-    /// The rhythm of what this module sends, where it follows this one, or leads. After a change the two
-    /// summands may make up what it was before: then who is behind would wait for the old one.
+    /// The rhythm of what this module sends while it follows the rhythm `followed`, or leads if that is
+    /// `None`. After a change the two summands may add up to the rhythm sent before. Then this module's own
+    /// summand grows; else the modules behind would wait for the old beat.
     fn onward(&mut self, followed: Option<u8>) -> u8 {
         let mut rhythm = followed.unwrap_or(0).wrapping_add(self.rhythm) % RHYTHMS;
         if followed != self.followed {
@@ -561,7 +566,7 @@ impl Controller {
             if self.followed.is_some()
                 && let Some(dock) = self.source
             {
-                // It may be another's by now, attached alike, who walks in another Period.
+                // Another neighbour may be there by now, attached alike, that walks in another Period.
                 let (_, beat_at) = self.pacemaker.last();
                 self.ledger.tell(DockSet::of(&[dock]), beat_at);
             }
@@ -570,7 +575,7 @@ impl Controller {
         rhythm
     }
 
-    /// Does what the rule for a received letter says, be it made good.
+    /// Does what the rule for a received letter says, also for a letter that was made good.
     fn relay(&mut self, data: Data) -> Response {
         let rhythm = self.onward(Some(self.pacemaker.rhythm()));
         let pace = self.pace(data, self.pacemaker.is_made_good(), rhythm, self.lifetime);
@@ -580,13 +585,14 @@ impl Controller {
         }
     }
 
-    #[inline(never)] // likewise
+    #[inline(never)] // as `rest`
     fn dropped(&mut self) -> Response {
         self.status.dropped = self.status.dropped.wrapping_add(1);
         NOTHING
     }
 
-    /// Whether a hormone is news: one of a gait that the module knows, and for a beat that has not been.
+    /// Takes up a hormone if it is news: of a gait that the module knows, and for a beat that has not been.
+    /// Returns whether it did.
     #[inline(never)] // as `hear_token`
     fn takes_up(&mut self, dock: Dock, pace: Pace, now: u16) -> bool {
         if self.is_leader() {
@@ -594,7 +600,7 @@ impl Controller {
         }
         let standing = self.ledger.standing();
         if standing.number != 0 && pace.name != standing.gait {
-            // One of the two does not know the newest order.
+            // The neighbour or this module does not know the newest order.
             self.ledger.tell(DockSet::of(&[dock]), now);
             return false;
         }
@@ -617,13 +623,14 @@ impl Controller {
         true
     }
 
-    /// A hormone of the last beat.
+    /// The hormone of the last beat.
     fn pace(&self, data: Data, is_made_good: bool, rhythm: u8, lifetime: Option<NonZeroU16>) -> Pace {
         let number = self.pacemaker.number();
         Pace { name: self.gait().name, data, is_made_good, number, rhythm, lifetime }
     }
 
-    /// Does what the rule for this letter says. What it sends goes out with this rhythm and lifetime.
+    /// Does what the rule for this letter says. The hormone that the rule sends gets this rhythm and
+    /// lifetime.
     fn act(&mut self, source: Source, data: Data, rhythm: u8, lifetime: Option<NonZeroU16>) -> Response {
         self.is_beat = true;
         let beats = self.gait().beats;
@@ -647,14 +654,15 @@ impl Controller {
     }
 
     /// Sends a hormone by those of `docks` that have a neighbour.
-    #[inline(never)] // likewise
+    #[inline(never)] // as `rest`
     fn send(&self, hormone: Hormone, docks: DockSet) -> Response {
         let docks = docks.intersection(self.connected);
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
 
-    /// The rule for this letter: one for what the module senses before the one for all. There is one at most
-    /// for each, and mostly it stands beside the last one, so the search begins there.
+    /// The rule for this letter. A rule for what the module senses goes before the one without a condition.
+    /// There is at most one for each case, and it mostly stands beside the last rule, so the search begins
+    /// there.
     fn rule(&mut self, source: Source, data: Data) -> Option<Rule> {
         let Gait { rules, beats, .. } = *self.gait();
         let mut held = self.senses.held();
@@ -677,13 +685,13 @@ impl Controller {
         }
     }
 
-    /// What a module of no known type sends: the same, to all.
+    /// What a module of no known type sends: the same letter, to all neighbours.
     fn passes_on(&self, data: Data) -> Option<Send> {
         (self.acting == ModuleType::Other).then_some(Send { data, docks: ALL_DOCKS })
     }
 
-    /// Of these docks those by which the rhythm does not come: what went back would be taken for a beat of
-    /// somebody else.
+    /// `docks` without the one that the rhythm comes by. The module there would take a hormone that went back
+    /// for a beat of another leader.
     fn onwards(&self, mut docks: DockSet) -> DockSet {
         if let Some(source) = self.source {
             docks.remove(source);
@@ -692,7 +700,7 @@ impl Controller {
     }
 }
 
-#[inline(never)] // likewise
+#[inline(never)] // as `rest`
 fn gait_named(name: u8) -> Option<Gait> {
     GAITS.get(usize::from(name).checked_sub(1)?)
 }

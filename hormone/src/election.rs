@@ -1,23 +1,26 @@
-//! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, for modules that are
-//! all attached alike can't do it otherwise (Angluin).
+//! How a ring of modules without IDs elects a leader, after Itai and Rodeh: by chance, because modules that
+//! are all attached alike can't do it otherwise (Angluin).
 //!
-//! Who hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round the ring.
-//! A candidate that meets a higher rank follows, and passes it on; a lower one ends there. One's own rank
-//! coming back has been everywhere: its candidate leads, and the hops are the ring's size. A leader goes on
-//! with that, above all candidates, and draws its rank anew each time that it came back, so that a tie ends
-//! in the next round. So two leaders, after a tie or where two chains closed to a ring, find out, and one of
-//! them follows. Where frames are lost a token may take longer than a round: one of the rank before is still
-//! the leader's own.
+//! A module that hears no leader's beat for two rounds becomes a candidate, draws a rank, and sends it round
+//! the ring in a token. A candidate that meets a higher rank follows, and passes the token on; a token of a
+//! lower rank ends there. A token that comes back to its candidate has been everywhere: the candidate leads,
+//! and the hops are the ring's size. A leader goes on sending tokens, with ranks above those of all
+//! candidates, and draws a new rank each time a token has come back, so that a tie ends in the next round. So
+//! two leaders, after a tie or where two chains closed to a ring, find each other out, and one of them
+//! follows. Where frames are lost, a token may take longer than a round: a leader also knows a token of its
+//! previous rank as its own.
 //!
-//! A candidate that hears a beat waits for its token all the same: where a chain has just closed to a ring
-//! the beat may be its own, of when it was the head. Where somebody leads, the token ends there.
+//! A candidate that hears a beat still waits for its token: where a chain has just closed to a ring, the beat
+//! may be its own, from when it was the head. If another module leads, the token ends there.
 //!
-//! All that a token passes give way to it, so one whose candidate is gone must not go round for long: it ends
-//! at the first module that it comes to again, where it has passed more than twice as many as before. One
-//! that has passed some more is the next one, in a ring that has grown.
+//! All modules that a token passes give way to it, so a token whose candidate is gone must not go round for
+//! long. It ends at the first module that it comes to again, where it has passed more than twice as many
+//! modules as before. A token that has passed only some more is the candidate's next one, in a ring that has
+//! grown.
 //!
-//! Nobody knows how long a token takes round the ring before one came back. So a candidate keeps its rank
-//! until then, and whoever has stood in vain waits twice as long for the next time, until a beat comes.
+//! No module knows how long a token takes round the ring before one has come back. So a candidate keeps its
+//! rank until then, and a module that was a candidate in vain waits twice as long before the next time, until
+//! a beat comes.
 
 use tasks::lfsr;
 
@@ -26,25 +29,26 @@ use crate::time::{reached, until};
 /// From one round to the next, in milliseconds, in a ring of up to 125 modules.
 pub const ROUND: u16 = 1_000;
 
-/// In a longer ring it is so long for each of its modules: twice what a token takes to the next one.
+/// In a longer ring a round takes this long for each module, in milliseconds: twice what a token takes to the
+/// next module.
 const HOP: u16 = 8;
 
-/// The most modules that a token passes, and that a ring can have: as far as the leader's rounds can be
-/// counted.
+/// The most modules that a token passes, and that a ring can have: the clock can still time the leader's
+/// round, which takes 8 ms for each.
 pub const LARGEST: u16 = 0xFFF;
 
-/// The most rounds in which a follower waits for a sign of whoever leads or stands: longer than a token takes
-/// round the largest ring.
+/// The most rounds for which a follower waits for a sign of a leader or a candidate: longer than a token
+/// takes round the largest ring.
 const LONGEST_WAIT: u8 = 32;
 
-/// A leader whose token does not come back in so many rounds is in no ring. At three frames of four lost, of
-/// 20 modules' tokens two of five end on their way.
+/// A leader whose token does not come back in so many rounds is in no ring. Where three frames of four are
+/// lost, two of five tokens end on their way round 20 modules.
 const PATIENCE: u8 = 16;
 
 /// The bit of a rank that lifts leaders above candidates.
 const LEADER: u16 = 0x8000;
 
-/// What goes round the ring.
+/// The token that goes round the ring.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Token {
@@ -55,7 +59,7 @@ pub struct Token {
 }
 
 impl Token {
-    /// None that goes round is like this one, and has passed more modules.
+    /// No token: one of the same rank that goes round has not passed more modules.
     const NONE: Token = Token { rank: 0, hops: LARGEST };
 }
 
@@ -64,7 +68,7 @@ impl Token {
 enum Role {
     Follower,
     Candidate,
-    /// Of a ring of so many modules; rounds since its token came back.
+    /// The leader of a ring of so many modules; rounds since its token came back.
     Leader {
         ring: u16,
         silent: u8,
@@ -76,12 +80,12 @@ pub struct Election {
     role: Role,
     /// The token that it sent last, with no hop, or passed on, with the fewest hops that it came with.
     last: Token,
-    /// The rank before its own, of which tokens may still come back; 0 if there is none.
+    /// The previous rank of this module, of which tokens may still come back; 0 if there is none.
     rank_before: u16,
     /// A [shift register](lfsr).
     random: u16,
     round_at: u16,
-    /// So many rounds it waits as a follower before it stands.
+    /// The rounds for which it waits as a follower before it becomes a candidate.
     wait: u8,
 }
 
@@ -107,7 +111,7 @@ impl Election {
         self.give_way(now);
     }
 
-    /// A beat came: somebody leads, or this module did until it became a candidate.
+    /// A beat came: another module leads, or this one did until it became a candidate.
     pub fn follow(&mut self, now: u16) {
         self.wait = 2;
         if self.role == Role::Candidate {
@@ -117,7 +121,7 @@ impl Election {
         }
     }
 
-    /// Somebody stands.
+    /// Another module is a candidate or leads: this one follows.
     fn give_way(&mut self, now: u16) {
         self.role = Role::Follower;
         self.wait_from(now);
@@ -127,12 +131,12 @@ impl Election {
         self.round_at = now.wrapping_add(u16::from(self.wait) * ROUND);
     }
 
-    /// Nobody else leads: this module becomes a candidate at once.
+    /// No other module leads: this one becomes a candidate at once.
     pub fn stand(&mut self, now: u16) {
         self.round_at = now;
     }
 
-    /// The module is in no ring at `now`. A round that is due stays due, though the clock comes round.
+    /// The module is in no ring at `now`. A round that is due stays due when the clock wraps.
     pub fn rest(&mut self, now: u16) {
         if reached(self.round_at, now) {
             self.round_at = now;
@@ -190,7 +194,7 @@ impl Election {
             }
         } else if token.rank == self.last.rank {
             if token.hops > 2 * self.last.hops {
-                // It has been all round. If it is the ring that has grown so much, the next one passes.
+                // It has been all round. If it is the ring that has grown so much, the next token passes.
                 self.last = Token::NONE;
                 return None;
             }
@@ -202,7 +206,7 @@ impl Election {
     }
 
     fn draw(&mut self, now: u16) -> u16 {
-        // The moment breaks the tie of two that began with one seed. Zero is the one state never left.
+        // `now` breaks the tie of two modules with the same seed. The register would never leave state zero.
         self.random = lfsr::shifted::<16>((self.random ^ now).max(1));
         self.random & !LEADER
     }

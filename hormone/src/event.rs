@@ -1,5 +1,5 @@
-//! What the behaviours tell an on-chip debugger, one byte at a time, so that a bench or the simulator
-//! can put a time to it.
+//! The events that the behaviours tell an on-chip debugger, one byte each, so that a bench or the simulator
+//! can put a time to them.
 //!
 //! | byte | event |
 //! |---|---|
@@ -35,7 +35,7 @@ const LATER_SENT: u8 = 0xC0;
 pub enum Event {
     /// AC_RECV reported a change; this is the type of the module now.
     TopologyChanged(ModuleType),
-    /// The module, a head, generated a hormone with this data.
+    /// The module, a leader, generated a hormone with this data.
     HormoneGenerated(Data),
     /// A hormone with this data arrived at this dock, and was taken up.
     HormoneReceived(Dock, Data),
@@ -64,7 +64,7 @@ impl Event {
         }
     }
 
-    /// The event with this code, or `None` if it has none.
+    /// The event with this code, or `None` if there is none.
     pub fn from_byte(byte: u8) -> Option<Event> {
         let low = byte & 0x0F;
         match byte & 0xF0 {

@@ -1,4 +1,4 @@
-//! Gaits: a table of rules each, in a file of its own. A change of shape is one too.
+//! Gaits: each is a table of rules in a file of its own. A change of shape is a gait too.
 //!
 //! To add one, write its file with [`gait!`](crate::gait!) and add its line to the registry at the end of
 //! this one.
@@ -13,20 +13,19 @@ use crate::data::Data;
 use crate::module_type::ModuleType;
 use crate::rule::Rule;
 
-/// Who beats the time of a gait by its local timer.
+/// The module that beats the time of a gait by its local timer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Leader {
-    /// The module of type Head, as it is attached.
+    /// The module that is a Head by how it is attached.
     Head,
     /// The module that has no neighbour.
     Alone,
-    /// The module that a ring elects, for there all are attached alike.
+    /// The module that a ring elects, because all its modules are attached alike.
     Elected,
 }
 
-/// When a leader's type becomes this one, and stays so, the robot has taken another shape, and walks by
-/// another gait.
+/// A change of shape: when a leader's type becomes this one and stays so, the robot walks by another gait.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Once {
@@ -46,9 +45,9 @@ pub struct Gait {
     /// The length of a beat in milliseconds. Beats times this is the Period, at most 32 767: a shorter one
     /// walks faster.
     pub beat: NonZeroU16,
-    /// Who beats the time.
+    /// The module that beats the time.
     pub leader: Leader,
-    /// What a change of shape ends in.
+    /// How a change of shape ends; `None` for other gaits.
     pub once: Option<Once>,
     /// Its rules.
     pub rules: &'static Flash<[Rule]>,
@@ -78,7 +77,7 @@ pub struct Gait {
 /// assert_eq!(creeping::GAIT.rules.len(), 3);
 /// ```
 ///
-/// What can't be meant does not compile. A type, dock, letter or action that there is not:
+/// A table that makes no sense does not compile. A type, dock, letter or action that does not exist:
 ///
 /// ```compile_fail,E0599
 /// # use hormone::{action::Action::*, data::Data::*, gait::Leader, rule::*};
@@ -112,7 +111,8 @@ pub struct Gait {
 ///     received(LeftLeg, A).to(B).perform(Swing), received(LeftLeg, B).perform(Holding)] }
 /// ```
 ///
-/// A sense that there is not, two rules for one case and sense, and a rule with a condition alone:
+/// A sense that does not exist, two rules for one case and sense, and a rule with a condition but none
+/// without:
 ///
 /// ```compile_fail,E0599
 /// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*};
@@ -136,7 +136,7 @@ pub struct Gait {
 ///     received(LeftLeg, A).to(B).given(UpsideDown).perform(SwingOver)] }
 /// ```
 ///
-/// A hormone that nobody receives: no left leg has a rule for A.
+/// A hormone that no module receives: no left leg has a rule for A.
 ///
 /// ```compile_fail,E0080
 /// # use hormone::{action::Action::*, data::Data::*, gait::Leader, module_type::ModuleType::*, rule::*};
@@ -180,7 +180,7 @@ impl Gait {
         Gait { name: 0, beats, beat, leader, once: None, rules }
     }
 
-    /// A gait that ends, and in which other one, once its leader becomes this type.
+    /// This gait, which ends in the gait `then` once its leader becomes this type.
     pub const fn once(self, becomes: ModuleType, then: GaitName) -> Gait {
         Gait { once: Some(Once { becomes, then }), ..self }
     }
@@ -199,7 +199,7 @@ impl Gait {
         self.rules.iter().find(|rule| rule.case == case && rule.covers(data, self.beats))
     }
 
-    /// The docks by which modules of this type send hormones on, by whatever rule.
+    /// The docks by which modules of this type send hormones on, by any rule.
     pub fn ways(&self, module_type: ModuleType) -> DockSet {
         let of_type = self.rules.iter().filter(|rule| rule.case.module_type() == module_type);
         of_type.filter_map(|rule| rule.send).fold(DockSet::EMPTY, |docks, send| docks.union(send.docks))
@@ -233,7 +233,7 @@ macro_rules! gaits {
                 }
             }
 
-            /// What it is.
+            /// The gait itself.
             pub const fn gait(self) -> Gait {
                 match self {
                     $(GaitName::$name => $file::GAIT.named($number),)*
@@ -249,7 +249,7 @@ macro_rules! gaits {
     };
 }
 
-/// Gaits are found by their names.
+/// The names have to be places in the table: a gait is looked up by its name.
 const fn check_names(names: &[u8]) {
     let mut place = 0;
     while place < names.len() {

@@ -10,8 +10,8 @@
 //! | 14 | [`Order`] to steer | name, held (3..2) and course (1..0), serial, lifetime |
 //! | 15 | [`Token`] of an election | name and hops (11..8), rank (low byte, high byte), hops (7..0) |
 //!
-//! A [`Period`] is 5 to 80 times 50 ms, or 127 for the gait's own; an order has 255 for that, too. Gait 0 is
-//! to stop.
+//! A [`Period`] is 5 to 80 times 50 ms, or 127 for the gait's own; an order may have 255 for that, too. Gait
+//! 0 means stop.
 
 use core::num::{NonZeroU8, NonZeroU16};
 
@@ -31,11 +31,11 @@ const LAST_GAIT: u8 = 11;
 /// The bit of a pace that was made good.
 const MADE_GOOD: u8 = 1 << 3;
 const STANDING: u8 = 12;
-/// The bit of a standing order that the receiver is known to know.
+/// The bit of a standing order that says that the receiver is known to know it.
 const KNOWS: u8 = 1 << 7;
 const WALK: u8 = 13;
 const STEER: u8 = 14;
-/// From this bit on an order to steer says how long it has held.
+/// The lowest bit of the field in which an order to steer says how long it has held.
 const HELD: u8 = 2;
 const ELECTION: u8 = 15;
 
@@ -45,9 +45,9 @@ const ELECTION: u8 = 15;
 pub enum Hormone {
     /// A gait's beat.
     Pace(Pace),
-    /// What somebody wants the robot to do.
+    /// What a remote control wants the robot to do.
     Order(Order),
-    /// What stands with the sender, and whether it knows that the receiver knows as much.
+    /// The sender's standing order, and whether the sender knows that the receiver knows it.
     Standing(Standing, bool),
     /// A ring elects its leader.
     Token(Token),
@@ -57,7 +57,7 @@ pub enum Hormone {
 pub type Payload = heapless::Vec<u8, LONGEST>;
 
 impl Hormone {
-    /// How links carry it: of beats that were not sent yet, the last one alone matters.
+    /// How links carry it: of beats that were not sent yet, only the last one matters.
     pub fn kind(self) -> Kind {
         match self {
             Hormone::Pace(_) => Kind::Latest,

@@ -1,9 +1,9 @@
 //! Distributed control without IDs (paper, sections 6 and 7).
 //!
-//! Every module of a robot runs the same three behaviours. AC_SEND probes the six docks, AC_RECV
-//! keeps the topology out of the probes it hears, HORMONE acts on topology, local timer and
-//! received hormones by a table of receptor rules, and propagates hormones. No module has an ID: what
-//! a module does follows from how it is attached.
+//! Every module of a robot runs the same three behaviours. AC_SEND probes the six docks. AC_RECV derives the
+//! topology from the probes it hears. HORMONE acts on topology, local timer and received hormones by a table
+//! of receptor rules, and propagates hormones. No module has an ID: what a module does follows from how it is
+//! attached.
 //!
 //! What they are built from:
 //! - AC_SEND: [`schedule`], [`probe`].

@@ -1,4 +1,4 @@
-//! All that a behaviour reaches of its module (paper, section 6): it sends messages, and says what it did.
+//! A behaviour's only access to its module (paper, section 6): it sends messages, and says what it did.
 
 use tasks::message::{Address, Message, TaskCode};
 use tasks::post_office::Undelivered;
@@ -17,10 +17,10 @@ pub trait Module {
     /// Tells a debugger or simulator what has happened.
     fn trace(&mut self, event: Event);
 
-    /// Asks a device of this module for something, on behalf of HORMONE, to which the answer goes.
+    /// Asks a device of this module for something on behalf of HORMONE, which gets the answer.
     ///
     /// # Errors
-    /// As of [`send`](Self::send).
+    /// Those of [`send`](Self::send).
     fn request(&mut self, request: Request) -> Result<(), Undelivered> {
         let (to, from) = (Address::here(request.task()), Address::here(TaskCode::HORMONE));
         match Message::new(to, from, &request.to_payload()) {

@@ -4,7 +4,7 @@ use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
 use crate::topology::Neighbours;
 
-/// What a module is, by how it is attached.
+/// The type of a module, by how it is attached.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash, PartialOrd, Ord))]
 #[repr(u8)]
@@ -24,7 +24,8 @@ pub enum ModuleType {
     /// Every topology the paper does not name, a module alone among them. It keeps still and passes
     /// hormones on.
     Other = 6,
-    /// No connection: it acts so, and its type is [`Other`](ModuleType::Other), as the paper has it.
+    /// No connection. A module alone acts by the rules for this, while its type is
+    /// [`Other`](ModuleType::Other), as the paper has it.
     Alone = 7,
 }
 
@@ -44,10 +45,11 @@ impl ModuleType {
     }
 
     /// The type whose rules a module with these neighbours follows. Table 1 has the head send to its left and
-    /// right too, where by its definition nobody can be. So one that has nobody in front and its back at a
-    /// front goes by the head's rules whatever hangs on it beside: a body that is cut before a branch walks
-    /// on. One that bears a leg at each side and has nobody behind goes by the branch's, as the pelvis of a
-    /// human does. One that has nobody at all acts by the rules of a module alone.
+    /// right too, where by its definition it has no neighbour. So a module that has no neighbour in front and
+    /// its back at a front follows the head's rules, whatever else is attached to it: a body that is cut
+    /// before a branch walks on. A module that has a neighbour in front, bears a leg at each side and has no
+    /// neighbour behind follows the branch's rules, as the pelvis of a human does. A module without any
+    /// neighbour follows the rules of a module alone.
     pub fn acting(neighbours: &Neighbours) -> ModuleType {
         match (ModuleType::of(neighbours), neighbours) {
             (ModuleType::Other, [None, Some(Front), ..]) => ModuleType::Head,

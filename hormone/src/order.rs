@@ -1,11 +1,11 @@
-//! What a remote control wants the robot to do: to walk by a gait or to stop, or to turn.
+//! Orders of a remote control to the robot: to walk by a gait, to stop, or to turn.
 //!
-//! A remote control is whoever sends it: a behaviour of any module, or a device at a free dock. How to walk
-//! becomes the [standing order](crate::standing) of the robot. A course goes to every module by every dock,
-//! and is said again and again; when the remote control falls silent, the robot goes straight ahead. A newer
-//! course supersedes an older one, so that in a loop, where it comes back, it ends. A neighbour that is told
-//! how the robot walks, as one that starts is, is told its course as well, and for how long that has held: so
-//! it holds there no longer than here.
+//! The remote control is any sender of orders: a behaviour of any module, or a device at a free dock. An
+//! order to walk becomes the [standing order](crate::standing) of the robot. A course goes to every module by
+//! every dock, and the remote control repeats it; when the remote control falls silent, the robot goes
+//! straight ahead. A newer course supersedes an older one, so a course that comes back round a loop ends. A
+//! neighbour that is told the standing order, such as one that starts, is told the course as well, and for
+//! how long it has held: so it holds there no longer than here.
 
 use core::num::NonZeroU8;
 
@@ -17,7 +17,7 @@ use crate::time::{reached, until};
 /// How long a course holds after it was last ordered, in milliseconds.
 pub const HOLDS: u16 = 2_000;
 
-/// How long it has held is told in steps of so many milliseconds, 0 to 3.
+/// An order says in steps of so many milliseconds how long its course has held: 0 to 3 steps.
 const STEP: u16 = 512;
 const MOST_STEPS: u16 = 3;
 
@@ -63,9 +63,9 @@ pub enum What {
 pub struct Steer {
     /// Where the robot is to go.
     pub course: Course,
-    /// It may reach so many modules yet.
+    /// The modules that it may still reach.
     pub lifetime: NonZeroU8,
-    /// For how many steps of 512 ms it has held, 0 to 3; one that has begun counts.
+    /// For how many steps of 512 ms it has held, 0 to 3; a step that has begun counts.
     pub held: u8,
 }
 
@@ -75,18 +75,19 @@ pub struct Steer {
 pub struct Order {
     /// What is ordered.
     pub what: What,
-    /// Counts the orders of one remote control, modulo 256. Only a course is told by it from an older one:
-    /// courses go round loops, and how to walk is told as the [standing order](crate::standing).
+    /// Counts the orders of one remote control, modulo 256. Modules tell a newer course from an older one by
+    /// it, because courses go round loops. It does not matter for an order to walk, which modules tell each
+    /// other as the [standing order](crate::standing).
     pub serial: u8,
 }
 
-/// What a module remembers of courses.
+/// A module's memory of courses.
 pub struct Helm {
     course: Course,
     serial: u8,
-    /// So many modules behind this one it may reach.
+    /// The modules behind this one that the course may still reach.
     lifetime: u8,
-    /// Until when they hold.
+    /// Until when the course holds, if one does.
     until: Option<u16>,
     /// These neighbours may not know the course.
     untold: DockSet,
@@ -122,7 +123,7 @@ impl Helm {
         (held <= MOST_STEPS).then_some(Order { what, serial: self.serial })
     }
 
-    /// Forgets what no longer holds. Call at least every 30 s while an order holds.
+    /// Forgets a course that no longer holds. Call at least every 30 s while one holds.
     pub fn expire(&mut self, now: u16) {
         if self.until.is_some_and(|at| reached(at, now)) {
             *self = Helm::new();

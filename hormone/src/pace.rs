@@ -19,18 +19,18 @@ pub const RHYTHMS: u8 = 32;
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Pace {
-    /// The gait, by [name](crate::gait::Gait::name): 1 is the paper's CP.
+    /// The [name](crate::gait::Gait::name) of the gait: 1 is the paper's CP.
     pub name: u8,
-    /// What it carries.
+    /// The letter that it carries.
     pub data: Data,
     /// The leader's hormone for this beat was lost on the way, and a timer took its place.
     pub is_made_good: bool,
-    /// The leader's beat that it is of, modulo [`NUMBERS`]: so the next beat is told from this one that comes
-    /// late, whatever their data.
+    /// The number of the leader's beat, modulo [`NUMBERS`]. It tells a hormone of the next beat from a late
+    /// one of this beat, whatever their data.
     pub number: u8,
     /// Modulo [`RHYTHMS`]. Changes when the way from the leader to the receiver changes. Each module adds a
-    /// summand of its own that is random at power-up and grows when its type changes: whose rhythm is another
-    /// than before, starts afresh.
+    /// summand of its own that is random at power-up and grows when its type changes. A receiver whose rhythm
+    /// differs from the one before starts afresh.
     pub rhythm: u8,
     /// The modules that it may still reach; no limit without it.
     pub lifetime: Option<NonZeroU16>,
@@ -42,7 +42,7 @@ impl Pace {
         self.number.wrapping_sub(number) % NUMBERS
     }
 
-    /// As it goes on from a module that received it, or `None` if its life ends there.
+    /// The pace that goes on from a module that received this one, or `None` if its life ends there.
     pub fn aged(self) -> Option<Pace> {
         match self.lifetime {
             None => Some(self),

@@ -1,8 +1,8 @@
-//! The local timer of Table 1, from beat to beat, from power-up; and how hormones set it.
+//! The local timer of Table 1, which runs from beat to beat from power-up on, and how hormones set it.
 //!
-//! A leader beats by it. Every other module takes a hormone up when it comes, sets the timer by it, and when
-//! one does not come, lost on the way, acts by the timer as if it had come. So a gait goes on evenly over
-//! links that lose three frames of four.
+//! A leader beats by it. Every other module takes up a hormone when it comes, and sets the timer by it. When
+//! a hormone is lost on the way, the module acts by the timer as if it had come. So a gait goes on evenly
+//! over links that lose three frames of four.
 //!
 //! ```text
 //!   beat         beat         beat
@@ -19,19 +19,19 @@ use crate::data::Data;
 use crate::gait::Gait;
 use crate::pace::{NUMBERS, Pace};
 
-/// How long after its beat a hormone is waited for before the timer takes its place, in milliseconds: longer
-/// than it is delayed without a loss on a way of some hundred hops.
+/// How long after its beat a module waits for a hormone before the timer takes its place, in milliseconds:
+/// longer than a way of some hundred hops without a loss delays it.
 const PATIENCE: u16 = 12;
 
-/// After so many beats of which not even a late hormone came, that of another leader, or of the same one by
-/// another way, is followed. One may be lost, and one late; and who followed whichever came first would
-/// change its leader by a race where there are two ways.
+/// After so many beats of which not even a late hormone came, a module follows the hormone of another leader,
+/// or of the same one by another way. One hormone may be lost, and one late. A module that followed whichever
+/// came first would change its leader by a race where there are two ways.
 const SILENT: u8 = 3;
 
-/// How far ahead of its beat a hormone is that comes a beat late.
+/// How far [ahead](Pace::ahead_of) a hormone is that comes a beat late.
 const LATE: u8 = NUMBERS - 1;
 
-/// After so many beats without a hormone the module knows no rhythm any more: at the last of them it rests.
+/// After so many beats without a hormone the module follows no rhythm any more: at the last of them it rests.
 const MOST_MISSED: u8 = 8;
 
 /// The last beat and the next one.
@@ -39,7 +39,7 @@ const MOST_MISSED: u8 = 8;
 pub struct Beats {
     pub last_at: u16,
     pub next_at: u16,
-    /// By which docks hormones come and go then.
+    /// The docks by which hormones come and go at these beats.
     pub docks: DockSet,
 }
 
@@ -50,13 +50,13 @@ pub struct Pacemaker {
     last: Data,
     last_at: u16,
     rhythm: u8,
-    /// Of the last beat, as its leader counts.
+    /// The number of the last beat, as its leader counts.
     number: u8,
     /// Beats since the last hormone.
     missed: u8,
     /// The last beat is not the leader's: here, or on the way here, a timer took the place of its hormone.
     is_made_good: bool,
-    /// The last beat was another one, until the module that it came from knew better.
+    /// The last beat took the place of another, because the module that it came from knew better.
     is_corrected: bool,
 }
 
@@ -115,7 +115,7 @@ impl Pacemaker {
         self.missed = MOST_MISSED;
     }
 
-    /// Passes over the beats that are long gone, those of a time when nobody asked.
+    /// Passes over the beats that have gone by since the last one.
     pub fn skip(&mut self, now: u16) {
         let gone = now.wrapping_sub(self.last_at) / self.gait.beat;
         self.last_at = self.last_at.wrapping_add(gone.wrapping_mul(self.gait.beat.get()));
@@ -123,7 +123,7 @@ impl Pacemaker {
         self.last = self.last.later((gone % u16::from(self.gait.beats.max(1))) as u8, self.gait.beats);
     }
 
-    /// The beat that a leader has come to, if it has come to one since the last. Who asks a beat late skips
+    /// The beat that a leader has come to, if it has come to one since the last. Polled a beat late, it skips
     /// one.
     pub fn lead(&mut self, now: u16) -> Option<Data> {
         if now.wrapping_sub(self.last_at) < self.gait.beat.get() {
@@ -143,7 +143,7 @@ impl Pacemaker {
         self.gait.beat.get().saturating_sub(now.wrapping_sub(self.last_at))
     }
 
-    /// The beat whose hormone has not come though it is due, if there is one.
+    /// Makes good the beat whose hormone is overdue, if there is one, and returns it.
     pub fn make_good(&mut self, now: u16) -> Option<Data> {
         if !self.is_following() || now.wrapping_sub(self.last_at) < self.gait.beat.get() + PATIENCE {
             return None;
@@ -161,9 +161,9 @@ impl Pacemaker {
         self.is_following().then(|| patience.saturating_sub(now.wrapping_sub(self.last_at)))
     }
 
-    /// Takes in a hormone of this gait. Returns whether it is news: one for a beat that was already, be it
-    /// made good, is not, nor one from another leader or by another way while the present one beats.
-    /// `same_way` says that it came by the dock that the rhythm comes by.
+    /// Takes in a hormone of this gait. Returns whether it is news. A hormone for a beat that has been, even
+    /// if that was made good, is no news; nor is one from another leader or by another way while the present
+    /// leader beats. `same_way` says that it came by the dock that the rhythm comes by.
     pub fn hear(&mut self, pace: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
@@ -172,18 +172,18 @@ impl Pacemaker {
         }
         let is_known = same_way && self.is_following();
         let is_same = is_known && pace.rhythm == self.rhythm;
-        // A link keeps the order of hormones: after one of this beat comes none of it or of one before,
-        // unless it was round a loop.
+        // A link keeps the order of hormones. After a hormone of this beat comes none of the same or an
+        // earlier beat, unless it went round a loop.
         let is_in_order = self.missed > 0 || elapsed < beat / 4;
         match pace.ahead_of(self.number) {
             0 if is_same && is_in_order => return self.hear_again(pace),
-            // A module on the way was another type for a moment, and this beat was made good meanwhile.
-            // In a ring, where hormones have a lifetime, another rhythm is another leader's, at its own time.
+            // A module on the way had another type for a moment, and this beat was made good meanwhile. In a
+            // ring, where hormones have a lifetime, another rhythm is another leader's, at its own time.
             0 if is_known && self.is_made_good && pace.lifetime.is_none() && elapsed < beat / 4 => {
                 return self.hear_again(pace);
             }
             1 if is_same && elapsed < beat - beat / 8 => {
-                // As far as a step may be shortened. The timer acts when that is over.
+                // A step may be shortened this far. The timer acts when the step is over.
                 self.last_at = self.last_at.wrapping_sub(beat / 8);
                 self.missed = 0;
                 return false;
@@ -193,7 +193,7 @@ impl Pacemaker {
                 self.take(pace, if elapsed > beat { due.wrapping_add(1) } else { now });
                 return true;
             }
-            // The beat before, which is over; unless it is this module that counts wrong.
+            // A hormone of the beat before, which is over; unless it is this module that counts wrong.
             LATE if is_same && is_in_order && self.is_bound() => return false,
             _ => {}
         }
@@ -227,8 +227,8 @@ impl Pacemaker {
         false
     }
 
-    /// Takes in a hormone of another gait, and goes over to that. Returns whether it does: not by another way
-    /// while the present leader beats.
+    /// Takes in a hormone of another gait, and changes to that gait. Returns whether it does: a hormone by
+    /// another way does not count while the present leader beats.
     pub fn change(&mut self, gait: Gait, pace: Pace, same_way: bool, now: u16) -> bool {
         if self.is_bound() && !same_way || self.is_beating(now) && !self.succeeds(pace, now) {
             return false;
@@ -238,8 +238,8 @@ impl Pacemaker {
         true
     }
 
-    /// Whether the module that the last beat came from may know better: once, for round a loop two could
-    /// correct each other.
+    /// Whether the module that the last beat came from may know better. It may correct a beat once, because
+    /// round a loop two modules could correct each other.
     fn may_be_corrected(&self) -> bool {
         self.is_made_good && !self.is_corrected
     }
@@ -250,15 +250,15 @@ impl Pacemaker {
         self.is_following() && self.missed == 0 && now.wrapping_sub(self.last_at) < beat - beat / 8
     }
 
-    /// Whether it follows what comes by one way, and by no other.
+    /// Whether it follows hormones that come by one way, and by no other.
     fn is_bound(&self) -> bool {
         self.missed < SILENT
     }
 
-    /// Whether another rhythm that comes the same way takes the place of one that beats: that of a new
-    /// leader, or of a new place in the robot. What comes so within a quarter of a beat, or is of the last
-    /// beat, may be the module's own hormone, round a loop: there it would race. It is not, if it is a
-    /// leader's and the module's own is not.
+    /// Whether another rhythm that comes the same way takes the place of one that still beats: that of a new
+    /// leader, or of a new place in the robot. A hormone that comes within a quarter of a beat, or that is of
+    /// the last beat, may be the module's own that came back round a loop, where it would race. It is not its
+    /// own if it is a leader's, while the last beat here was made good.
     fn succeeds(&self, pace: Pace, now: u16) -> bool {
         let is_fresher = self.is_made_good && !pace.is_made_good;
         let is_last = pace.ahead_of(self.number) == 0 && pace.data == self.last;

@@ -11,7 +11,7 @@ const UNIT: u16 = 50;
 const SHORTEST: u8 = 5;
 const LONGEST: u8 = 80;
 
-/// That of the gait, on the wire.
+/// The code on the wire for the gait's own Period.
 const GAITS_OWN: u8 = 0x7F;
 
 /// A Period: so many units of 50 ms, or the gait's own.
@@ -31,7 +31,8 @@ impl Period {
         }
     }
 
-    /// So many milliseconds; `None` if that is no multiple of 50, or less than 250 or more than 4000.
+    /// A Period of so many milliseconds; `None` if that is no multiple of 50, or less than 250 or more than
+    /// 4000.
     pub const fn of_milliseconds(period: u16) -> Option<Period> {
         let units = period / UNIT;
         let is_one = period.is_multiple_of(UNIT) && units >= SHORTEST as u16 && units <= LONGEST as u16;

@@ -1,4 +1,4 @@
-//! The probe: what AC_SEND tells whoever may sit at a dock.
+//! The probe: what AC_SEND tells the neighbour that may sit at a dock.
 //!
 //! One byte, sent as a datagram: a lost probe is not repeated, the next one replaces it.
 //!
@@ -24,9 +24,9 @@ pub struct Probe {
     pub dock: Dock,
     /// The receiver's dock that the sender hears at `dock`, if any.
     pub hears: Option<Dock>,
-    /// The sender misses probes of the receiver, and asks for more of them.
+    /// Whether the sender misses probes of the receiver, and asks for more of them.
     pub wants_more: bool,
-    /// Unlike in the probe that left by this dock before.
+    /// Alternates from each probe that leaves by this dock to the next.
     pub is_odd: bool,
 }
 

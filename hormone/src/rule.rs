@@ -1,9 +1,9 @@
-//! Receptor rules: a row of Table 1 each, as data.
+//! Receptor rules: each is a row of Table 1, as data.
 //!
 //! A row for one letter reads as in the paper. Where an action goes on over several beats, as a leg's Holding
-//! over all but one of six, one row has them all: from a first letter to a last one, round the end of the
-//! Period if need be. A row may be for modules alone that sense something; while they do, it goes before the
-//! row without such a condition for the same letter.
+//! does over all but one of six, one row covers them all: from a first letter to a last one, round the end of
+//! the Period if need be. A row may have a condition: then it is only for modules that sense something. While
+//! they do, it goes before the row without a condition for the same letter.
 //!
 //! ```
 //! use hormone::action::Action::{Holding, Straight, SwingOver};
@@ -31,13 +31,13 @@ pub const BACK: DockSet = DockSet::of(&[Dock::Back]);
 /// The paper's {l,r,b}.
 pub const LEFT_RIGHT_BACK: DockSet = DockSet::of(&[Dock::Left, Dock::Right, Dock::Back]);
 
-/// What a rule sends: `[name, data, docks]` in the paper.
+/// The hormone that a rule sends: `[name, data, docks]` in the paper.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Send {
     /// The data sent for the rule's first letter. For each later letter it is one later too.
     pub data: Data,
-    /// The docks it leaves by, those of them that have a neighbour.
+    /// The docks it leaves by, if they have a neighbour.
     pub docks: DockSet,
 }
 
@@ -90,7 +90,7 @@ impl Rule {
         Rule { send: Some(Send { data, docks }), ..self }
     }
 
-    /// Who it is for.
+    /// The case that it is for.
     pub const fn case(&self) -> Case {
         self.case
     }

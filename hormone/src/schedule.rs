@@ -6,7 +6,7 @@
 //! link are [probed quickly](Schedule::set_quick), beside their turns too; and [urgently](Schedule::urge)
 //! once a neighbour misses them.
 //!
-//! A line that carries a probe has a hormone wait, or be drowned. So docks by which a beat comes and goes
+//! A line that carries a probe makes a hormone wait, or drowns it. So docks by which a beat comes and goes
 //! are not probed [around it](Schedule::expect).
 
 use tasks::dock::{Dock, DockSet};
@@ -24,21 +24,21 @@ pub const STAGGER: u16 = PROBE_PERIOD / 6;
 /// From one probe to the next where links lose them, in milliseconds.
 pub const QUICK_PERIOD: u16 = 10;
 
-/// Likewise where a neighbour has begun to miss them. Who misses probes sends no more than before: at a port
-/// that is deaf while it sends, it would miss more of them.
+/// From one probe to the next where a neighbour has begun to miss them, in milliseconds. The module that
+/// misses probes sends no more than before: its port is deaf while it sends, so it would miss more of them.
 pub const URGENT_PERIOD: u16 = 4;
 
-/// So many probes are urgent: for seven turns, after which a neighbour of which no probe came is given up.
+/// So many probes are urgent: for seven turns, after which a neighbour that sent no probe is given up.
 const URGENT_PROBES: u8 = (7 * PROBE_PERIOD / URGENT_PERIOD) as u8;
 const _: () = assert!(URGENT_PROBES.is_multiple_of(2), "first come the probes of all quick docks");
 
-/// From when before a beat until when after it there are no probes, in milliseconds. They leave a back-off
-/// later and take 1.6 ms; a hormone is on its way here for 2.3 ms, and may be 3 ms early; and to all three
-/// neighbours of a branch it is on its way for 5 ms.
+/// No probes are sent from this long before a beat until [`AFTER_BEAT`] after it, in milliseconds. A probe
+/// leaves a back-off later and takes 1.6 ms. A hormone takes 2.3 ms to come here, and may be 3 ms early. To
+/// all three neighbours of a branch it takes 5 ms.
 pub const BEFORE_BEAT: u16 = backoff::LONGEST as u16 + 7;
 pub const AFTER_BEAT: u16 = 8;
 
-/// From the last dock's turn to the first one's: what the division above leaves over comes here.
+/// From the last dock's turn to the first one's: the remainder of the division above is added here.
 const ROUND_GAP: u16 = PROBE_PERIOD - 5 * STAGGER;
 
 /// The order of probes.
@@ -98,7 +98,7 @@ impl Schedule {
         }
     }
 
-    /// Whose turn it was.
+    /// Ends the turn of a dock. Returns whose turn it was.
     #[inline(never)] // else `due` saves more registers than it uses, mostly
     fn end_turn(&mut self, now: u16) -> Dock {
         let dock = self.turn;
@@ -108,7 +108,7 @@ impl Schedule {
         };
         self.turn = turn;
         self.turn_at = self.turn_at.wrapping_add(gap);
-        // Turns missed by more than a period are dropped: a burst of old probes helps nobody.
+        // Turns missed by more than a period are dropped: a burst of old probes is of no use.
         if reached(self.turn_at.wrapping_add(PROBE_PERIOD), now) {
             self.turn_at = now.wrapping_add(gap);
         }
@@ -128,11 +128,11 @@ impl Schedule {
         wait
     }
 
-    /// These are the beats around now; none is awaited where they are `None`.
+    /// Sets the beats around now; `None` if none is awaited.
     pub fn expect(&mut self, beats: Option<Beats>) {
         match beats {
             Some(beats) => self.beats = beats,
-            // The times of the last one would come round again with the clock.
+            // Else the times of the last beat would come round again when the clock wraps.
             None => self.beats.docks = DockSet::EMPTY,
         }
     }
@@ -172,7 +172,7 @@ impl Schedule {
         self.urgent_probes = URGENT_PROBES | self.urgent_probes & 1;
     }
 
-    /// Those of `docks` are urgent no longer: there this module listens.
+    /// Probes of `docks` are urgent no longer: there this module listens.
     pub fn calm(&mut self, docks: DockSet) {
         self.urgent = self.urgent.without(docks);
     }

@@ -1,23 +1,23 @@
-//! What a module senses of itself, as a condition of rules: a sensor, and what it has to read.
+//! The senses of a module, as conditions of rules: each is a sensor, and what it has to read.
 //!
-//! Between the reading at which a sense begins to hold and the one at which it ends, it stays as it is: so
-//! noise does not have a module do now this, now that. HORMONE asks the sensor eight times a beat, while its
-//! type has a rule with the sense, and the mean goes for the next beats. One reading would not do: a foot
-//! that lands jolts its leg by more than its weight. To add a sense, add its line to the registry at the end
-//! of this file.
+//! A sense has hysteresis: between the reading at which it begins to hold and the one at which it ends, it
+//! stays as it is, so noise does not make a module change to and fro. HORMONE asks the sensor eight times a
+//! beat while the module's type has a rule with the sense, and the mean counts for the next beats. One
+//! reading would not do: a foot that lands jolts its leg by more than its weight. To add a sense, add its
+//! line to the registry at the end of this file.
 
 use core::num::NonZeroU16;
 
 use tasks::sensor::Sensor;
 
-/// From one reading to the next in a beat of so many milliseconds: eight fall within it, and none is answered
-/// as the next beat comes.
+/// The time from one reading to the next in a beat of this length, in milliseconds: eight readings fall
+/// within the beat, and none is answered as the next beat comes.
 pub fn between_readings(beat: NonZeroU16) -> u16 {
     beat.get().wrapping_mul(2) / 15
 }
 
-/// For so many beats a sense holds without another reading: answers may be lost, a sensor that fell silent
-/// is not believed.
+/// For so many beats a sense holds without another reading. Answers may be lost, but a sensor that has fallen
+/// silent is not believed.
 pub const LASTS: u8 = 4;
 
 /// Declares [`Sense`]: a code, a sensor, and the readings, in the sensor's unit, beyond which the sense
@@ -37,7 +37,7 @@ macro_rules! senses {
             /// All of them, by their codes.
             pub const ALL: [Sense; [$($code),*].len()] = [$(Sense::$name),*];
 
-            /// Whose readings tell.
+            /// The sensor whose readings decide.
             pub const fn sensor(self) -> Sensor {
                 match self {
                     $(Sense::$name => $sensor,)*
@@ -54,14 +54,14 @@ macro_rules! senses {
     };
 }
 
-/// What a module senses now, each by its code.
+/// The present state of a module's senses, each by its code.
 #[derive(Clone, Copy)]
 pub struct Senses {
-    /// For how many beats it holds yet; 0 if it does not.
+    /// For how many more beats each holds; 0 if it does not.
     beats: [u8; Sense::ALL.len()],
-    /// Whether it did as this beat began.
+    /// Whether each held as this beat began.
     has_held: [bool; Sense::ALL.len()],
-    /// How far the readings of this beat are beyond the bound, in all.
+    /// The sum of how far this beat's readings lie beyond the bound.
     beyond: [i16; Sense::ALL.len()],
 }
 
@@ -78,7 +78,7 @@ impl Senses {
         Sense::ALL.into_iter().zip(self.beats).filter(|(_, beats)| *beats > 0).map(|(sense, _)| sense)
     }
 
-    /// The sensor of `sense` reads `value`. What it has read in this beat counts, in the mean.
+    /// The sensor of `sense` reads `value`. The mean of its readings in this beat counts.
     pub fn read(&mut self, sense: Sense, value: i16) {
         let place = sense as usize;
         let [begins, ends] = sense.bounds();
@@ -102,8 +102,8 @@ impl Senses {
 }
 
 senses! {
-    /// The half with the Front dock lies on its back, turned by more than 120 degrees; until by less than
-    /// 104.5.
+    /// The half with the Front dock lies on its back: it is turned by more than 120 degrees, and the sense
+    /// ends when it is turned by less than 104.5.
     UpsideDown = 0: Sensor::AccelerationZ, from -500 to -250,
 }
 

@@ -1,4 +1,4 @@
-//! What a module can be asked for from outside: by a debugger, the console or the simulator.
+//! The view of a module from outside: from a debugger, the console or the simulator.
 
 use core::mem::offset_of;
 
@@ -45,8 +45,8 @@ pub struct Status {
     pub hormones_unsent: u16,
     /// Beats that were acted on without a hormone, because none came.
     pub made_good: u16,
-    /// Hormones that came for a beat that had been, from another leader than the present one, or of an
-    /// unknown gait.
+    /// Hormones that were dropped: beats that had been, of another leader than the present one, or of an
+    /// unknown gait; courses that were no news; orders for an unknown gait; tokens that came to no ring.
     pub dropped: u16,
     /// Per dock the index of the neighbour's dock, or 0xFF for none.
     pub neighbours: [u8; 6],

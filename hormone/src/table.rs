@@ -9,12 +9,12 @@ use crate::data::{Data, MOST_BEATS};
 use crate::module_type::ModuleType;
 use crate::rule::Rule;
 
-/// Refuses a table that can't be meant.
+/// Refuses a table that makes no sense.
 ///
 /// # Panics
 /// When compiled, if `beats` is not 1 to [`MOST_BEATS`], a letter lies past the last beat, a rule is for
 /// [`ModuleType::Other`], two rules are for one case, a rule with a condition has a letter for which there is
-/// none without, or nobody who can sit at the dock has a rule for what is sent there.
+/// none without, or no type that can sit at a dock has a rule for the letter sent there.
 pub const fn check(rules: &[Rule], beats: u8) {
     assert!(beats >= 1 && beats <= MOST_BEATS, "a Period has one to six beats");
     let mut index = 0;
@@ -50,7 +50,7 @@ const fn is_one_case(one: &Rule, other: &Rule, beats: u8) -> bool {
     one.case.is(other.case) && (one.covers(other.first, beats) || other.covers(one.first, beats))
 }
 
-/// What a module does that does not sense what the rule asks for.
+/// A rule with a condition needs one without: a module that does not sense the condition has to do something.
 const fn check_otherwise(rule: &Rule, rules: &[Rule], beats: u8) {
     let mut count = 0;
     while count < rule.beats(beats) {

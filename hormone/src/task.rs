@@ -2,9 +2,9 @@
 //! [state machines](crate::behaviours) with a stack, a queue and a priority each.
 //!
 //! They see the module through [`tasks::api`] alone, run below all system tasks, and are the same in every
-//! module. AC_RECV stands above AC_SEND, and HORMONE, whose rules are what people change, below both: while
-//! it computes, neighbours are heard and probed. The lowest of them feeds the watchdog, so that one that
-//! hangs in a loop starts the module over.
+//! module. AC_RECV stands above AC_SEND. HORMONE, whose rules are what people change, stands below both:
+//! while it computes, neighbours are heard and probed. The lowest of the three feeds the watchdog, so a
+//! behaviour that hangs in a loop resets the module.
 
 pub mod ac_receive;
 pub mod ac_send;
@@ -26,12 +26,12 @@ pub struct Here<'a> {
 }
 
 impl Module for Here<'_> {
-    #[inline(never)] // it stands in many places: flash
+    #[inline(never)] // called in many places: saves flash
     fn send(&mut self, message: Message) -> Result<(), Undelivered> {
         self.api.send(self.task, message)
     }
 
-    #[inline(never)] // for `stack-bound`, which is told where it leads
+    #[inline(never)] // for `stack-bound`, which is told what the function pointer calls
     fn trace(&mut self, event: Event) {
         self.api.trace(event.to_byte());
     }

@@ -1,8 +1,8 @@
 //! The behaviours' clock: milliseconds in a `u16`, which wraps every 65.5 s.
 //!
-//! A moment counts as past for the 32.7 s after it and as future for the 32.7 s before it, so a
-//! reading that is a little older than the last one, as between two tasks, does no harm.
-//! Whoever keeps a moment for longer forgets it, or keeps it up to date: else what is long over is to come.
+//! A moment counts as past for the 32.7 s after it and as future for the 32.7 s before it, so a reading that
+//! is a little older than the last one, as between two tasks, does no harm. Code that keeps a moment for
+//! longer has to forget it or keep it up to date: else a moment long past would count as future.
 
 pub use kernel::LONGEST;
 

@@ -1,21 +1,22 @@
-//! What a module knows of its neighbours, from the probes it hears. Kept by AC_RECV.
+//! A module's knowledge of its neighbours, from the probes that it hears. AC_RECV keeps it.
 //!
-//! A neighbour that falls silent is lost after 270 ms, six probes. Where three of four are lost that would
-//! happen again and again to one that is there (six in a row: 0.75^6, 18 %). So a link that has come back
-//! from a gap of two probes or more counts as lossy for a while, and as long as it loses more than one probe
-//! of four; both ends probe it every 10 ms beside its turns, but around [beats](crate::schedule), so every 8
-//! ms in the mean. It is given 18 times the mean silence between its probes and the time for which probes
-//! wait behind two messages, 900 ms at most. Then some sixty probes go out: all are lost with a chance of
-//! 0.75^60, 3 in 10^8. The mean is over 64 probes: over 16 it is half of what it should be often enough to
-//! lose a neighbour a minute in a robot of 100. Where fewer are lost, the time is that of a good link.
+//! A neighbour that falls silent is lost after 270 ms, six probes. Where three probes of four are lost, that
+//! would happen again and again to a neighbour that is there (six in a row: 0.75^6, 18 %). So a link that has
+//! come back from a gap of two probes or more counts as lossy for a while, and as long as it loses more than
+//! one probe of four. Both ends probe a lossy link every 10 ms beside its turns, except around
+//! [beats](crate::schedule), so every 8 ms in the mean. Its neighbour may be silent for 18 times the mean
+//! silence between its probes and the time for which probes wait behind two messages, 900 ms at most. In that
+//! time some sixty probes go out: all are lost with a chance of 0.75^60, 3 in 10^8. The mean is over 64
+//! probes. Over 16 it would be half of what it should be often enough to lose a neighbour a minute in a robot
+//! of 100 modules. Where fewer probes are lost, the time is that of a good link.
 //!
-//! Where loss sets in at once, a link that was good has those 270 ms alone. So once a probe is missing, 62 ms
-//! after the last one, the neighbour is asked for more, and sends one every 4 ms for as long as it would be
-//! waited for. Who misses them sends one every 8 or 10 ms, also where it is asked itself: more would drown
-//! those that come.
+//! Where loss sets in suddenly, a link that was good has only those 270 ms. So once a probe is missing, 62 ms
+//! after the last one, the module asks its neighbour for more, and the neighbour sends one every 4 ms for as
+//! long as the module would wait for it. The module that misses probes sends one every 8 or 10 ms, even if it
+//! is asked for more itself: more would drown those that come.
 //!
-//! Of a new link nobody knows what it loses. It counts as lossy for a fifth of a second. Its neighbour is
-//! given the time of a lossy one until fifteen quick probes have come in a row, 120 ms.
+//! What a new link loses is not known. It counts as lossy for a fifth of a second. Its neighbour is given the
+//! time of a lossy link until fifteen quick probes have come in a row, 120 ms.
 
 use tasks::dock::{Dock, DockSet};
 use tasks::link::backoff;
@@ -26,41 +27,42 @@ use crate::probe::Probe;
 use crate::schedule::{AFTER_BEAT, BEFORE_BEAT, PROBE_PERIOD};
 use crate::time::reached;
 
-/// A neighbour that has been silent for this long is lost, in milliseconds: six probes, and what a
-/// [look](Topology::expire) leaves of 300 ms.
+/// A neighbour that has been silent for this long is lost, in milliseconds: six probes, and what the period
+/// of [looks](Topology::expire) leaves of 300 ms.
 pub const LOSS_TIMEOUT: u16 = 270;
 
-/// The longest that it may be silent over a lossy link.
+/// The longest that a neighbour may be silent over a lossy link, in milliseconds.
 pub const LOSSY_TIMEOUT: u16 = 900;
 
-/// Probes over which the mean silence is taken, more or less: the last one has this part in it.
+/// The mean silence is taken over about so many probes: the last one counts for this part of it.
 const MEAN_OVER: u16 = 64;
 
 /// How long probes wait behind two messages that are sent in vain, in milliseconds: a try of each takes its
 /// frame, up to 2 ms, its ACK's time, the back-off, and a probe that comes in, up to 2 ms.
 const IN_VAIN: u16 = 2 * (RETRY_LIMIT as u16 + 1) * (2 + ACK_TIMEOUT + backoff::LONGEST as u16 + 2);
 
-/// The silences of a link that loses one probe of four, and at first those of one that was good until now:
-/// half of a ms in the mean is for its being rounded. It counts as lossy while there are more. Where three of
-/// ten are lost, the mean comes so low at one of 20 probes, where four are at one of 300,000.
+/// The silences of a link that loses one probe of four, and the start value for a link that was good until
+/// now; half a millisecond of the mean allows for rounding. A link counts as lossy while its silences are
+/// above this. Where three probes of ten are lost, the mean falls this low at one probe of 20; where four of
+/// ten are lost, at one of 300,000.
 const FEW_SILENCES: u16 = 11 * MEAN_OVER;
 
-/// So many probes in a row, odd and even by turns, show that few are lost, however seldom they come: where
-/// one of four is lost, chance makes such a row at one of two million. A link that is full of messages has no
-/// room for one each 8 ms, and so a mean of 14 ms.
+/// So many probes in a row, odd and even by turns, show that few are lost, however seldom they come. Where
+/// one of four is lost, such a row occurs by chance at one probe of two million. A link that is full of
+/// messages has no room for a probe every 8 ms, and so has a mean of 14 ms.
 const WHOLE_ROW: u8 = 64;
 
 /// How long a new link is given the time of a lossy one if it loses nothing, in milliseconds.
 pub const UNKNOWN_FOR: u16 = 120;
 
-/// The silences of a new link. Each probe that follows another by 8 ms leaves three less.
+/// The silences of a new link. Each probe that follows another by 8 ms reduces them by three.
 const UNKNOWN_SILENCES: u16 = FEW_SILENCES + UNKNOWN_FOR * 3 / 8;
 
-/// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where one is, and
-/// the next one waits for a beat to be over and for its moment, it is shorter.
+/// A silence longer than this is a gap, in milliseconds: two probes or more are missing. Where only one is
+/// missing, and the next one waits for a beat to be over and for its back-off, the silence is shorter.
 const GAP: u16 = 2 * PROBE_PERIOD + BEFORE_BEAT + AFTER_BEAT + backoff::LONGEST as u16 + 1;
 
-/// A silence longer than this has more probes asked for, in milliseconds: one is missing.
+/// After a silence longer than this, in milliseconds, a probe is missing, and the module asks for more.
 const MISSING: u16 = GAP - PROBE_PERIOD;
 
 /// How long a link counts as lossy after a gap that ended, in milliseconds.
@@ -106,7 +108,7 @@ pub fn from_bytes(bytes: &[u8]) -> Option<Neighbours> {
     Some(neighbours)
 }
 
-/// What a probe changed.
+/// The changes that a probe brought.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Heard {
@@ -133,9 +135,9 @@ struct Link {
     silences: u16,
     /// Probes that came odd and even by turns, up to the last one; at most [`WHOLE_ROW`].
     row: u8,
-    /// Whether the last probe was odd that was heard,
+    /// Whether the last probe that was heard was odd.
     heard_odd: bool,
-    /// and the last one that left.
+    /// Whether the last probe that left was odd.
     sent_odd: bool,
 }
 
@@ -177,7 +179,7 @@ impl Link {
         self.heard_at = now;
     }
 
-    /// Since the last probe. Who read the clock before that came has heard no silence.
+    /// Milliseconds since the last probe; 0 for a clock that was read before that probe came.
     fn silence(&self, now: u16) -> u16 {
         if reached(self.heard_at, now) { now.wrapping_sub(self.heard_at) } else { 0 }
     }
@@ -196,7 +198,7 @@ impl Link {
         self.heard.is_some() && (self.lossy_until.is_some() || self.is_silent(now))
     }
 
-    /// Whether they are by now.
+    /// Whether probes of the other end are missing now.
     fn is_silent(&self, now: u16) -> bool {
         self.silence(now) > MISSING
     }
@@ -205,7 +207,7 @@ impl Link {
         self.heard.is_some() && reached(self.heard_at.wrapping_add(self.timeout()), now)
     }
 
-    /// How long the other end may be silent.
+    /// How long the other end may be silent, in milliseconds.
     fn timeout(&self) -> u16 {
         if !self.is_lossy() || self.silences <= FEW_SILENCES {
             return LOSS_TIMEOUT;
@@ -214,10 +216,10 @@ impl Link {
     }
 }
 
-/// The module's docks and who is heard there.
+/// The module's docks and the neighbours heard there.
 ///
-/// A neighbour counts only when both ends hear each other. With a dock blind in one direction the two
-/// modules would else disagree about being attached, and hormones would vanish between them.
+/// A neighbour counts only when both ends hear each other. Otherwise, with a dock blind in one direction, the
+/// two modules would disagree about being attached, and hormones would vanish between them.
 pub struct Topology {
     links: [Link; 6],
 }
@@ -242,10 +244,11 @@ impl Topology {
         Heard { changed: self.neighbour(dock) != before, answer, asks }
     }
 
-    /// Forgets who has been silent for [`LOSS_TIMEOUT`], over a lossy or new link for up to
-    /// [`LOSSY_TIMEOUT`]. Returns by which docks a neighbour was lost, to be probed at once. Call at least
-    /// every 20 ms: then a loss over a link that loses no more than one probe of six is noticed within 300 ms
-    /// at both ends, even if only one of them went deaf; but not in the first [`UNKNOWN_FOR`] of the link.
+    /// Forgets neighbours that have been silent for [`LOSS_TIMEOUT`], or over a lossy or new link for up to
+    /// [`LOSSY_TIMEOUT`]. Returns the docks by which a neighbour was lost, to be probed at once. Call at
+    /// least every 20 ms. Then both ends notice the loss of a neighbour within 300 ms, even if only one of
+    /// them went deaf. This does not hold over a link that loses more than one probe of six, nor in the first
+    /// [`UNKNOWN_FOR`] of a link.
     pub fn expire(&mut self, now: u16) -> DockSet {
         let mut lost = DockSet::EMPTY;
         for dock in (0..6).filter_map(Dock::from_index) {
@@ -261,7 +264,7 @@ impl Topology {
                     link.lossy_until = None;
                     link.silences = link.silences.min(FEW_SILENCES); // the other end may call it lossy yet
                 } else {
-                    link.lossy_until = Some(now); // what is over stays over, though the clock comes round
+                    link.lossy_until = Some(now); // keeps it past when the clock wraps
                 }
             }
         }
@@ -287,7 +290,7 @@ impl Topology {
         Probe { dock, hears: link.heard, wants_more: link.is_missing(now), is_odd: link.sent_odd }
     }
 
-    /// The last probe for `dock` did not leave, and so is none that the other end could miss.
+    /// Takes back the last probe for `dock`: it did not leave, so the other end can't miss it.
     pub fn take_back(&mut self, dock: Dock) {
         if let Some(link) = self.link_mut(dock) {
             link.sent_odd = !link.sent_odd;
@@ -299,7 +302,7 @@ impl Topology {
         self.docks_where(|link| link.wants_more || link.is_missing(now))
     }
 
-    /// Those of them where a probe of the other end is missing by now.
+    /// The docks where a probe of the other end is missing now.
     pub fn silent(&self, now: u16) -> DockSet {
         self.docks_where(|link| link.is_silent(now))
     }
@@ -342,8 +345,8 @@ mod tests {
     /// From one probe to the next over a lossy link that loses none, in the mean.
     const QUICK: u16 = PROBE_PERIOD / (PROBE_PERIOD / QUICK_PERIOD + 1);
 
-    /// What is known at `now`, when a good link at this dock has been there for a second. Its last probe came
-    /// then.
+    /// The topology at `now`, when a good link at this dock has been there for a second. Its last probe came
+    /// at `now`.
     fn good_since_a_second(dock: Dock, now: u16) -> Topology {
         let mut topology = Topology::new();
         for before in (0..=1_000).rev().step_by(QUICK.into()) {
@@ -535,7 +538,7 @@ mod tests {
         }
     }
 
-    /// When a neighbour is given up over a link that has lost this part of its quick probes for a while.
+    /// When a neighbour is given up over a link that has for a while passed only one of so many quick probes.
     fn timeout_where_one_arrives_of(probes: u16) -> u16 {
         let mut topology = good_since_a_second(Front, 0);
         let mut now = GAP + 1;
@@ -562,8 +565,8 @@ mod tests {
         f64::from(random.below(1 << 24)) >= loss * f64::from(1 << 24)
     }
 
-    /// At which part of a hundred thousand probes a link would count as good that came back from a gap, where
-    /// this part of them is lost.
+    /// The part of a hundred thousand probes at which a link that came back from a gap would count as good,
+    /// where the part `loss` of them is lost.
     fn good_at_a_loss_of(loss: f64) -> f64 {
         let mut topology = good_since_a_second(Front, 0);
         topology.heard(Front, ATTACHED, GAP + 1);
@@ -587,8 +590,8 @@ mod tests {
         assert!(few > 0.95 && some < 0.01 && many < 0.0001, "{few}, {some}, {many}");
     }
 
-    /// After how many probes a link counts as good that came back from a gap and is full of messages, of so
-    /// many probes, where this part of them is lost.
+    /// After how many of `probes` probes a link counts as good that came back from a gap and is full of
+    /// messages, where the part `loss` of them is lost.
     fn good_though_full_at_a_loss_of(loss: f64, probes: usize) -> Option<usize> {
         let mut topology = good_since_a_second(Front, 0);
         let (mut now, mut random, mut probe) = (GAP + 1, Random::new(1), ATTACHED);

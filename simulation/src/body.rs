@@ -12,7 +12,7 @@ use tasks::superbot::{MASTER, SLAVE};
 
 use crate::pose::Angles;
 
-/// Steps of a joint's equations in one of the body, where no world moves it.
+/// Steps of a joint's equations in one step of the body, if no world moves it.
 const PARTS: u32 = 2;
 
 /// The docks of the master's half, then those of the slave's.
@@ -22,27 +22,28 @@ const HALVES: [[Dock; 3]; 2] = [MASTER.docks(), SLAVE.docks()];
 #[derive(Clone, Debug)]
 pub struct Body {
     joints: [Joint; 3],
-    /// Where a world moves the joints.
+    /// `None` unless a world moves the joints.
     driven: Option<Driven>,
     latches: [Latch; 6],
     /// Docks whose motors have moved their latches to an end, and to which.
     arrivals: Vec<(Dock, End)>,
-    /// What flows out of each dock while its power switch is closed, in A. What flows in reaches the battery
-    /// by its charger.
+    /// The current out of each dock while its power switch is closed, in A. A current into it reaches the
+    /// battery by its charger.
     pub dock_amperes: [f64; 6],
-    /// What each dock sees reflected by something that is no dock of the robot, in counts of the converter.
+    /// The light of each dock that something other than a dock of the robot reflects, in counts of the
+    /// converter.
     pub proximity: [u16; 6],
-    /// Likewise by other docks of the robot.
+    /// The light of each dock that other docks of the robot reflect, in counts of the converter.
     reflected: [u16; 6],
     pub battery: Battery,
-    /// Of both boards, in degrees Celsius.
+    /// The temperatures of both boards, in degrees Celsius.
     pub celsius: [f64; 2],
     /// What the accelerometer reads along x, y and z of the half with the Front dock, in multiples of the
     /// acceleration of gravity.
     pub acceleration: [f64; 3],
 }
 
-/// What the MCUs have their motors and switches do.
+/// The drives that the MCUs give to motors and switches.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Drives {
     /// The duties of the joints' motors, -1 to 1, by the joints' indices.
@@ -54,7 +55,7 @@ pub struct Drives {
     pub is_charging: bool,
 }
 
-/// What the motors of a body had since the world last asked.
+/// The voltages at the motors of a body since the world last asked.
 #[derive(Clone, Copy, Debug, Default)]
 struct Driven {
     /// The sum over the steps, in V.
@@ -102,7 +103,7 @@ impl Body {
         self.joints.each_ref().map(Joint::degrees)
     }
 
-    /// Gives all joints such a motor, and potentiometers that sit turned on their shafts by so many degrees.
+    /// Gives all joints this motor, and potentiometers that sit turned on their shafts by so many degrees.
     pub fn equip(&mut self, motor: Motor, zeros: [f64; 3]) {
         for (joint, zero) in self.joints.iter_mut().zip(zeros) {
             joint.motor = motor;
@@ -133,18 +134,18 @@ impl Body {
         self.acceleration = acceleration;
     }
 
-    /// What the converter reads of a joint.
+    /// The converter's readings of a joint.
     pub fn reading(&self, axis: Axis) -> Reading {
         let joint = self.joint(axis);
         Reading { potentiometer: counts(joint.potentiometer_volts()), current: counts(joint.current_volts()) }
     }
 
-    /// Sets what a dock sees of the others of the robot, in counts of the converter.
+    /// Sets how much of a dock's light other docks of the robot reflect, in counts of the converter.
     pub fn reflect(&mut self, dock: Dock, counts: u16) {
         self.reflected[usize::from(dock.index())] = counts;
     }
 
-    /// What a dock sees reflected of its own light, in counts of the converter.
+    /// How much of its own light a dock sees reflected, in counts of the converter.
     pub fn reflected(&self, dock: Dock) -> u16 {
         let index = usize::from(dock.index());
         self.proximity[index].max(self.reflected[index])
@@ -160,7 +161,7 @@ impl Body {
         std::mem::take(&mut self.arrivals)
     }
 
-    /// Another motor than its own, or whoever built the robot, has moved a latch.
+    /// Sets a latch that another motor than its own, or the builder of the robot, has moved.
     pub fn set_latch(&mut self, dock: Dock, end: End) {
         *self.latch_mut(dock) = Latch::at(if end == End::Latched { 1.0 } else { 0.0 });
     }

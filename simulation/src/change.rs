@@ -26,7 +26,7 @@ pub enum Change {
     Swap(usize, usize),
     /// MCUs of a module are reset.
     Reset { module: usize, mcus: Mcus },
-    /// A module's power fails. It stays where it is and attached, and is no neighbour to anyone.
+    /// A module's power fails. It stays where it is and attached, but is no module's neighbour any more.
     Kill(usize),
     /// Frames are lost from now on.
     Loss { links: Links, probability: f64 },
@@ -42,11 +42,10 @@ pub enum Change {
     /// The potentiometers of a module's joints slip on their shafts: from now on they read so many degrees
     /// more, by the joints' indices.
     Slip { module: usize, degrees: [f64; 3] },
-    /// Someone with a remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock
-    /// to which nothing is attached.
+    /// A remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock to which
+    /// nothing is attached.
     Command { at: Face, payload: Vec<u8> },
-    /// Someone with a terminal at a dock to which nothing is attached asks the module's console for all that
-    /// it tells.
+    /// A terminal at a dock to which nothing is attached asks the module's console for all that it tells.
     Console(Face),
 }
 
@@ -79,7 +78,7 @@ pub enum Links {
 }
 
 impl Change {
-    /// Brings the wiring to what it is after this. A module without power stays attached.
+    /// Applies the change to the wiring. A module without power stays attached.
     ///
     /// # Errors
     /// It can't happen: a module is not there or has no power, a dock is not free or not attached.
@@ -102,8 +101,8 @@ impl Change {
         }
     }
 
-    /// By way of which module a body is ordered to walk, by which gait, none if it is to stop, and in which
-    /// Period, if this is such an order.
+    /// If this is an order to walk or to stop: the module through which its body is ordered, the gait, `None`
+    /// to stop, and the Period.
     pub fn orders(&self) -> Option<(usize, Option<GaitName>, Period)> {
         let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {

@@ -1,4 +1,4 @@
-//! What a remote control sends.
+//! The messages of a remote control.
 
 use tasks::dock::Dock;
 use tasks::link::cobs::WireBuffer;
@@ -8,13 +8,14 @@ use tasks::message::TaskCode;
 
 use crate::hardware::MILLISECOND;
 
-/// When it sends a message, in cycles from the first time: a dock that sends itself hears nothing. Who has
-/// heard it takes the others for repeated.
+/// When a remote control sends a message, in cycles from the first time. It sends several times, because a
+/// dock that is sending itself hears nothing. A dock that has heard one of them takes the others for
+/// repetitions.
 pub const SENDS: [u64; 3] = [0, 15 * MILLISECOND, 30 * MILLISECOND];
 
 /// The label of a message that comes in at a dock from outside. `number` tells it from the one before.
 pub(crate) fn label(at: Dock, number: u8) -> Label {
-    // A dock takes what bears its own number and epoch for its own light.
+    // A dock takes a frame that bears its own number and epoch for its own light.
     let dock = if at == Dock::Front { Dock::Back } else { Dock::Front };
     Label { signature: Signature { dock, epoch: number }, turn: Turn::First }
 }

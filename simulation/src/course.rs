@@ -1,9 +1,9 @@
-//! What a robot has been through while it ran.
+//! The events that a robot has been through while it ran.
 
 use crate::change::Change;
 use crate::scenario::Event;
 
-/// What a robot has been through, which decides whether it is asked how far it has come.
+/// The events that a robot has been through. They decide whether it is judged by how far it has come.
 #[derive(Clone, Copy)]
 pub struct Course {
     /// When it was first told to walk by another gait, in cycles since power-up.
@@ -16,7 +16,7 @@ impl Course {
     /// Nothing has happened to it yet.
     pub const NEW: Course = Course { ordered_at: None, is_undisturbed: true };
 
-    /// This has happened to it.
+    /// Takes in an event that has happened to it.
     pub fn take(&mut self, &Event { at, ref change }: &Event) {
         let ordered = change.orders().map(|(_, gait, _)| gait);
         if ordered.is_some() {

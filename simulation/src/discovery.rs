@@ -12,7 +12,7 @@ use crate::wiring::{Face, Wiring};
 #[derive(Clone, Copy)]
 struct Change {
     at: u64,
-    /// A neighbour went: that takes longer to notice than that one came.
+    /// A neighbour went, which takes longer to notice than that one came.
     is_loss: bool,
 }
 
@@ -53,7 +53,7 @@ impl Discovery {
         }
     }
 
-    /// The wiring is this now.
+    /// Takes in the new wiring.
     pub fn rewired(&mut self, wiring: &Wiring, now: u64) {
         for module in 0..wiring.modules() {
             let (before, after) = (self.wiring.neighbours(module), wiring.neighbours(module));
@@ -79,18 +79,18 @@ impl Discovery {
         }
     }
 
-    /// Nothing has happened to the module or its neighbours that they have yet to find out.
+    /// Whether nothing has happened to the module or its neighbours that they have yet to find out.
     fn is_calm(&self, module: usize) -> bool {
         let peers = Dock::ALL.map(|dock| self.wiring.peer(Face { module, dock }));
         let mut all = peers.iter().flatten().map(|peer| peer.module).chain([module]);
         all.all(|module| self.pending[module].is_none())
     }
 
-    /// Looks which modules know their neighbours by now.
+    /// Checks which modules know their neighbours by now.
     pub fn look(&mut self, robot: &impl Robot) {
         for (module, pending) in self.pending.iter_mut().enumerate() {
             let Some(Change { at, is_loss }) = *pending else { continue };
-            // Before its first word after the change it only looks as if it knew.
+            // Before its first event after the change the module only seems to know.
             let last_change = self.last_change[module];
             if last_change > at && is_right(robot, &self.wiring, module) {
                 let longest = if is_loss { &mut self.lost_after } else { &mut self.found_after };
@@ -101,8 +101,8 @@ impl Discovery {
     }
 }
 
-/// Whether a module knows its neighbours as the wiring has them. One without power has none to be wrong
-/// about.
+/// Whether a module knows its neighbours as the wiring has them. A module without power knows none, and
+/// counts as right.
 fn is_right(robot: &impl Robot, wiring: &Wiring, module: usize) -> bool {
     let knows = |status: Status| status.neighbours() == Some(wiring.neighbours(module));
     !robot.is_on(module) || robot.status(module).is_some_and(knows)

@@ -1,4 +1,5 @@
-//! What docks do to each other: light from one is reflected by another, and latches take hold and let go.
+//! The effects of docks on each other: light from one is reflected by another, and latches take hold and let
+//! go.
 
 use plants::dock::{catches, reflected};
 use tasks::dock::DockSet;
@@ -29,8 +30,8 @@ pub trait Bodies {
     /// It can't happen to a robot that is wired so.
     fn change(&mut self, change: &Change) -> Result<(), WiringError>;
 
-    /// Brings attachments to where latches are by now, and shows docks that look what is before them. Returns
-    /// what the robot has changed of its wiring, in order.
+    /// Updates attachments to where latches are by now, and shows docks that look for others what is before
+    /// them. Returns what the robot has changed of its wiring, in order.
     fn settle_docks(&mut self) -> Vec<Change> {
         let modules = self.wiring().modules();
         let mut changes = Vec::new();
@@ -57,7 +58,8 @@ pub trait Bodies {
         changes
     }
 
-    /// Docks that are attached are latched, and those that have come off are released, since it was wired so.
+    /// Latches the docks that have been attached since the wiring was `before`, and releases those that have
+    /// come off.
     fn set_latches(&mut self, before: &Wiring) {
         let faces: Vec<Face> = before.faces().chain(self.wiring().faces()).collect();
         for face in faces {
@@ -70,7 +72,7 @@ pub trait Bodies {
         }
     }
 
-    /// What comes of it that the latch of a dock has come to an end.
+    /// The change that follows, if any, when the latch of a dock has come to an end.
     fn arrive(&self, at: Face, end: End) -> Option<Change> {
         let is_attached = self.wiring().attached(at).is_some();
         match end {

@@ -1,4 +1,4 @@
-//! What a robot that is simulated may be in: a world with ground under it.
+//! The surroundings that a simulated robot may have: a world with ground under it.
 
 use crate::body::Body;
 use crate::change::Change;
@@ -14,14 +14,14 @@ pub trait Environment: Send {
     /// From now on the world moves a module's body, by motors that the world knows.
     fn enter(&mut self, module: usize, body: &mut Body);
 
-    /// Takes what a module's motors had in the millisecond that is over, and shows the module where its
-    /// joints are and what its accelerometer reads.
+    /// Takes the voltages at a module's motors in the millisecond that is over, and shows the module where
+    /// its joints are and what its accelerometer reads.
     fn exchange(&mut self, module: usize, body: &mut Body);
 
     /// Lets a millisecond pass, unless the world has broken.
     fn step(&mut self);
 
-    /// Brings what holds what to where `wiring` has it after a change; `before` that it was this.
+    /// Has modules hold each other as `wiring` says after a change; `before` is the wiring before it.
     fn change(&mut self, change: &Change, before: &Wiring, wiring: &Wiring);
 
     /// The free docks that a dock looks at.

@@ -18,7 +18,7 @@ use crate::shape::Shape;
 use crate::terrain::{Load, Terrain};
 use crate::wiring::{Face, Wiring};
 
-/// What is wrong in a robot file: where, and what to do.
+/// An error in a robot file: where it is, and what to do.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub struct FileError(String);
@@ -158,7 +158,7 @@ impl Change {
         table.change().map_err(FileError)
     }
 
-    /// The lines that name it in a robot file: [`from_toml`](Self::from_toml) makes it of them.
+    /// The lines that name it in a robot file, from which [`from_toml`](Self::from_toml) makes it again.
     fn to_toml(&self) -> String {
         let from = |links: &Links| match links {
             Links::All => String::new(),

@@ -1,8 +1,9 @@
-//! Arrays of files, of one length.
+//! Arrays of a fixed length in files.
 
 use serde::{Deserialize, Deserializer, de};
 
-/// So many, and no more: serde takes the first elements of a longer array, and leaves the others.
+/// Exactly `N` elements: for a plain array serde takes the first elements of a longer one, and leaves the
+/// others.
 pub struct Fixed<T, const N: usize>(pub [T; N]);
 
 impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Fixed<T, N> {

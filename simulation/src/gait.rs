@@ -1,14 +1,14 @@
-//! Whether a robot walks: every module that hormones reach takes up their letters in turn, one a beat, and
-//! does at each what the rules of its type say, in the [tables](mod@hormone::gait) that the robot itself goes
-//! by (of the centipede's that is the paper's Table 1). It sends on what they say, too; the legs of a branch
-//! are in step with each other; and who has to sense something for a rule does.
+//! Judges whether a robot walks. Every module that hormones reach has to take up their letters in turn, one a
+//! beat, and do at each letter what the rules of its type say, in the [tables](mod@hormone::gait) that the
+//! robot itself goes by (for the centipede, the paper's Table 1). It also has to send what they say. The legs
+//! of a branch have to be in step with each other. A module whose rules depend on a sense has to act by it.
 //!
 //! A change of the robot disturbs the modules at which it happens, those around, and all that get their
-//! hormones by way of them; no others. These have one Period and the time of discovery to come right again,
-//! and a few milliseconds for each module between them and who leads; in a ring the time of an election;
-//! where frames are lost, discovery and hops have as many times more as a frame and its ACK take tries. What
-//! comes upon them before they are right prolongs that, to three times the longest of these at most. What is
-//! wrong tells how long it took, and is a violation where it comes later than that.
+//! hormones by way of them; no others. These have one Period and the time of discovery to come right again, a
+//! few milliseconds for each module between them and the leader, and in a ring the time of an election. Where
+//! frames are lost, discovery, hops and election have as many times that as a frame and its ACK take tries.
+//! Another change before they are right prolongs the time, to three times the longest of these at most.
+//! Whatever is wrong shows how long recovery took, and is a violation if it comes later than that.
 
 use hormone::action::Action;
 use hormone::case::Source;
@@ -28,10 +28,10 @@ use crate::wiring::{Face, Wiring};
 
 /// Follows the modules that hormones reach.
 pub struct Gait {
-    /// In cycles: recovery is measured in it.
+    /// The Period, in cycles: recovery is measured in it.
     period: u64,
     orders: Orders,
-    /// As modules can find it out.
+    /// The wiring as far as modules can find it out.
     wiring: Wiring,
     walkers: Vec<Walker>,
     /// By module, which walker it is.
@@ -41,7 +41,7 @@ pub struct Gait {
     /// When the robot was turned last, and when sensors were looked at.
     turned_at: u64,
     felt_at: u64,
-    /// How often a frame is sent until it and its ACK have arrived, on the mean.
+    /// How often a frame is sent, on average, until it and its ACK have arrived.
     tries: f64,
     tally: Tally,
     /// The most that the legs of a branch started apart, in cycles.
@@ -81,35 +81,35 @@ impl Gait {
         legs.peek().is_some() && legs.all(|leg| leg.other.is_some())
     }
 
-    /// Whether hormones reach anybody, or shall not.
+    /// Whether hormones reach any module, or any was ordered to stop.
     pub fn is_led(&self) -> bool {
         !self.walkers.is_empty() || self.halted.iter().any(Option::is_some)
     }
 
-    /// What was wrong though it should have been right.
+    /// How often something was wrong though it should have been right.
     pub fn violations(&self) -> u64 {
         self.tally.violations
     }
 
-    /// The first of that.
+    /// The first violation.
     pub fn first_violation(&self) -> Option<Violation> {
         self.tally.first
     }
 
-    /// How long it took at most from power-up, or from a change, until nothing was wrong, in Periods.
+    /// The longest time from power-up, or from a change, until nothing was wrong, in Periods.
     pub fn recovery_periods(&self) -> Option<f64> {
         self.tally.recovered_after.map(|cycles| cycles as f64 / self.period as f64)
     }
 
-    /// How many modules had no time to be right yet by `now`, and how long the last of them has, in cycles
-    /// since power-up.
+    /// How many modules have not had time to be right by `now`, and until when the last of them has time, in
+    /// cycles since power-up.
     pub fn unjudged(&self, now: u64) -> Option<(usize, u64)> {
         let unjudged = || self.walkers.iter().filter(|walker| walker.is_unjudged(now));
         Some((unjudged().count(), unjudged().map(|walker| walker.settled_at).max()?))
     }
 
-    /// Something was changed at these modules, and the wiring is this now. Returns whom it concerns,
-    /// and until when.
+    /// Takes in a change at these modules, and the wiring after it. Returns the modules that it concerns, and
+    /// until when.
     pub fn disturbed(&mut self, wiring: &Wiring, at: &[usize], now: u64) -> Vec<(usize, u64)> {
         let mut touched = self.wiring.differences(wiring);
         touched.extend(at);
@@ -123,8 +123,8 @@ impl Gait {
         self.unsettled(&disturbed, now)
     }
 
-    /// The body of a module was ordered to walk by this gait in this Period, or to stop. Returns whom that
-    /// concerns, and until when.
+    /// The body of a module was ordered to walk by this gait in this Period, or to stop. Returns the modules
+    /// that this concerns, and until when.
     pub fn ordered(
         &mut self,
         module: usize,
@@ -141,7 +141,8 @@ impl Gait {
         self.orders.restarted(module, runs_at);
     }
 
-    /// Has robots that have taken another shape walk on. Returns whom that concerns, and until when.
+    /// Has robots that have taken another shape walk on. Returns the modules that this concerns, and until
+    /// when.
     pub fn reshaped(&mut self, now: u64) -> Vec<(usize, u64)> {
         match self.orders.next() {
             Some(at) if at <= now => {
@@ -152,7 +153,8 @@ impl Gait {
         }
     }
 
-    /// Has robots walk on that do already, and may. Returns whom that concerns, and until when.
+    /// Lets robots walk on that say that they already do, if they may. Returns the modules that this
+    /// concerns, and until when.
     pub fn listen(&mut self, robot: &impl Robot) -> Vec<(usize, u64)> {
         let gait = |module: usize| robot.status(module).map(|status| status.gait);
         let touched = self.orders.choose(&self.wiring, robot.now(), gait);
@@ -175,7 +177,7 @@ impl Gait {
         modules.map(|module| (module, until(module))).collect()
     }
 
-    /// Follows those whom hormones reach now; some of them are disturbed.
+    /// Follows the modules that hormones reach now, of which some are disturbed.
     fn follow(&mut self, disturbed: &[bool], now: u64) {
         let mut before: Vec<Option<Walker>> = self.walker_of.iter().map(|_| None).collect();
         for walker in self.walkers.drain(..) {
@@ -219,7 +221,8 @@ impl Gait {
         self.walkers.iter_mut().for_each(Walker::turned);
     }
 
-    /// From `now` on a frame is sent so often until it and its ACK have arrived. Who walks has to walk on.
+    /// From `now` on a frame is sent so often until it and its ACK have arrived. A module that walks has to
+    /// walk on.
     pub fn loses(&mut self, tries: f64, now: u64) {
         self.tries = tries;
         for walker in &mut self.walkers {
@@ -261,7 +264,7 @@ impl Gait {
         }
     }
 
-    /// Looks at what sensors read now, which rules depend on.
+    /// Looks at the present readings of the sensors that rules depend on.
     pub fn feel(&mut self, robot: &impl Robot) {
         let now = robot.now();
         for walker in &mut self.walkers {
@@ -288,7 +291,7 @@ impl Gait {
         self.skew_max = self.skew_max.max(apart);
     }
 
-    /// The last letters of both legs of a branch differ for longer than half a beat.
+    /// Counts it as wrong if the last letters of both legs of a branch differ for longer than half a beat.
     fn look_for_apart(&mut self, number: usize, now: u64) {
         let Some(other) = self.walkers[number].other else { return };
         let [first, second] = [number.min(other), number.max(other)].map(|leg| &self.walkers[leg]);

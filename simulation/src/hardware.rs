@@ -1,4 +1,4 @@
-//! The robot's clock and wires, out of the description of the module.
+//! The robot's clock and wires, from the description of the module.
 
 use hormone::hormone::{Data, Hormone};
 use hormone::pace::Pace;
@@ -21,11 +21,11 @@ const CHARACTER_BITS: u64 = 10;
 /// Cycles of a character on the wire. The USARTs divide the clock by a multiple of 16.
 pub const CHARACTER: u64 = CHARACTER_BITS * 16 * ((CLOCK_HZ + 8 * BAUD) / (16 * BAUD)) as u64;
 
-/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16 and, of the two bytes of COBS, the
-/// one that is not the CRC's. One frame in 40 takes one byte more.
+/// Bytes of a frame on the wire beside its payload: control, epoch, CRC-16, and the one byte that COBS adds,
+/// delimiter included. One frame in 40 takes one byte more.
 pub(crate) const FRAME_OVERHEAD: u64 = 5;
 
-/// The chance below which an arrival counts as none that modules could wait for.
+/// The least chance of an arrival that is reckoned with: modules could not wait for a smaller one.
 const HARDLY_ANY: f64 = 0.1;
 
 /// For how long a message is sent again to an MCU that does not answer, before it is given up.
@@ -34,7 +34,7 @@ pub(crate) const GIVEN_UP_AFTER: u64 = RETRY_LIMIT as u64 * PAUSE as u64 * MILLI
 /// Cycles of a bit on the two-wire bus inside a module.
 pub(crate) const I2C_BIT: u64 = (CLOCK_HZ / I2C_HZ) as u64;
 
-/// Whether what passes a dock crosses the two-wire bus on its way from or to a behaviour.
+/// Whether messages through a dock cross the two-wire bus on their way from or to a behaviour.
 pub fn is_on_slave(dock: Dock) -> bool {
     RESIDENCE.slave.docks.contains(dock)
 }
@@ -44,9 +44,9 @@ pub(crate) fn is_on_pins(dock: Dock) -> bool {
     [MASTER.timer3, SLAVE.timer3].contains(&dock)
 }
 
-/// How much later than on a board a character comes from one of these docks to the other, in cycles: what is
-/// sent by pins is known only at its end, and what is received by them begins with an edge. So modules can
-/// run apart for the time of a character only if it is that late for each end on pins.
+/// How much later than on a board a character comes from one of these docks to the other, in cycles: a
+/// character that is sent by pins is known only at its end, and one that is received by them begins with an
+/// edge. Modules can run apart for the time of a character only if it is that late for each end on pins.
 pub fn lateness(one: Dock, other: Dock) -> u64 {
     [one, other].into_iter().filter(|dock| is_on_pins(*dock)).count() as u64 * CHARACTER
 }
@@ -63,7 +63,7 @@ pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {
     frame + transfers as u64 * transfer
 }
 
-/// How often a hormone's frame is sent, on the mean, until it and its ACK have arrived, where lines lose
+/// How often a hormone's frame is sent, on average, until it and its ACK have arrived, where lines lose
 /// frames and change bytes with these chances.
 pub(crate) fn tries(loss: f64, noise: f64) -> f64 {
     let arrives = |bytes: u64| ((1.0 - loss) * (1.0 - noise).powi(bytes as i32)).max(HARDLY_ANY);

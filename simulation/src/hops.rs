@@ -10,8 +10,8 @@ use crate::hardware::{MILLISECOND, wire_limit};
 use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
-/// A hormone that has been handed to a link for longer than this and was not received is lost: more than all
-/// repetitions take and less than hormones lie apart. In cycles.
+/// A hormone that was handed to a link longer ago than this, in cycles, and was not received is lost. This is
+/// more than all repetitions take, and less than hormones lie apart.
 pub const LOST_AFTER: u64 = 250 * MILLISECOND;
 
 /// A hormone on its way to the neighbour.
@@ -33,13 +33,13 @@ pub struct Arrival {
     pub sent: u64,
 }
 
-/// What was seen of one module.
+/// Observations of one module.
 #[derive(Clone, Default)]
 struct Seen {
     /// When HORMONE took up the last hormone, or generated it.
     taken_up: u64,
     received: Option<Data>,
-    /// From when until when something that happened concerns it, the last time.
+    /// The last span in which an event concerned it.
     disturbed: Range<u64>,
 }
 
@@ -49,13 +49,13 @@ pub struct Hops {
     modules: Vec<Seen>,
     /// Hormones handed to links, one for each dock that one left by.
     pub sent: u64,
-    /// Of these, the ones that the neighbour's HORMONE took up.
+    /// The hormones among `sent` that the neighbour's HORMONE took up.
     pub delivered: u64,
-    /// Of these, the ones that came, and were no news.
+    /// The hormones among `sent` that came, and were no news.
     pub dropped: u64,
     /// Hormones that were lost, but for those that are still thought to be under way.
     lost_before: u64,
-    /// Of these, the ones for which there is a cause.
+    /// The hormones among `lost_before` for which there is a cause.
     excused: u64,
     /// From when until when lines lost or changed what went over them, the last time.
     noisy: Range<u64>,
@@ -117,7 +117,7 @@ impl Hops {
         None
     }
 
-    /// A link delivers in order: what was sent before the one that came is lost.
+    /// A link delivers in order: hormones that were sent before the one that came are lost.
     fn receive(&mut self, from: Face, at: Face, cycle: u64, data: Data) -> Option<Arrival> {
         while let Some(hop) = self.under_way.get_mut(&from).and_then(VecDeque::pop_front) {
             if hop.data == data && hop.sent + LOST_AFTER >= cycle {
@@ -147,7 +147,7 @@ impl Hops {
         None
     }
 
-    /// Something happened at `now` that concerns these modules, each until then.
+    /// Something happened at `now` that concerns these modules, each until its time.
     pub fn disturbed(&mut self, concerned: &[(usize, u64)], now: u64) {
         self.settle(now);
         for &(module, until) in concerned {
@@ -162,7 +162,7 @@ impl Hops {
         self.noisy = if are_noisy { start..u64::MAX } else { self.noisy.start..self.noisy.end.min(now) };
     }
 
-    /// Counts what is lost by `now`, while it is known what that may be due to.
+    /// Counts the hormones that are lost by `now`, while their possible causes are known.
     fn settle(&mut self, now: u64) {
         self.now = self.now.max(now);
         let lost: Vec<bool> = self.overdue().map(|(from, hop)| self.is_excused(from, hop)).collect();
@@ -177,14 +177,14 @@ impl Hops {
         self.lost_before + self.overdue().count() as u64
     }
 
-    /// Of these, the ones that were lost though all was well: no lines that lose or change bytes, and nothing
-    /// that has happened to who sent it or was to receive it.
+    /// The [lost](Self::lost) hormones that were lost though all was well: no line lost or changed bytes, and
+    /// nothing happened to the sender or to the receiver.
     pub fn lost_without_cause(&self) -> u64 {
         let excused = self.overdue().filter(|(from, hop)| self.is_excused(*from, hop)).count() as u64;
         self.lost() - self.excused - excused
     }
 
-    /// What is under way for too long, and from which module.
+    /// The hormones that are under way for too long, and from which module.
     fn overdue(&self) -> impl Iterator<Item = (usize, &Hop)> {
         let all = self.under_way.iter().flat_map(|(from, hops)| hops.iter().map(|hop| (from.module, hop)));
         all.filter(|(_, hop)| hop.sent + LOST_AFTER < self.now)

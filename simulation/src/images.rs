@@ -13,10 +13,10 @@ use crate::wiring::Wiring;
 pub struct OtherImages {
     /// The modules, at least one.
     pub modules: Vec<usize>,
-    /// The ELF file of the master's image, from the robot file's directory; `None` for that of the rest. The
-    /// slave's is another, or this is.
+    /// The ELF file of the master's image, from the robot file's directory; `None` for that of the rest. At
+    /// least one of this and the slave's is given.
     pub master: Option<PathBuf>,
-    /// Likewise, that of the slave's.
+    /// Likewise for the slave's image.
     pub slave: Option<PathBuf>,
 }
 

@@ -1,4 +1,4 @@
-//! Who leads, and by which rules a module acts, by the wiring alone.
+//! Which module leads, and by which rules a module acts, by the wiring alone.
 
 use hormone::gait::Leader;
 use hormone::module_type::ModuleType;
@@ -6,12 +6,12 @@ use tasks::dock::Dock;
 
 use crate::wiring::{Face, Wiring};
 
-/// Of how many modules this one may be the leader by the wiring: in a ring it is one of so many, else the
-/// only one.
+/// Among how many modules this one may be the leader, by the wiring: in a ring it is one of so many, else the
+/// only one. `None` if it can't lead.
 pub fn leads(wiring: &Wiring, module: usize, leader: Leader) -> Option<u64> {
     match leader {
         Leader::Head => (acting(wiring, module) == ModuleType::Head).then_some(1),
-        // One without power has nobody either.
+        // A module without power has no neighbour either.
         Leader::Alone => {
             (wiring.has_power(module) && acting(wiring, module) == ModuleType::Alone).then_some(1)
         }

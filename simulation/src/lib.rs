@@ -1,4 +1,5 @@
-//! What all ways to simulate a robot share: how its modules are joined, and whether what they do is right.
+//! The common part of all ways to simulate a robot: how its modules are joined, and whether they do what is
+//! right.
 //!
 //! - [`Wiring`]: which dock is attached to which. [`Shape`]: wirings by name.
 //! - [`Scenario`]: a robot, the [`Terrain`] it is on, and the [`Change`]s that happen to it; from a file or

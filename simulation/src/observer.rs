@@ -20,27 +20,27 @@ pub struct Observer {
     pub hops: Hops,
     pub discovery: Discovery,
     pub gait: Gait,
-    /// What the robot itself has changed of its wiring, in order.
+    /// The robot's own changes of its wiring, in order.
     pub own_changes: Vec<Event>,
     /// The orders that came while no program ran that would have heard them.
     pub unheard: Vec<Event>,
     /// The attachments that modules can find out: none where one end is blind.
     pub audible: Wiring,
-    /// Who keeps the run, if anybody does.
+    /// The recorder that keeps the run, if there is one.
     pub recorder: Option<Recorder>,
-    /// What has happened to it from outside.
+    /// The events that have happened to it from outside.
     pub(crate) course: Course,
     disturbances: Vec<Disturbance>,
     wiring: Wiring,
     /// Docks from which nothing comes through, whatever is attached there, and whether noise is why.
     muted: Vec<(Face, bool)>,
-    /// By module, since when the programs of its master and its slave hear, and how long they take until then
-    /// from the end of a reset.
+    /// By module, since when the programs of its master and its slave hear, and (`start`) how long they take
+    /// until then from the end of a reset.
     hear_since: Vec<[u64; 2]>,
     start: u64,
 }
 
-/// What is lost or changed on lines.
+/// A disturbance of lines, which lose frames or change bytes.
 struct Disturbance {
     is_noise: bool,
     links: Links,
@@ -123,7 +123,7 @@ impl Observer {
         self.gait.take(trace_event);
     }
 
-    /// Something has just happened to the robot.
+    /// Takes in an event that has just happened to the robot.
     pub fn changed(&mut self, event: &Event) {
         self.follow(event);
         let order = event.change.orders();
@@ -138,8 +138,8 @@ impl Observer {
         }
     }
 
-    /// Whether the programs that have to hear a command do. The slave takes the first of the times that it
-    /// hears for all, and gives it up where the master does not run soon.
+    /// Whether the programs that have to hear a command hear it. The slave passes on the first sending that
+    /// it hears, and no other, and gives it up if the master does not run soon.
     fn is_heard(&self, event: &Event) -> bool {
         let &Change::Command { at: Face { module, dock }, ref payload } = &event.change else { return true };
         let frame = (FRAME_OVERHEAD + payload.len() as u64) * CHARACTER;
@@ -154,7 +154,7 @@ impl Observer {
     fn follow(&mut self, event: &Event) {
         let &Event { at, ref change } = event;
         self.reshape(at);
-        // What the robot did, it could.
+        // A change that the robot made itself was possible.
         let _ = change.apply(&mut self.wiring);
         if let Some(recorder) = &mut self.recorder {
             recorder.changed(event, &self.wiring);

@@ -1,6 +1,6 @@
-//! By which gait each body of a robot has to walk: the one that it was ordered last, whoever of it heard the
-//! order. Bodies that join walk by the order that is the newer one to modules, who count them; and who has
-//! taken another shape by the gait that follows.
+//! By which gait each body of a robot has to walk: the one that it was ordered last, whichever of its modules
+//! heard the order. Bodies that join walk by the order that modules, which count orders, take for the newer
+//! one. A body that has taken another shape walks by the gait that follows.
 
 use std::ops::Range;
 
@@ -13,8 +13,8 @@ use crate::leader::{acting, leads};
 use crate::walker::DISCOVERY;
 use crate::wiring::Wiring;
 
-/// For how long a robot has to have the shape that its gait makes of it until it has taken it: a second, from
-/// when it has noticed.
+/// For how long a robot has to have the shape that its gait makes of it until it counts as reshaped: a
+/// second, from when it has noticed.
 const LASTS: u64 = 1_000 * MILLISECOND + DISCOVERY;
 
 /// An order, or the gait that a module begins with.
@@ -22,7 +22,7 @@ const LASTS: u64 = 1_000 * MILLISECOND + DISCOVERY;
 struct Order {
     /// Orders are numbered as they are given.
     number: u64,
-    /// As modules keep it.
+    /// The order as modules keep it.
     standing: Standing,
 }
 
@@ -35,8 +35,8 @@ struct Reshaped {
     at: u64,
 }
 
-/// When a robot that has taken another shape may walk by the gait that follows, and need not yet. It finds
-/// out its shape sooner or later. Where it has lost the shape again it may have found out before.
+/// When a robot that has taken another shape may walk by the gait that follows, but need not yet. It finds
+/// out its shape sooner or later. If it has lost the shape again, it may have found out before.
 struct Choice {
     /// The number of the order that it ends.
     order: u64,
@@ -68,8 +68,8 @@ impl Orders {
         self.of[module].gait()
     }
 
-    /// The body of a module is ordered to walk by this gait in this Period, or to stop. Returns whom that is
-    /// new to.
+    /// The body of a module is ordered to walk by this gait in this Period, or to stop. Returns the modules
+    /// to which that is new.
     pub fn give(
         &mut self,
         wiring: &Wiring,
@@ -86,22 +86,22 @@ impl Orders {
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
         changed.extend((!before.is_like(order)).then_some(module));
-        // It may have the shape already that the gait makes of it. Before all have heard the order it seems
-        // to walk on where it walked by the gait that follows.
+        // The body may already have the shape that the gait makes of it. If it walked by the gait that
+        // follows, it seems to walk on until all its modules have heard the order.
         self.look(wiring, now, now + DISCOVERY);
         changed
     }
 
-    /// The wiring is another than before: bodies that joined go on by the newer order. Returns who walks by
-    /// another gait than before.
+    /// Takes in a changed wiring: bodies that joined go on by the newer order. Returns the modules that walk
+    /// by another gait than before.
     pub fn rewired(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let changed = self.spread(wiring);
         self.look(wiring, now, now);
         changed
     }
 
-    /// A module starts over, and runs again from `runs_at` on: it recalls what it was ordered, and takes that
-    /// for older than what others were since their power-up.
+    /// A module starts over, and runs again from `runs_at` on: it recalls its order, and takes that for older
+    /// than orders that others were given since their power-up.
     pub fn restarted(&mut self, module: usize, runs_at: u64) {
         let standing = &mut self.of[module].standing;
         *standing = Standing::from_record(standing.to_record()).unwrap_or(*standing);
@@ -109,7 +109,7 @@ impl Orders {
         self.restarting.push((module, runs_at));
     }
 
-    /// Looks which bodies have the shape that their gait makes of them. Those that have it newly may walk on
+    /// Checks which bodies have the shape that their gait makes of them. Those that have it newly may walk on
     /// from `first` on.
     fn look(&mut self, wiring: &Wiring, now: u64, first: u64) {
         let waiting = std::mem::take(&mut self.reshaped);
@@ -126,7 +126,8 @@ impl Orders {
         }
     }
 
-    /// The gait that follows, for a module that has the type in which its gait ends, and leads by that one.
+    /// The gait that follows, for a module that has the type in which its gait ends, and leads by the gait
+    /// that follows.
     fn then(&self, wiring: &Wiring, module: usize) -> Option<GaitName> {
         let Once { becomes, then } = self.gait(module)?.once?;
         let is_there =
@@ -142,7 +143,7 @@ impl Orders {
 
     /// Has modules that run again by `now` hear what others were ordered, and the bodies that have taken
     /// another shape by then walk by the gait that follows, if they have not been ordered otherwise
-    /// meanwhile. Returns whom that is new to.
+    /// meanwhile. Returns the modules to which that is new.
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let mut changed = Vec::new();
         if self.restarting.extract_if(.., |&mut (_, runs_at)| runs_at <= now).count() > 0 {
@@ -156,7 +157,7 @@ impl Orders {
     }
 
     /// Has bodies that may walk on do so by `now` if one of their modules says that it walks by the gait that
-    /// follows. Returns whom that is new to.
+    /// follows. Returns the modules to which that is new.
     pub fn choose(&mut self, wiring: &Wiring, now: u64, says: impl Fn(usize) -> Option<u8>) -> Vec<usize> {
         self.choices.retain(|choice| now < choice.between.end);
         let mut changed = Vec::new();
@@ -174,8 +175,8 @@ impl Orders {
         changed
     }
 
-    /// Has all modules of a body follow the newest order that any of them has. Returns who walks by another
-    /// gait now.
+    /// Has all modules of a body follow the newest order that any of them has. Returns the modules that walk
+    /// by another gait now.
     fn spread(&mut self, wiring: &Wiring) -> Vec<usize> {
         let mut changed = Vec::new();
         for mut body in wiring.bodies() {
@@ -192,13 +193,13 @@ impl Orders {
 }
 
 impl Order {
-    /// `None`: to stop.
+    /// The gait that is ordered; `None` to stop.
     fn gait(self) -> Option<Gait> {
         let Standing { gait, period, .. } = self.standing;
         Some(period.of(GaitName::from_byte(gait)?.gait()))
     }
 
-    /// That of both which modules take for the newer one.
+    /// The one of both that modules take for the newer one.
     fn newer(self, other: Order) -> Order {
         if other.standing == self.standing {
             return if other.number > self.number { other } else { self };
@@ -277,7 +278,7 @@ mod tests {
             }
             assert_eq!(is_taken(&mut orders, wiring, now, said), is_right, "{opened_at:?} {now} {said:?}");
         }
-        // Whoever has not heard the order yet goes on as before.
+        // A module that has not heard the order yet goes on as before.
         for (now, is_right) in [(DISCOVERY - 1, false), (DISCOVERY, true)] {
             assert_eq!(is_taken(&mut ordered(&ring, CloseRing), &ring, now, RollingTrack), is_right);
         }
@@ -291,10 +292,10 @@ mod tests {
         for (orders_given, joined) in [
             (&[(0, Some(Caterpillar)), (5, Some(RollingTrack)), (0, Some(OpenRing))][..], Some(OpenRing)),
             (&[(0, Some(Caterpillar)), (0, Some(OpenRing)), (5, Some(RollingTrack))], Some(OpenRing)),
-            // To stop counts as several, and what stands already as none.
+            // An order to stop counts as several, and one that stands already as none.
             (&[(0, None), (5, Some(Caterpillar)), (5, Some(RollingTrack))], None),
             (&[(0, Some(Caterpillar)), (0, Some(Caterpillar)), (5, None), (5, None)], None),
-            // Where both were ordered as often, it is one of both.
+            // If both were ordered equally often, it is one of both.
             (&[(0, Some(Caterpillar)), (5, Some(RollingTrack))], Some(RollingTrack)),
             (&[(5, Some(RollingTrack)), (0, Some(Caterpillar))], Some(RollingTrack)),
             (&[(5, Some(RollingTrack))], Some(RollingTrack)),

@@ -23,8 +23,8 @@ impl Wiring {
         self.placings_bent(DAffine3::IDENTITY, |module| self.angles_at_rest(module))
     }
 
-    /// Likewise where nothing bears them, each body turned by this where it lies, with these angles of each
-    /// module.
+    /// Likewise where nothing bears them: each body is turned by `turn` where it lies, and each module has
+    /// these angles.
     pub fn placings_bent(&self, turn: DAffine3, angles: impl Fn(usize) -> Angles) -> Vec<Placing> {
         let angles: Vec<Angles> = (0..self.modules()).map(angles).collect();
         let mut placings: Vec<Placing> =
@@ -44,7 +44,8 @@ impl Wiring {
         placings
     }
 
-    /// Straight; in a ring of modules Back to Front bent so that it closes, the Up of all inside.
+    /// Straight; in a ring of modules, Back to Front, bent so that the ring closes, with the Up of all
+    /// inside.
     fn angles_at_rest(&self, module: usize) -> Angles {
         let mut round = 0;
         let mut next = module;

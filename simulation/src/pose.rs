@@ -1,6 +1,6 @@
 //! Where the docks of a robot are, and which way is up in each module, by the angles of its joints: its
 //! modules as rigid bodies, and nothing else. There is no ground, and bodies do not collide. A ring is cut
-//! open to be measured: what its joints do has no effect on each other. What a module looks like is in
+//! open to be measured: its joints do not constrain each other. What a module looks like is in
 //! [`plants::geometry`].
 
 use std::collections::VecDeque;
@@ -45,8 +45,8 @@ impl Wiring {
     }
 
     /// What the accelerometers of all modules at rest read along x, y and z of their halves with the Front
-    /// dock, in multiples of the acceleration of gravity, with `angles` of each module. Each body lies as its
-    /// module of lowest number does that is no leg: turned about its x by `roll` degrees.
+    /// dock, in multiples of the acceleration of gravity, with `angles` of each module. Each body lies as the
+    /// module of lowest number that is no leg does: turned about its x by `roll` degrees.
     pub fn accelerations(&self, roll: f64, angles: impl Fn(usize) -> Angles) -> Vec<[f64; 3]> {
         let up = DQuat::from_rotation_x(-roll.to_radians()) * DVec3::Z;
         let mut accelerations = vec![[0.0; 3]; self.modules()];

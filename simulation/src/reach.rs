@@ -1,4 +1,4 @@
-//! Whom hormones reach by the rules of the gaits, and whom a change concerns.
+//! Which modules hormones reach by the rules of the gaits, and which a change concerns.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use crate::orders::Orders;
 use crate::wiring::{Face, Wiring};
 
 /// How many hops hormones take to each module from the nearest one that leads; `None` where none can come.
-/// Who leads a ring is chance: each of its modules counts as the last one of it.
+/// Chance decides which module leads a ring, so each counts as the last one behind the leader.
 pub fn hops(wiring: &Wiring, orders: &Orders) -> Vec<Option<u64>> {
     let mut hops = vec![None; wiring.modules()];
     let mut next: VecDeque<(usize, u64)> = VecDeque::new();
@@ -27,7 +27,7 @@ pub fn hops(wiring: &Wiring, orders: &Orders) -> Vec<Option<u64>> {
     hops
 }
 
-/// Who is one of these, or gets hormones by way of one of them.
+/// By module, whether it is one of `touched`, or gets hormones by way of one of them.
 pub fn concerned(wiring: &Wiring, orders: &Orders, touched: &[usize]) -> Vec<bool> {
     let mut concerned = vec![false; wiring.modules()];
     let mut next = touched.to_vec();
@@ -39,7 +39,8 @@ pub fn concerned(wiring: &Wiring, orders: &Orders, touched: &[usize]) -> Vec<boo
     concerned
 }
 
-/// To whom a module sends hormones on: by the docks that its rules name, and where there is no type, by all.
+/// The modules to which a module sends hormones on: by the docks that its rules name or, if it has no type,
+/// by all.
 fn behind<'a>(wiring: &'a Wiring, orders: &Orders, module: usize) -> impl Iterator<Item = usize> + 'a {
     let ways = match (acting(wiring, module), orders.gait(module)) {
         (_, None) => DockSet::EMPTY,

@@ -1,4 +1,4 @@
-//! What is kept of a run, to be looked at later: where modules were, what behaviours did, what passed
+//! The recording of a run, to be looked at later: where modules were, what behaviours did, what passed
 //! between modules, and what happened to the robot.
 
 mod recorder;
@@ -20,24 +20,24 @@ pub struct Recording {
     pub every: u64,
     /// How many modules the robot has.
     pub modules: usize,
-    /// Look by look, and of each look module by module.
+    /// By look, and within each look by module.
     pub placings: Vec<Placing>,
-    /// What behaviours did but for sending hormones and taking them up, in order.
+    /// The events of behaviours, except that they sent hormones or took them up, in order.
     pub trace_events: Vec<TraceEvent>,
     /// Hormones on their ways between modules, in the order in which they were sent.
     pub hormones: Vec<Passage>,
-    /// When what a module knows of its neighbours and itself was another than before, in order.
+    /// Changes of what modules know of their neighbours and themselves, in order.
     pub views: Vec<View>,
-    /// Frames that links have lost, in order. `None` where nobody counts them.
+    /// Frames that links have lost, in order. `None` if they are not counted.
     pub losses: Option<Vec<Loss>>,
     /// The attachments at power-up, and after each change, in order.
     pub wirings: Vec<(u64, Wiring)>,
-    /// What happened to the robot, in words, and when, in cycles.
+    /// The events that happened to the robot, in words, and when, in cycles.
     pub happenings: Vec<(u64, String)>,
 }
 
 impl Recording {
-    /// Nothing yet of a robot of so many modules, at which somebody looks once in so many cycles.
+    /// An empty recording of a robot of so many modules, which is looked at once in so many cycles.
     pub(crate) fn new(modules: usize, every: u64) -> Self {
         Recording {
             every,
@@ -71,15 +71,15 @@ pub struct Passage {
     pub arrived: Option<u64>,
 }
 
-/// What a module knows of its neighbours and itself.
+/// A module's knowledge of its neighbours and itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct View {
     /// The number of the look at which that was seen.
     pub look: usize,
     pub module: usize,
-    /// The docks at which it has found one.
+    /// The docks at which it has found a neighbour.
     pub docks: DockSet,
-    /// What it takes itself for; `None` while it has not begun, or has no power.
+    /// The type that it takes itself for; `None` while it has not begun, or has no power.
     pub module_type: Option<ModuleType>,
 }
 

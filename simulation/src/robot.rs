@@ -1,4 +1,4 @@
-//! What a robot can be asked for, whatever simulates it.
+//! The interface of a robot, whatever simulates it.
 
 use hormone::status::Status;
 
@@ -46,7 +46,7 @@ pub trait Robot {
     /// Takes what the robot itself has changed of its wiring since the last call, in order.
     fn take_changes(&mut self) -> Vec<Event>;
 
-    /// What a module says of itself; `None` while it has not begun.
+    /// A module's view of itself; `None` while it has not begun.
     fn status(&self, module: usize) -> Option<Status>;
 
     /// What a module's accelerometer reads along x, y and z of the half with the Front dock, in multiples of
@@ -61,19 +61,19 @@ pub trait Robot {
         None
     }
 
-    /// How many frames the link has lost that begins at a dock, since that was attached; `None` if it is not,
-    /// or nobody counts them.
+    /// How many frames the link that begins at a dock has lost since it was attached; `None` if nothing is
+    /// attached, or lost frames are not counted.
     fn lost_frames(&self, _from: Face) -> Option<u64> {
         None
     }
 
-    /// What all links count.
+    /// The counts of all links.
     fn links(&self) -> LinkTotals;
 
-    /// What all bridges count.
+    /// The counts of all bridges.
     fn bridges(&self) -> BridgeTotals;
 
-    /// What consoles have told, in the order in which they were asked.
+    /// The answers of consoles, in the order in which they were asked.
     fn transcripts(&self) -> Vec<Transcript> {
         Vec::new()
     }
@@ -94,13 +94,13 @@ pub trait Robot {
         None
     }
 
-    /// What the hungriest module has taken out of its battery since power-up, of a full charge; `None` where
-    /// batteries are not simulated.
+    /// The part of a full charge that the hungriest module has taken out of its battery since power-up;
+    /// `None` where batteries are not simulated.
     fn charge_used(&self) -> Option<f64> {
         None
     }
 
-    /// Why it can't go on: [`run_until`](Self::run_until) does nothing any more.
+    /// Why it can't go on, if so: then [`run_until`](Self::run_until) does nothing any more.
     fn trouble(&self) -> Option<&Trouble> {
         None
     }
@@ -108,13 +108,13 @@ pub trait Robot {
     /// A hash of the whole state: equal runs have equal hashes.
     fn state_hash(&self) -> u64;
 
-    /// Whether a module's view of its neighbours and of its type equals the wiring. One without power has
-    /// none to be wrong.
+    /// Whether a module's view of its neighbours and of its type equals the wiring. A module without power
+    /// has no view, and counts as right.
     fn is_right(&self, module: usize) -> bool {
         self.is_right_by(self.wiring(), module)
     }
 
-    /// Likewise this wiring.
+    /// As [`is_right`](Self::is_right), but by this wiring.
     fn is_right_by(&self, wiring: &Wiring, module: usize) -> bool {
         !self.is_on(module)
             || self.status(module).is_some_and(|status| {

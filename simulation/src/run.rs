@@ -8,13 +8,13 @@ use crate::robot::Robot;
 use crate::scenario::{Event, Impossible};
 use crate::wiring::WiringError;
 
-/// A robot that runs, what is still to happen to it, and who follows it.
+/// A robot that runs, what is still to happen to it, and its observer.
 pub struct Run<R> {
     pub robot: R,
     pub observer: Observer,
-    /// What of the timeline could not happen, in order.
+    /// The events of the timeline that could not happen, in order.
     pub impossible: Vec<Impossible>,
-    /// What has happened to it from outside, in order.
+    /// The events that have happened to it from outside, in order.
     happened: Vec<Event>,
     /// The latest first.
     timeline: Vec<Event>,
@@ -37,16 +37,16 @@ impl<R: Robot> Run<R> {
     /// Returns whether there is more to run, and can be.
     ///
     /// # Errors
-    /// An event can't happen. It is kept, and over with that: the run may go on.
+    /// An event can't happen. It is kept in [`impossible`](Run::impossible), and the run may go on.
     pub fn step(&mut self, end: u64) -> Result<bool, Impossible> {
         self.step_until(end, u64::MAX)
     }
 
-    /// Likewise, but pauses at `pause` if that comes before. A run with pauses is the same run, and is judged
-    /// the same.
+    /// As [`step`](Self::step), but pauses at `pause` if that comes before. A run with pauses is the same
+    /// run, and is judged the same.
     ///
     /// # Errors
-    /// As of [`step`](Self::step).
+    /// Those of [`step`](Self::step).
     pub fn step_until(&mut self, end: u64, pause: u64) -> Result<bool, Impossible> {
         let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
         let step_end = (self.robot.now() + Self::STEP).min(event).min(end);
@@ -88,14 +88,14 @@ impl<R: Robot> Run<R> {
         self.observer.look(&mut self.robot);
     }
 
-    /// Keeps from now on, at power-up, what the robot does, and looks at it once in so many cycles.
+    /// Records what the robot does from now on, and looks at it once in so many cycles. Call it at power-up.
     pub fn record(&mut self, every: u64) {
         let mut recorder = Recorder::new(&self.robot, every);
         recorder.look(&self.robot);
         self.observer.recorder = Some(recorder);
     }
 
-    /// What was kept; `None` if nothing was to be.
+    /// The recording; `None` if there is none.
     pub fn finish_recording(&mut self) -> Option<Recording> {
         self.observer.recorder.take().map(Recorder::finish)
     }
@@ -115,12 +115,12 @@ impl<R: Robot> Run<R> {
         self.robot.run_until(cycle);
     }
 
-    /// What has happened to it from outside so far, in order.
+    /// The events that have happened to it from outside so far, in order.
     pub fn happened(&self) -> &[Event] {
         &self.happened
     }
 
-    /// What of its timeline is still to happen, in order.
+    /// The events of its timeline that are still to happen, in order.
     pub fn events_to_come(&self) -> impl ExactSizeIterator<Item = &Event> {
         self.timeline.iter().rev()
     }

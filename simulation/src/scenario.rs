@@ -12,9 +12,9 @@ use crate::wiring::{Wiring, WiringError};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     pub wiring: Wiring,
-    /// `None` where nothing is said of it.
+    /// `None` if nothing is said of it.
     pub terrain: Option<Terrain>,
-    /// Of modules that are flashed with others than the rest.
+    /// The images of modules that are flashed with others than the rest.
     pub images: Vec<OtherImages>,
     /// In the order of time.
     pub timeline: Vec<Event>,
@@ -58,7 +58,7 @@ impl Forecast {
         Forecast { wiring: wiring.clone(), docks_itself: false }
     }
 
-    /// This happens next.
+    /// Takes in the change that happens next.
     ///
     /// # Errors
     /// It can't happen, whatever the robot does by itself.

@@ -61,7 +61,7 @@ impl Shape {
         }
     }
 
-    /// How many modules it has if nobody says.
+    /// How many modules it has if no number is given.
     pub fn usual_modules(self) -> usize {
         match self {
             Shape::Centipede => 100,

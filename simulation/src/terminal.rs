@@ -12,24 +12,24 @@ use crate::wiring::Face;
 /// A request that is not acknowledged after so many milliseconds is sent again.
 const ACK_TIMEOUT: u64 = 30;
 
-/// One that was, and brought no piece in so many.
+/// A request that was acknowledged but brought no piece in so many milliseconds is sent again.
 const PATIENCE: u64 = 250;
 
-/// When nothing new has come for so many, the text is asked for from its beginning: the module may have been
-/// reset.
+/// When nothing new has come for so many milliseconds, the text is asked for from its beginning: the module
+/// may have been reset.
 const STUCK: u64 = 2000;
 
-/// After so many milliseconds of silence what has come of a frame is all that comes.
+/// After so many milliseconds of silence the rest of a frame comes no more.
 const SILENCE: u64 = 10;
 
-/// What a console has told.
+/// The answer of a console.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Transcript {
     /// When it was asked, in cycles since power-up, and where.
     pub at: u64,
     pub face: Face,
     pub text: String,
-    /// Whether that is all that it has to tell.
+    /// Whether the text is all that it has to tell.
     pub is_complete: bool,
 }
 
@@ -42,10 +42,10 @@ pub struct Terminal {
     is_complete: bool,
     /// The number of the piece that is waited for.
     expected: Number,
-    /// What has come of a frame, and when its last byte came.
+    /// The bytes of a frame that have come, and when the last one came.
     wire: Vec<u8>,
     heard_at: u64,
-    /// Of the request.
+    /// The label of the request.
     label: Label,
     /// When it is sent, or sent again, in milliseconds, and when something new came last.
     due: u64,
@@ -53,7 +53,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// A terminal that asks for a text about `topic` from `now` on, in milliseconds since whenever.
+    /// A terminal that asks for a text about `topic` from `now` on, in milliseconds of any clock.
     pub fn new(topic: Topic, now: u64) -> Self {
         let signature = Signature { dock: Dock::Front, epoch: 0 };
         Terminal {
@@ -70,12 +70,12 @@ impl Terminal {
         }
     }
 
-    /// What has come of the text.
+    /// The part of the text that has come.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Whether that is all.
+    /// Whether the text is complete.
     pub fn is_complete(&self) -> bool {
         self.is_complete
     }
@@ -120,8 +120,8 @@ impl Terminal {
         }
     }
 
-    /// It is at this dock, which takes what bears its own number for a reflection, if the epoch is the same
-    /// too.
+    /// The terminal is at this dock, which takes a frame that bears its own number and epoch for a
+    /// reflection.
     fn face(&mut self, dock: Dock) {
         self.label.signature.dock = if dock == Dock::Front { Dock::Back } else { Dock::Front };
     }
@@ -133,7 +133,7 @@ impl Terminal {
             && !self.is_complete
         {
             if matches!(self.request, Request::Begin(_)) {
-                // A text that was asked for anew takes the place of what came of the one before.
+                // A text that was asked for anew replaces the part that came before.
                 self.text.clear();
             }
             self.text.extend(text.iter().map(|&character| char::from(character)));

@@ -1,6 +1,6 @@
 //! The table `[world]` of a robot file: what the robot moves on, and what it bears.
 //!
-//! Places are said from where module 0 has its middle at power-up: x ahead, y to the left.
+//! Places are measured from the middle of module 0 at power-up: x ahead, y to the left.
 
 use std::ops::RangeInclusive;
 
@@ -8,7 +8,7 @@ use serde::de::{Deserialize, Deserializer, Error};
 
 use crate::fixed::Fixed;
 
-/// What differs from level ground without anything on it. What is `None` is as the world assumes it.
+/// What differs from level ground without anything on it. A field that is `None` is as the world assumes it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Terrain {
@@ -69,7 +69,7 @@ pub struct Wall {
     pub height_mm: f64,
 }
 
-/// What a module bears besides itself, spread evenly over it.
+/// The load that a module bears, spread evenly over it.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Load {

@@ -1,4 +1,4 @@
-//! What all modules count, added up.
+//! The counts of all modules, added up.
 
 use serde::Serialize;
 use tasks::bridge::protocol::BridgeCounters;

@@ -6,23 +6,23 @@ use crate::robot::Robot;
 use crate::run::Run;
 use crate::walker::Violation;
 
-/// Of the modules that do not know what they are, so many are named.
+/// The number of modules that are named, of those that do not know what they are.
 const MISTAKEN_NAMED: usize = 5;
 
 /// The least speed of a robot that walks, in m/s: a module's half in 5 s.
 const WALKS: f64 = 0.084 / 5.0;
 
-/// Of a robot so short that this is less: half its length in so many seconds.
+/// A robot so short that this is less has to come half its length in so many seconds.
 const HALF_ITS_LENGTH: f64 = 20.0;
 
-/// The time in which its modules learn their types, and legs roll upright, in s.
+/// The time in which a robot's modules learn their types, and legs roll upright, in s.
 const RISES: f64 = 3.0;
 
-/// A robot that was told to walk for less than this is not asked how far it has come, in s.
+/// A robot that was told to walk for less than this, in s, is not judged by how far it has come.
 const JUDGED_AFTER: f64 = 8.0;
 
-/// What a robot did not do as it should, a line each. Where the ground is not level and bare, it is not asked
-/// how far it has come.
+/// The faults of a robot in a run, a line each. If the ground is not level and bare, the robot is not judged
+/// by how far it has come.
 pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     let Run { robot, observer, .. } = run;
     let modules = robot.wiring().modules();

@@ -26,11 +26,11 @@ pub const HOP: u64 = 5 * MILLISECOND;
 /// How long a ring may take to elect a leader.
 const ELECTION: u64 = 5_000 * MILLISECOND;
 
-/// Changes that come before a module is right again give it more time: so many times the longest of theirs in
-/// all.
+/// Changes that come before a module is right again give it more time: in all, so many times the longest that
+/// one of them gives.
 const MOST_PATIENCE: u64 = 3;
 
-/// What is read by less than this beyond the bounds of a sense may be noise.
+/// A reading less than this beyond the bounds of a sense may be noise.
 const MARGIN: i32 = 150;
 
 /// A letter that was taken up, and what was done then.
@@ -55,7 +55,7 @@ struct Sensed {
     since: u64,
 }
 
-/// What was wrong, of which module, and when.
+/// A fault of a module, and when it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Violation {
     /// In cycles since power-up.
@@ -64,7 +64,7 @@ pub struct Violation {
     pub wrong: Wrong,
 }
 
-/// What can be wrong with a module.
+/// A fault that a module can have.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Wrong {
     #[error("took up no letter in a whole Period")]
@@ -89,12 +89,12 @@ pub enum Wrong {
     Apart,
 }
 
-/// What was found of all modules.
+/// The findings about all modules.
 #[derive(Default)]
 pub struct Tally {
     /// Lines lose or change what goes over them.
     pub is_noisy: bool,
-    /// What was wrong though it should have been right.
+    /// How often something was wrong though it should have been right.
     pub violations: u64,
     pub first: Option<Violation>,
     /// The longest time from a change until nothing was wrong, in cycles.
@@ -112,17 +112,17 @@ pub struct Walker {
     source: Option<Dock>,
     /// Whether its type has any rule.
     pub acts: bool,
-    /// From who leads.
+    /// Hops from the leader.
     hops: u64,
     /// The other leg of its branch, by its place among the walkers.
     pub other: Option<usize>,
     /// The last change that concerned it.
     disturbed_at: u64,
-    /// The first one since it was last right, and the longest time that any has given it since.
+    /// The first change since it was last right, and the longest time that any has given it since.
     unsettled: Option<(u64, u64)>,
     /// From when on nothing may be wrong with it.
     pub settled_at: u64,
-    /// Before its last change it had had all the time that it has from power-up.
+    /// Whether it had had, before its last change, all the time that it has from power-up.
     has_settled: bool,
     pub step: Option<Step>,
     /// When it took up its last letters, as many as a Period has.
@@ -130,9 +130,9 @@ pub struct Walker {
     last_action: Option<Action>,
     /// When a letter is next found missing.
     overdue_at: u64,
-    /// The step since which the legs of the branch were out of step, once that was found.
+    /// The time of the step since which the legs of the branch were apart, once that was found.
     pub apart_since: Option<u64>,
-    /// What rules for its type depend on.
+    /// The senses that rules for its type depend on.
     senses: Vec<Sensed>,
     /// Whether the robot was turned since sensors were looked at.
     is_turned: bool,
@@ -212,11 +212,11 @@ impl Walker {
         self.overdue_at = self.settled_at;
     }
 
-    /// From `now` on frames take so many tries. Who walks has to walk on.
+    /// From `now` on frames take so many tries. A module that walks has to walk on.
     pub fn loses(&mut self, now: u64, tries: f64) {
         if self.settled_at > now {
             let patience = self.patience(tries);
-            // What was right by the tries of before is not wrong after the fact.
+            // Nothing that was right by the tries before becomes wrong after the fact.
             self.settled_at = self.settled_at.min(now + patience).max(self.disturbed_at + patience);
             if self.step.is_none() {
                 self.overdue_at = self.settled_at;
@@ -224,7 +224,7 @@ impl Walker {
         }
     }
 
-    /// Since power-up it has had no time yet to be right.
+    /// Whether it has not had time to be right since power-up.
     pub fn is_unjudged(&self, now: u64) -> bool {
         !self.has_settled && self.settled_at > now
     }
@@ -256,8 +256,8 @@ impl Walker {
         }
     }
 
-    /// A letter is taken up. Whether those of a Period were in about a Period, since all may be right: a beat
-    /// that comes to hand early is an eighth shorter.
+    /// Notes that a letter is taken up. Returns whether the letters of a Period came in about a Period, once
+    /// all has to be right: a beat whose hormone is early is an eighth shorter.
     fn keeps_pace(&mut self, at: u64) -> bool {
         self.letters_at.push_back(at);
         let mut since = None;
@@ -304,8 +304,8 @@ impl Walker {
         }
     }
 
-    /// Whether a module with a rule has not sent at a step that is over what it says, to whoever is there and
-    /// is not who the letter came from. Lines that lose frames may leave no room for it.
+    /// Whether a module with rules has left out, at a step that is over, what they send to a neighbour other
+    /// than the one that the letter came from. Lines that lose frames may leave no room for it.
     fn has_left_out(&self, step: Step, source: Option<Dock>, tally: &Tally) -> bool {
         let is_left_out = |dock: &Dock| !step.sent.contains(*dock) && Some(*dock) != source;
         let leaves_out = |rule: Rule| {
@@ -315,8 +315,8 @@ impl Walker {
         !tally.is_noisy && self.acts && self.rules(step).all(leaves_out)
     }
 
-    /// Time has passed up to `now`: a whole Period without a letter, and one is missing, whatever hormones
-    /// took on their way.
+    /// Time has passed up to `now`. After a whole Period without a letter one is missing, however long
+    /// hormones took on their way.
     pub fn pass(&mut self, now: u64, tally: &mut Tally) {
         while self.overdue_at < now {
             let overdue_at = self.overdue_at;
@@ -348,8 +348,8 @@ impl Walker {
         self.is_turned = false;
     }
 
-    /// A step that is over was done as the module lay, or has lain for long: else its foot was wrong all the
-    /// time.
+    /// Judges whether a step that is over was done as the module lies, if it has lain so for long. A foot
+    /// that was wrong in the step was wrong until its end.
     fn judge_attitude(&mut self, step: Step, end: u64, tally: &mut Tally) {
         let Some((acted_at, action)) = step.acted.filter(|_| !self.is_turned) else { return };
         let against = |&Sensed { sense, holds, since }: &Sensed| {
@@ -360,7 +360,7 @@ impl Walker {
         };
         let Some(since) = self.senses.iter().filter_map(against).max() else { return };
         tally.recover(end.saturating_sub(since.max(self.disturbed_at)));
-        // What has just begun to walk has to take its posture before it can tell.
+        // A module that has just begun to walk has to take its posture before it can tell how it lies.
         if acted_at >= self.settled_at.max(since) + self.period() {
             tally.count(Violation { at: end, module: self.module, wrong: Wrong::Attitude });
         }

@@ -10,7 +10,7 @@ use thiserror::Error;
 /// A dock of a module of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Face {
-    /// The module's index. The robot itself has no such thing.
+    /// The module's index. The robot itself has no indices.
     pub module: usize,
     pub dock: Dock,
 }
@@ -24,7 +24,7 @@ impl fmt::Display for Face {
 
 /// Modules, and the attachments between their docks.
 ///
-/// A module whose power has failed stays attached, and is nobody's [peer](Wiring::peer).
+/// A module whose power has failed stays attached, and is no module's [peer](Wiring::peer).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
     /// By module, in the order of [`Dock::ALL`], what is attached there.
@@ -33,7 +33,7 @@ pub struct Wiring {
     dead: Vec<usize>,
 }
 
-/// Why docks can't be attached, or detached, or something else not happen to a module.
+/// Why docks can't be attached or detached, or something else can't happen to a module.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WiringError {
     #[error("there is no module {module}: the robot has {modules}, counted from 0")]
@@ -67,7 +67,7 @@ impl Wiring {
     /// # Errors
     /// A module is not there, a dock not free, or both are of one module.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
-        // What can never be is said first.
+        // The errors that no other wiring would avoid come first.
         self.check(one.module)?;
         self.check(other.module)?;
         if one.module == other.module {
@@ -113,8 +113,8 @@ impl Wiring {
         Ok(())
     }
 
-    /// A module's power fails: it is nobody's neighbour any more, and nothing else can happen to it but that
-    /// what it is attached to lets go of it.
+    /// A module's power fails: it is no module's neighbour any more. Nothing else can happen to it but that
+    /// the modules it is attached to let go of it.
     ///
     /// # Errors
     /// It is not there, or has no power already.
@@ -150,12 +150,12 @@ impl Wiring {
         if self.attached(face).is_none() { Err(WiringError::NotAttached { module, dock }) } else { Ok(()) }
     }
 
-    /// What is attached to a dock, with power or without.
+    /// The dock that is attached to a dock, with power or without.
     pub fn attached(&self, face: Face) -> Option<Face> {
         self.attached.get(face.module)?[usize::from(face.dock.index())]
     }
 
-    /// What is attached to a dock and hears it. `None` where one of the two has no power.
+    /// The dock that is attached to a dock and hears it. `None` if one of the two modules has no power.
     pub fn peer(&self, face: Face) -> Option<Face> {
         self.attached(face).filter(|peer| self.has_power(peer.module) && self.has_power(face.module))
     }
@@ -193,7 +193,7 @@ impl Wiring {
         pairs.filter(|(one, other)| (one.module, one.dock.index()) < (other.module, other.dock.index()))
     }
 
-    /// Likewise, those by which modules hear each other.
+    /// The attachments by which modules hear each other, each once.
     pub fn links(&self) -> impl Iterator<Item = (Face, Face)> {
         self.attachments().filter(|&(one, _)| self.peer(one).is_some())
     }
@@ -217,13 +217,13 @@ impl Wiring {
         bodies
     }
 
-    /// The modules that hear others at their docks than by `other`, a wiring of as many.
+    /// The modules that hear others at their docks than in `other`, a wiring of as many modules.
     pub fn differences(&self, other: &Wiring) -> Vec<usize> {
         let peers = |wiring: &Wiring, module| Dock::ALL.map(|dock| wiring.peer(Face { module, dock }));
         (0..self.modules()).filter(|&module| peers(self, module) != peers(other, module)).collect()
     }
 
-    /// Who hears a module.
+    /// The modules that hear a module.
     pub fn peers(&self, module: usize) -> impl Iterator<Item = usize> {
         Dock::ALL.into_iter().filter_map(move |dock| Some(self.peer(Face { module, dock })?.module))
     }
@@ -233,7 +233,7 @@ impl Wiring {
         !self.dead.contains(&module)
     }
 
-    /// The module is there.
+    /// The module has to be there.
     fn attached_mut(&mut self, Face { module, dock }: Face) -> &mut Option<Face> {
         &mut self.attached[module][usize::from(dock.index())]
     }

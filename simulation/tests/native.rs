@@ -37,7 +37,7 @@ fn run(robot: Native, events: &str, seconds: u64) -> Run<Native> {
     run
 }
 
-/// What is wrong with a robot.
+/// The faults of a robot.
 fn faults(run: &Run<Native>) -> Vec<String> {
     let mistaken = (0..run.robot.wiring().modules()).filter(|&module| !run.robot.is_right(module));
     let mut faults: Vec<String> = mistaken.map(|module| format!("{module} is mistaken")).collect();
@@ -120,7 +120,7 @@ fn a_hundred_modules_take_up_another_period_in_time_while_three_frames_of_four_a
     }
 }
 
-/// What is lost from the start is a matter of the links, not of who is there.
+/// Frames that are lost from the start tell something of the links, not of which modules are there.
 #[test]
 fn a_hundred_modules_lose_nobody_while_they_find_each_other_and_three_frames_of_four_are_lost() {
     for seed in 1..=10 {
@@ -189,7 +189,8 @@ fn a_robot_comes_right_after_whatever_happens_to_it() {
     }
 }
 
-/// Each MCU has a clock of its own: what waits for an ACK at a dock of the one does not wait for the other's.
+/// Each MCU has a clock of its own: a message that waits for an ACK at a dock of one MCU does not wait for
+/// the clock of the other.
 #[test]
 fn a_reset_of_the_master_does_not_stop_the_links_of_the_slave() {
     for (number, mcu) in (0..20).flat_map(|number| [(number, "master"), (number, "slave")]) {
@@ -207,7 +208,7 @@ fn a_reset_of_the_master_does_not_stop_the_links_of_the_slave() {
     }
 }
 
-/// Whenever its beat comes, between those of the head before.
+/// The beat of the new head may come at any time between two of the head before.
 #[test]
 fn a_robot_takes_up_the_beat_of_a_new_head_at_once() {
     for moment in 0..40_u32 {
@@ -254,8 +255,8 @@ fn a_robot_that_wakes_up_on_its_back_walks() {
     }
 }
 
-/// A chain has no legs, but its trunk walks: what happens to it in the file of this name disturbs that, and
-/// it comes right.
+/// A chain has no legs, but its trunk walks: the events in the file of this name disturb it, and it comes
+/// right.
 #[test]
 fn a_chain_recovers_from_changes() {
     let scenario = Scenario::from_toml(include_str!("../../robots/changes.toml")).expect("the file is right");
@@ -319,7 +320,7 @@ fn a_reset_begins_anew() {
         robot.run_until(2 * SECOND + START_UP);
         assert_eq!(robot.status(1), None, "its MCUs start up");
         robot.run_until(2 * SECOND + START_UP + 4 * MILLISECOND);
-        // What a neighbour sends again and again may come in at once.
+        // A message that a neighbour repeats may come in at once.
         let after = robot.status(1).unwrap().hormones_received;
         assert!(after <= 1 && after < before, "{after} after {before}");
         robot.run_until(2 * SECOND + START_UP + FOUND);
@@ -399,7 +400,7 @@ fn neighbours_may_have_any_indices() {
     assert_eq!(run.observer.hops.lost(), 0);
 }
 
-/// The engine in simavr tells the same story: tests/simavr.
+/// The engine in simavr does the same: tests/simavr.
 #[test]
 fn a_chain_becomes_a_ring_and_a_chain_again() {
     for seed in 1..=3 {
@@ -442,7 +443,7 @@ const RESHAPES: &str = "
     to = '3.Left'
 ";
 
-/// What all modules do after so many seconds of that with a disturbance.
+/// The actions of all modules after so many seconds of [`RESHAPES`] with a disturbance.
 fn reshaped(disturbance: &str, seconds: u64, seed: u64) -> Vec<Action> {
     let text = format!("modules = 6\n{RESHAPES}{disturbance}");
     let scenario = Scenario::from_toml(&text).expect("the file is right");
@@ -476,8 +477,8 @@ fn a_chain_that_is_disturbed_while_it_closes_or_opens_does_so_all_the_same() {
     }
 }
 
-/// Its latch goes on opening, and opens while all still are a ring. A module that is reset then learns of the
-/// order anew.
+/// The latch goes on opening, and opens while the modules still are a ring. A module that is reset then
+/// learns of the order anew.
 #[test]
 fn a_ring_that_is_ordered_to_close_while_it_opens_closes() {
     for later in (200..400_u32).step_by(4) {
@@ -526,7 +527,7 @@ fn a_ring_of_which_any_two_neighbours_are_reset_rolls_on() {
     }
 }
 
-/// A token takes longer round these than small rings wait for one.
+/// A token takes longer round these rings than small rings wait for one.
 #[test]
 fn a_ring_of_hundreds_elects_a_leader_and_rolls() {
     for (modules, seeds) in [(256, 1), (300, 2), (1_000, 1)] {
@@ -580,15 +581,15 @@ fn a_robot_of_which_all_were_reset_goes_on_as_it_was_ordered() {
         (Shape::Ring, GaitName::RollingTrack, Action::Roll),
         (Shape::Chain, GaitName::Caterpillar, Action::Wave),
     ] {
-        // Twice, for what was recalled is to be kept.
+        // Twice, because an order that was recalled has to be kept again.
         let events = order(1, 1, gait as u8) + &all(5.0, 6) + &all(12.0, 6);
         let run = run(robot(shape, 6, 1), &events, 20);
         assert_eq!(count_of(&run.robot, |status| status.action == action), 6, "{events}");
     }
 }
 
-/// Two robots walk by one gait in two Periods. Nobody can see that another module is attached in front, be it
-/// that a spine takes the place of a spine or a tail does.
+/// Two robots walk by one gait in two Periods. No module can see that another one is attached in front,
+/// whether a spine or a tail takes the place of a spine.
 #[test]
 fn modules_of_two_robots_that_change_places_walk_as_the_newer_order_of_both_has_it() {
     let mut wiring = Shape::Chain.wiring(8).unwrap();
@@ -607,8 +608,8 @@ fn modules_of_two_robots_that_change_places_walk_as_the_newer_order_of_both_has_
     }
 }
 
-/// Nobody sees that another tail is attached, and where the robot stands no hormone comes by which it could
-/// find out itself. An order to stop counts as 16.
+/// No module sees that another tail is attached, and where the robot stands no hormone comes by which the
+/// tail could find out. An order to stop counts as 16.
 #[test]
 fn a_module_that_walks_and_one_that_stands_change_places_and_both_robots_do_what_is_newer() {
     let mut wiring = Shape::Chain.wiring(8).unwrap();
@@ -632,10 +633,10 @@ fn a_module_that_walks_and_one_that_stands_change_places_and_both_robots_do_what
     }
 }
 
-/// The behaviours' clock comes round every 65.5 s: what was long ago is not to be taken for what is to come.
+/// The behaviours' clock wraps every 65.5 s: a moment long past must not be taken for one to come.
 #[test]
 fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {
-    // Nobody beats; who has beats by another gait has none; and nobody leads.
+    // No module beats; modules that had beats get none by another gait; and no module leads.
     for (shape, modules, gait) in
         [(Shape::Centipede, 14, 0), (Shape::Centipede, 14, GaitName::Caterpillar as u8), (Shape::Ring, 6, 0)]
     {
@@ -647,7 +648,7 @@ fn whoever_stands_or_walks_another_way_for_minutes_loses_nobody() {
     }
 }
 
-/// Nobody leads it any more, and when its modules last stood for election means nothing by then.
+/// No module leads it any more, and the times at which its modules last were candidates mean nothing by then.
 #[test]
 fn a_ring_that_lost_its_leader_while_it_walked_another_way_rolls_soon_whenever_that_is_ordered() {
     let resets: String =
@@ -685,7 +686,7 @@ fn an_order_reaches_a_hundred_modules_soon_also_while_three_frames_of_four_are_l
     }
 }
 
-/// Within a Period and the time in which neighbours find each other, on the mean of some robots.
+/// Within a Period and the time in which neighbours find each other, on average over some robots.
 #[test]
 fn a_hundred_modules_come_right_soon_whatever_part_of_the_frames_is_lost() {
     const ROBOTS: u64 = 8;
@@ -704,8 +705,8 @@ fn a_hundred_modules_come_right_soon_whatever_part_of_the_frames_is_lost() {
     }
 }
 
-/// Links that have lost nothing until then are given 270 ms. Of these robots nine of twelve went wrong at
-/// 70 % while six probes and some quick ones at their end had to do; and at 75 % still three while those who
+/// Links that have lost nothing until then are given 270 ms. Nine of these twelve robots went wrong at 70 %
+/// while six probes, and some quick ones at their end, had to do. At 75 % three still did while modules that
 /// missed probes drowned them by what they sent.
 #[test]
 fn legs_go_on_as_loss_sets_in_at_once() {
@@ -717,7 +718,8 @@ fn legs_go_on_as_loss_sets_in_at_once() {
     }
 }
 
-/// Two ways lead from the head to module 4, one of them through a branch more: on them legs would step otherwise.
+/// Two ways lead from the head to module 4, one of them through a branch more: by the other way legs would
+/// step otherwise.
 #[test]
 fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {
     let text = "modules = 9\ndocks = [['0.Back', '1.Front'], ['1.Left', '2.Back'], ['1.Right', '3.Back'], \
@@ -733,7 +735,7 @@ fn in_a_loop_of_unlike_ways_each_module_keeps_to_one() {
 }
 
 /// Whenever the ends of a chain are joined, in the middle of a beat or while one is under way, it rolls soon.
-/// Of seven modules they do not meet by themselves.
+/// The ends of seven modules do not meet by themselves.
 #[test]
 fn a_chain_rolls_soon_once_its_ends_are_joined_whenever_that_is() {
     let rolls = |run: &Run<Native>| count_of(&run.robot, |status| status.action == Action::Roll) == 7;
@@ -749,12 +751,12 @@ fn a_chain_rolls_soon_once_its_ends_are_joined_whenever_that_is() {
             longest = longest.max(run.robot.now() - u64::from(at) * MILLISECOND);
         }
     }
-    // It is found, a leader elected, and a beat of a second begins.
+    // The neighbour is found, a leader elected, and a beat of a second begins.
     assert!(longest <= 2 * SECOND, "{} ms", longest / MILLISECOND);
 }
 
-/// A ring rolls on over lines that lose frames: neither do probes keep out a leader's token, nor does it take
-/// one that comes back late for another's.
+/// A ring rolls on over lines that lose frames: probes do not keep out a leader's token, and a leader does
+/// not take a token that comes back late for another's.
 #[test]
 fn a_ring_rolls_on_over_lines_that_lose_frames() {
     for (modules, loss, seconds) in

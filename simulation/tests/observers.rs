@@ -22,7 +22,7 @@ fn letter(beat: u64) -> Data {
     if beat.is_multiple_of(2) { B } else { A }
 }
 
-/// Head 0, branch 1 with legs 2 and 3, tail 4: what they say of themselves.
+/// Head 0, branch 1 with legs 2 and 3, spine 4, tail 5: what they say of themselves.
 struct Script {
     wiring: Wiring,
     statuses: Vec<Status>,
@@ -116,7 +116,7 @@ impl Script {
         self.walk_by(observer, half_periods, ON_FEET);
     }
 
-    /// Likewise, legs doing this.
+    /// As [`walk`](Self::walk), with legs that lift a foot and press it down like this.
     fn walk_by(&mut self, observer: &mut Observer, half_periods: std::ops::Range<u64>, legs: [Action; 2]) {
         for beat in half_periods {
             let at = beat * PERIOD / 2 + 20 * MILLISECOND;
@@ -319,7 +319,7 @@ fn what_is_wrong_soon_after_a_change_is_how_long_it_took() {
     assert_eq!(observer.gait.recovery_periods(), Some(0.75));
 }
 
-/// A change at one leg gives the others no time.
+/// A change at the tail gives no time to modules that it does not concern.
 #[test]
 fn what_a_change_does_not_concern_has_to_walk_on() {
     let (mut script, mut observer) = Script::discovered();
@@ -368,7 +368,7 @@ fn a_change_gives_its_own_time_and_no_more_though_the_one_before_gave_longer() {
     assert!(observer.gait.violations() > 0);
 }
 
-/// Whoever is turned over steps on, with no beat left out, and within a Period the other way.
+/// A robot that is turned over steps on, with no beat left out, and within a Period the other way.
 #[test]
 fn feet_that_are_lifted_the_wrong_way_are_wrong_a_period_after_the_robot_was_turned() {
     for (roll, before, after) in
@@ -409,7 +409,7 @@ fn on_its_side_a_robot_may_lift_its_feet_either_way() {
 fn what_no_hormone_reaches_need_not_walk() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    // With nobody in front and nobody behind a branch is none, and has no rule: nobody beats the time.
+    // With no module in front and none behind, a branch is none any more, and has no rule: no module leads.
     let mut wiring = script.wiring.clone();
     wiring.kill(0).unwrap();
     wiring.kill(4).unwrap();
@@ -439,7 +439,8 @@ fn a_dock_that_is_mute_counts_as_detached() {
 fn where_frames_are_lost_a_robot_has_more_time_to_begin_and_no_more_to_walk_on() {
     let links = Links::All;
     let lossy = Change::Loss { links, probability: 0.5 };
-    // By which a quarter of all rounds of a frame of seven bytes and an ACK of five come through, too.
+    // With this noise, too, a quarter of all rounds of a frame of seven bytes and an ACK of five come
+    // through.
     let noisy = Change::Noise { links, probability: 1.0 - 0.25_f64.powf(1.0 / 12.0) };
     for change in [&lossy, &noisy] {
         let (mut script, mut observer) = Script::discovered();
@@ -519,8 +520,8 @@ fn hormones_are_followed_over_their_wires() {
 fn what_the_robot_changes_itself_counts_as_a_change() {
     let (mut script, mut observer) = Script::discovered();
     script.walk(&mut observer, 1..9);
-    // The tail lets go: what it says before that is looked at as it was, and after it has nobody to hear
-    // from.
+    // The tail comes off: its events before that are judged as it was wired then, and after it no module
+    // sends to it.
     let change = Change::Detach(Face { module: 4, dock: Back });
     change.apply(&mut script.wiring).unwrap();
     let at = 9 * PERIOD / 2;

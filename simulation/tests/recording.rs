@@ -1,4 +1,4 @@
-//! What is kept of a run: all that happened, and nothing of it happens because it is kept.
+//! The recording of a run holds all that happened, and the run is the same without it.
 
 use hormone::action::Action;
 use hormone::event::Event as Behaviour;
@@ -25,7 +25,7 @@ fn finish(mut run: Run<Native>, milliseconds: u64) -> Run<Native> {
     run
 }
 
-/// What is kept of a centipede of 10.
+/// The recording of a centipede of 10.
 fn recorded(timeline: Vec<Event>, milliseconds: u64) -> Recording {
     let mut run = centipede(timeline);
     run.record(EVERY);

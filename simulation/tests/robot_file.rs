@@ -106,7 +106,7 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
     let expected = expected.map(|(at, change)| Event { at: cycle(at), change });
     assert_eq!(scenario.timeline, expected);
 
-    // Written as they are, they are the same to the cycle.
+    // Written and read again, events are the same to the cycle.
     let docks = "modules = 4\ndocks = [[\"0.Back\", \"1.Front\"], [\"1.Left\", \"2.Back\"]]\n";
     let odd = scenario.timeline.into_iter().map(|event| Event { at: event.at + 12_345, ..event });
     let odd: Vec<Event> = odd.collect();

@@ -20,12 +20,12 @@ use table::{RULES, WALK, centipede_docks, mutants, table, walks};
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
-/// What is wrong with the robot in a file after so many seconds.
+/// The faults of the robot in a file after so many seconds.
 fn verdict(file: &str, seconds: u64) -> Vec<String> {
     verdict_by(GaitName::Centipede.gait(), file, seconds)
 }
 
-/// Likewise, with modules whose first gait is this.
+/// As [`verdict`], with modules whose first gait is this.
 fn verdict_by(gait: Gait, file: &str, seconds: u64) -> Vec<String> {
     let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).expect("the file is right");
     let robot = Native::with_gait(wiring, 1, 40 * MILLISECOND, gait);
@@ -66,7 +66,7 @@ fn a_robot_that_walks_in_another_period_than_it_has_to_is_found() {
     }
 }
 
-/// It has nobody either, but does not beat its own time.
+/// A module without power has no neighbour either, but does not beat its own time.
 #[test]
 fn a_module_without_power_is_no_module_alone() {
     let file = "modules = 3\ndocks = [[\"0.Back\", \"1.Front\"]]\n\
@@ -77,7 +77,8 @@ fn a_module_without_power_is_no_module_alone() {
     assert_found(&verdict(&headless, 12), "nobody leads");
 }
 
-/// It was ordered to stop, and has no power since: nobody else shall stand still for that.
+/// It was ordered to stop, and has lost its power since. It does not count as a module that stands as
+/// ordered.
 #[test]
 fn a_module_without_power_is_none_that_shall_stop() {
     let headless = "modules = 3\ndocks = [[\"0.Back\", \"1.Front\"]]\n\
@@ -96,8 +97,8 @@ fn an_order_that_nobody_hears_is_a_fault_and_nobody_has_to_follow_it() {
     let both = "[[event]]\nat = 2\nreset = 1\n";
     let [master, slave] = ["master", "slave"].map(|mcu| format!("{both}mcu = \"{mcu}\"\n"));
     for (reset, at, is_heard) in [
-        // Its power has not come yet; both its MCUs are reset, or the one that has the dock; the last time
-        // that it is sent they run again.
+        // Its power has not come yet; both its MCUs are reset, or the one that has the dock; they run again
+        // the last time that the order is sent.
         ("", 0.0, false),
         (both, 2.01, false),
         (&slave, 2.01, false),
@@ -142,7 +143,7 @@ fn a_dock_may_be_blind_at_the_end() {
     assert_eq!(verdict(&format!("shape = \"chain\"\nmodules = 5\n{blind}"), 8), [""; 0]);
 }
 
-/// On all links: then those that are attached later are mute, too, until lines are good again.
+/// All links lose everything: those that are attached later are mute, too, until lines are good again.
 #[test]
 fn a_link_is_mute_from_when_it_is_attached() {
     for mute in ["loss", "noise"] {
@@ -168,8 +169,7 @@ fn an_order_that_all_follow_is_none() {
     }
 }
 
-/// To close where it is a ring, and to open where it is a chain. A chain that is joined to a ring later
-/// crawls no more.
+/// A ring is ordered to close, and a chain to open. A chain that is joined to a ring later crawls no more.
 #[test]
 fn a_robot_goes_on_where_it_has_the_shape_that_it_is_ordered_to_take() {
     let ordered = |shape: &str, order: u8| {
@@ -204,7 +204,7 @@ fn a_robot_may_roll_as_soon_as_it_is_a_ring() {
     assert!(rolled > 0 && rolled < apart.len(), "{rolled}");
 }
 
-/// Who led the ring does not take the chain for one.
+/// The module that led the ring does not take the chain for one.
 #[test]
 fn a_ring_that_is_cut_closes_again() {
     for cut in 0..6 {
@@ -236,7 +236,7 @@ fn resets_that_leave_no_time_for_a_beat_are_found() {
     assert_found(&verdict(&format!("shape = \"centipede\"\nmodules = 14\n{resets}"), 10), "no letter");
 }
 
-/// A robot with wrong rules, and events that have nothing to do with who walks wrong.
+/// A robot with wrong rules, and events that have nothing to do with the modules that walk wrong.
 #[test]
 fn an_inert_event_hides_no_fault() {
     let file = format!("modules = 16\ndocks = [{}]\n", centipede_docks(14));
@@ -258,7 +258,6 @@ fn an_inert_event_hides_no_fault() {
     }
 }
 
-/// The attachments of a centipede, as a robot file has them.
 #[test]
 fn an_event_after_the_end_changes_nothing() {
     for (file, is_right) in
@@ -278,7 +277,7 @@ fn a_leg_that_hangs_upside_down_is_judged_by_how_it_lies() {
     assert_eq!(verdict(&format!("{file}\n[[event]]\nat = 4.2\nroll = 180"), 10), [""; 0]);
 }
 
-/// It does so before its sensors are looked at again.
+/// The robot walks on before its sensors are looked at again.
 #[test]
 fn a_robot_that_is_turned_over_may_walk_on_within_a_short_period() {
     let file = "shape = \"six-legs\"\nmodules = 11\n\
@@ -317,8 +316,8 @@ fn parts_that_join_walk_or_rest_as_the_one_that_was_ordered_more_often() {
     assert_eq!(joined(&[(3, 2, "0.Up"), (4, 3, "0.Up"), (5, 2, "5.Up")]), [""; 0]);
 }
 
-/// One that is reset and attached, and a part of which all are reset together. Where one of them is not, it
-/// tells the others, and all go by the gait of a module alone, which nobody leads.
+/// A module is reset and attached, and so is a part whose modules are all reset together. If one of them is
+/// not reset, it tells the others, and all go by the gait of a module alone, which no module leads.
 #[test]
 fn parts_that_join_do_not_walk_as_one_that_recalls_its_orders() {
     let joined = |last: usize, reset: usize| {
@@ -351,7 +350,7 @@ fn an_order_for_a_shorter_period_leaves_time_to_follow_it() {
     assert_eq!(verdict(file, 10), [""; 0]);
 }
 
-/// Modules joined at random, with two heads: whoever hears both follows one of them.
+/// Modules joined at random, with two heads: a module that hears both follows one of them.
 #[test]
 fn robots_with_two_heads_have_no_fault() {
     let mut judged = 0;
@@ -395,7 +394,7 @@ fn a_robot_that_is_too_long_for_the_run_is_not_passed() {
     assert_eq!(verdict("shape = \"centipede\"\nmodules = 1000", 5), [""; 0]);
 }
 
-/// An order, or a module that comes back, does not stand for the time that all have from power-up.
+/// An order, or a module that comes back, does not replace the time that all have from power-up.
 #[test]
 fn what_happens_early_does_not_pass_a_robot_that_is_too_long_for_the_run() {
     for event in ["command = [0xd2, 1, 255]\nto = \"0.Front\"", "reset = 0"] {
@@ -416,7 +415,7 @@ fn a_loss_that_gets_less_makes_nobody_late_after_the_fact() {
 }
 
 fn gait_of(rules: [Rule; RULES]) -> Gait {
-    // SAFETY: not on the AVR.
+    // SAFETY: only on the AVR does it matter where the rules lie.
     let rules: &'static Flash<[Rule]> = Box::leak(Box::new(unsafe { Flash::new(rules) }));
     Gait { rules, ..GaitName::Centipede.gait() }
 }
@@ -449,7 +448,7 @@ fn with(replace: impl Fn(Rule) -> Option<Rule>) -> Gait {
     gait_of(table().map(|rule| replace(rule).unwrap_or(rule)))
 }
 
-/// Legs that swing when they shall hold.
+/// Legs that swing when they are to hold.
 fn swapped() -> Gait {
     with(|rule| match rule.action() {
         Swing => Some(rule.perform(Holding)),
@@ -474,7 +473,7 @@ fn tables_that_are_wrong_in_themselves_are_found() {
     for gait in [swapped(), no_branch_alternates, spines_alternate] {
         assert_found(&verdict_by(gait, "shape = \"six-legs\"\nmodules = 13", 5), "the gait was wrong");
     }
-    // What the test takes for the table is it.
+    // The places of rules in `table()` are as the test takes them.
     assert_eq!(table()[0], timer(Head, A).send(A, LEFT_RIGHT_BACK));
     assert_eq!(table()[7], received(LeftLeg, A).given(UpsideDown).perform(SwingOver));
     assert_eq!(table()[8], received(RightLeg, A).perform(Holding));

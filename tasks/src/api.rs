@@ -1,4 +1,4 @@
-//! All that a behaviour task sees of its module (paper, section 6): it sends messages, and says what it did.
+//! A behaviour task's only access to its module (paper, section 6): it sends messages, and says what it did.
 
 use kernel::Task;
 
@@ -15,7 +15,7 @@ pub struct Api {
 }
 
 impl Api {
-    /// Messages go through `office`. `trace` gets one byte for each event that a behaviour tells of.
+    /// Messages go through `office`. `trace` gets one byte for each event that a behaviour traces.
     pub const fn new(office: &'static PostOffice, trace: fn(u8)) -> Self {
         Api { office, trace }
     }
@@ -28,10 +28,10 @@ impl Api {
         self.office.deliver(task, message, Source::Task)
     }
 
-    /// Asks a device of this module for something, on behalf of the task `from`, to which the answer goes.
+    /// Asks a device of this module for something on behalf of the task `from`, which gets the answer.
     ///
     /// # Errors
-    /// As of [`send`](Self::send).
+    /// Those of [`send`](Self::send).
     pub fn request(&self, task: &mut Task, from: TaskCode, request: Request) -> Result<(), Undelivered> {
         match Message::new(Address::here(request.task()), Address::here(from), &request.to_payload()) {
             Ok(message) => self.send(task, message),

@@ -1,8 +1,8 @@
-//! Counts that one task keeps and anybody reads. They begin again at 0 after 65,535.
+//! Counts that one task keeps and others read. They wrap to 0 after 65,535.
 
 use kernel::{Context, MaskedCell};
 
-/// Declares what somebody counts: counts that lie in RAM in this order, by these names.
+/// Declares a struct of counts with these names, which lie in RAM in this order.
 macro_rules! counters {
     (
         $(#[$attribute:meta])*
@@ -50,7 +50,8 @@ macro_rules! counters {
             /// The counts.
             pub const fn all(&self) -> &[$crate::counter::Counter] {
                 let first = core::ptr::from_ref(self).cast();
-                // SAFETY: it is `repr(C)`: as many counters as it has fields lie there, one after the other.
+                // SAFETY: the struct is `repr(C)`, and its fields are the `Counter`s that `NAMES` lists: so
+                // many of them lie there, one after the other.
                 unsafe { core::slice::from_raw_parts(first, $Counters::NAMES.len()) }
             }
         }

@@ -1,4 +1,4 @@
-//! What the system tasks ask of their devices. The board implements it.
+//! The interface of the system tasks to their devices. The board implements it.
 
 use kernel::{Semaphore, Task};
 
@@ -10,11 +10,11 @@ use crate::superbot::Half;
 
 /// The sending half of a dock's serial link.
 pub trait Transmit {
-    /// Whether a frame is coming in. The line is half duplex, so to send now would be to drown it.
+    /// Whether a frame is coming in. The line is half duplex, so sending now would drown it.
     fn is_busy(&self, task: &mut Task) -> bool;
 
-    /// Sends `bytes`, and blocks until the last stop bit is on the wire. What comes in meanwhile may be lost;
-    /// so where a character is just coming in it may wait for its end.
+    /// Sends `bytes`, and blocks until the last stop bit is on the wire. Characters that come in meanwhile
+    /// may be lost, so it may first wait for the end of one that is coming in.
     fn transmit(&mut self, task: &mut Task, bytes: &[u8]);
 }
 
@@ -32,7 +32,7 @@ pub trait Receive {
     /// [`overruns`](Self::overruns), as are bytes that the hardware or the FIFO lost.
     fn receive(&mut self, task: &mut Task, buffer: &mut [u8]) -> Option<usize>;
 
-    /// How many bytes and frames were lost on the way in: up to 65,535, where it stays.
+    /// How many bytes and frames were lost on the way in. Stays at 65,535.
     fn overruns(&self, task: &mut Task) -> u16;
 }
 
@@ -48,8 +48,8 @@ pub enum Transfer {
     Fault,
 }
 
-/// The bus between the two MCUs of a module. Either may start a transfer; a lost arbitration is
-/// tried again when the bus is free, without the task's doing.
+/// The bus between the two MCUs of a module. Either may start a transfer; after a lost arbitration the
+/// transfer is tried again when the bus is free, without the task.
 ///
 /// After a transfer has ended, or one from the other MCU has come in whole, the board posts the
 /// semaphore that it was given for this.
@@ -60,9 +60,9 @@ pub trait Bus {
     /// Starts to send once more what was sent last.
     fn send_again(&mut self, task: &mut Task);
 
-    /// Frees the bus, on which a transfer has taken too long: something may hold it, or this side may take it
-    /// for busy when it is not. The transfer has no outcome, unless it came to its end before that after all.
-    /// Spends a quarter of a millisecond.
+    /// Frees the bus after a transfer has taken too long: a device may hold the bus, or this side may take it
+    /// for busy when it is not. The transfer has no outcome, unless it ended before that after all. Takes a
+    /// quarter of a millisecond.
     fn free(&mut self, task: &mut Task);
 
     /// The outcome of the transfer that was started last, once.
@@ -79,23 +79,23 @@ pub trait JointMotors {
     /// `period`.
     fn begin(&mut self, task: &mut Task, period: &'static Semaphore);
 
-    /// Ends that. The last drives are put into effect, and stay.
+    /// Ends the periods. The last drives are put into effect, and stay.
     fn end(&mut self, task: &mut Task);
 
     /// Measures the joints once, within 2 ms.
     fn look(&mut self, task: &mut Task);
 
-    /// What was measured last.
+    /// The last measurement.
     fn reading(&self, task: &mut Task, joint: usize) -> Reading;
 
-    /// The drive from the next period on, from -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to that.
+    /// Sets the drive from the next period on: -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to `FULL_DRIVE`.
     fn drive(&mut self, task: &mut Task, joint: usize, drive: i16);
 
     /// All drives of the next period have been given.
     fn done(&mut self);
 }
 
-/// What can be measured on demand.
+/// A quantity that can be measured on demand.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Quantity {
@@ -111,11 +111,11 @@ pub trait Peripherals {
     /// The half of the module that they are in.
     const HALF: Half;
 
-    /// Has `quantity` measured.
+    /// Starts a measurement of `quantity`.
     fn look(&mut self, task: &mut Task, quantity: Quantity);
 
-    /// What was measured, in the quantity's unit, once that is done; `None` also for a quantity that is none
-    /// of this MCU.
+    /// The measured value, in the quantity's unit; `None` until the measurement is done, and for a quantity
+    /// that this MCU does not have.
     fn seen(&mut self, task: &mut Task, quantity: Quantity) -> Option<i16>;
 
     /// The end switches of the latch at `dock`.
@@ -127,8 +127,7 @@ pub trait Peripherals {
     /// Closes the power switch of `dock`, or opens it. Too much current through it opens it as well.
     fn set_power(&mut self, task: &mut Task, dock: Dock, is_on: bool);
 
-    /// The docks whose switches have been opened for their currents since this was last asked: a bit for each
-    /// place.
+    /// The docks whose switches too much current has opened since the last call: a bit for each place.
     fn take_tripped(&mut self, task: &mut Task) -> u8;
 
     /// Switches the light of all docks here on or off.

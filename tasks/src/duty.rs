@@ -1,7 +1,7 @@
-//! Whether a periodic task keeps its period, for whoever feeds the watchdog to ask.
+//! Whether a periodic task keeps its period. The task that feeds the watchdog asks this.
 //!
-//! A task that hangs in a loop needs no duty to be noticed: no task below it runs any more, and the lowest
-//! periodic one feeds the watchdog. One that waits for what never comes does.
+//! A task that hangs in a loop is noticed without a duty: no task below it runs any more, and the lowest
+//! periodic one feeds the watchdog. A task that waits for an event that never comes is noticed by its duty.
 
 use kernel::{Context, MaskedCell, Ticks, is_reached, now};
 
@@ -16,14 +16,14 @@ impl Duty {
         Duty { due: MaskedCell::new(None) }
     }
 
-    /// The task that calls will do so again within this many ticks of 1 ms.
+    /// The calling task promises to call again within this many ticks of 1 ms.
     #[inline(always)]
     pub fn promise(&self, context: &mut impl Context, within: Ticks) {
         let due = now(context).wrapping_add(within);
         context.mask(|masked| self.due.set(masked, Some(due)));
     }
 
-    /// The task has nothing to do until it is asked to: it promises nothing.
+    /// The task promises nothing: it has nothing to do until it is asked to.
     pub fn rest(&self, context: &mut impl Context) {
         context.mask(|masked| self.due.set(masked, None));
     }

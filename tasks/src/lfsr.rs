@@ -1,6 +1,6 @@
 //! A linear feedback shift register: numbers by chance for little flash.
 
-/// A register of 16 bits after so many shifts more (Galois form, x^16 + x^14 + x^13 + x^11 + 1, period
+/// A register of 16 bits after `SHIFTS` more shifts (Galois form, x^16 + x^14 + x^13 + x^11 + 1, period
 /// 65535). Zero is the one state that it never leaves.
 #[inline(always)] // a loop of its own, wherever it is used
 pub fn shifted<const SHIFTS: u8>(mut register: u16) -> u16 {

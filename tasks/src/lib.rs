@@ -9,17 +9,17 @@
 //! | [`message`] | what tasks send one another, and how a task is addressed             |
 //! | [`link`]    | how a message crosses a dock: framing, CRC, stop-and-wait ARQ        |
 //! | [`bridge`]  | how a message crosses from one MCU of a module to the other          |
-//! | [`superbot`] | what a module is made of: MCUs, docks, joints, rates, who runs where |
+//! | [`superbot`] | what a module is made of: MCUs, docks, joints, rates, tasks of each MCU |
 //! | [`router`]  | where a message goes next                                            |
 //! | [`mailbox`], [`post_office`] | how it gets there on one MCU                         |
-//! | [`motor`]   | how a joint is driven to where it shall be                           |
+//! | [`motor`]   | how a joint is driven to its target                                  |
 //! | [`docking`] | how a dock latches, and finds another                                |
 //! | [`sensor`]  | the nineteen sensors, and what their readings mean                   |
 //! | [`power`]   | what the docks carry, the battery, charging                          |
 //! | [`devices`] | the task that serves all of these but the joints' control            |
 //! | [`duty`]    | whether periodic tasks keep their periods                            |
 //! | [`request`] | what behaviours ask of devices, and what devices tell                |
-//! | [`counter`] | counts that one task keeps and anybody reads                         |
+//! | [`counter`] | counts that one task keeps and others read                           |
 //! | [`lfsr`]    | numbers by chance                                                    |
 //! | [`api`]     | all that a behaviour sees                                            |
 

@@ -4,8 +4,8 @@ use kernel::{Context, Full, Queue, Semaphore, Task, Ticks, Timer};
 
 use crate::message::{Buffered, Letter};
 
-/// A task's queue, and the semaphore that it waits on: for a message, a timer or whatever else is posted
-/// there.
+/// A task's queue, and the semaphore that it waits on: for a message, a timer or any other signal that is
+/// posted there.
 ///
 /// A task with several things to wait for looks at all of them each time it is woken; a wake-up for nothing
 /// does no harm.
@@ -34,7 +34,7 @@ impl Mailbox {
     }
 
     /// Takes the first message, if there is one.
-    #[inline(never)] // this and the next stand in many places: 400 bytes of flash
+    #[inline(never)] // this and the next are called in many places: saves 400 bytes of flash
     pub fn take(&self, task: &mut Task) -> Option<Buffered> {
         self.queue.try_receive(task)
     }
@@ -51,7 +51,7 @@ impl Mailbox {
         self.wake.post(context);
     }
 
-    /// What wakes the task: for devices and timers to post.
+    /// The semaphore that wakes the task: for devices and timers to post.
     pub const fn semaphore(&self) -> &Semaphore {
         &self.wake
     }

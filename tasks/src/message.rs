@@ -10,9 +10,9 @@ use crate::motor::Axis;
 pub const MAX_PAYLOAD: usize = 16;
 
 /// The name of a task within a module, the same in every module: 0x00..=0x06 are behaviours, all that a frame
-/// can name; 0x0F..=0x1F are system tasks; what lies between is nobody's.
+/// can name; 0x0F..=0x1F are system tasks; the codes between are unused.
 ///
-/// A code need not belong to a task that exists: what names no task is found out by the router.
+/// A code need not belong to a task that exists: the router finds out which codes name none.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct TaskCode(u8);
@@ -126,16 +126,18 @@ impl Address {
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct TooLong;
 
-/// What a link does with a message: bits 7 and 6 of a byte whose others may hold the length of the payload.
+/// What a link does with a message: bits 7 and 6 of a byte whose other bits may hold the length of the
+/// payload.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[repr(u8)]
 pub enum Kind {
-    /// Has it acknowledged, and repeats it until then or gives up.
+    /// The link repeats it until it is acknowledged, or gives up.
     Lasting = 0,
-    /// Likewise; but one that was not sent yet gives way to a newer one for the same task, which follows it.
+    /// As [`Lasting`](Kind::Lasting); but a message that was not sent yet gives way to a newer one for the
+    /// same task that follows it.
     Latest = 0x40,
-    /// Sends it once and forgets it: for what is soon said again, as probes are.
+    /// The link sends it once and forgets it: for messages that are soon sent anew, as probes are.
     Datagram = 0x80,
 }
 
@@ -152,8 +154,8 @@ impl Kind {
         }
     }
 
-    /// How many places of a mailbox it leaves free. Of probes more come than a lossy link can send while it
-    /// repeats a message; they are not to keep out the next message, which is said once.
+    /// How many places of a mailbox it leaves free. More probes come than a lossy link can send while it
+    /// repeats a message. They must not keep out the next message, which comes only once.
     pub const fn leaves(self) -> u8 {
         match self {
             Kind::Lasting | Kind::Latest => 0,
@@ -179,7 +181,7 @@ impl<'a> Message<'a> {
         Self::of_kind(to, from, payload, Kind::Lasting)
     }
 
-    /// A message that a link sends once and forgets: for what is soon said again, as probes are.
+    /// A message that a link sends once and forgets: for messages that are soon sent anew, as probes are.
     pub fn datagram(to: Address, from: Address, payload: &'a [u8]) -> Result<Self, TooLong> {
         Self::of_kind(to, from, payload, Kind::Datagram)
     }
@@ -197,8 +199,8 @@ impl<'a> Message<'a> {
         self.to
     }
 
-    /// The sender. For a message that came in at a dock this is the addressed task's counterpart
-    /// beyond that dock: who sent it does not travel on the wire.
+    /// The sender. For a message that came in at a dock this is the addressed task's counterpart beyond that
+    /// dock: the actual sender does not travel on the wire.
     pub fn from(&self) -> Address {
         self.from
     }
@@ -219,13 +221,13 @@ pub struct Letter {
     from: Address,
     /// Payload bytes in bits 4..0, the [`Kind`] in bits 7 and 6: a letter lives in RAM by the dozen.
     length: u8,
-    /// As many bytes of it as `length` says are written: to clear the others would cost more than to write
-    /// these.
+    /// Only as many bytes of it as `length` says are written: clearing the others would cost more than
+    /// writing these.
     payload: [MaybeUninit<u8>; MAX_PAYLOAD],
 }
 
 impl Letter {
-    /// Nothing is written on it yet.
+    /// A letter with nothing written on it yet.
     #[inline(always)] // a constant would be copied whole, from RAM
     pub(crate) fn blank() -> Letter {
         let payload = [const { MaybeUninit::uninit() }; MAX_PAYLOAD];
@@ -249,7 +251,7 @@ impl Letter {
         self.length = payload.len() as u8 | kind as u8;
     }
 
-    /// Sends it back to where it comes from. What is written stays.
+    /// Swaps its addresses: it goes back to its sender. What is written stays.
     pub fn turn(&mut self) {
         (self.to, self.from) = (self.from, self.to);
     }
@@ -266,7 +268,7 @@ impl Letter {
         }
     }
 
-    /// What is written.
+    /// The message that is written.
     pub fn message(&self) -> Message<'_> {
         Message { to: self.to, from: self.from, kind: self.kind(), payload: self.payload() }
     }
@@ -285,8 +287,8 @@ impl Letter {
     pub fn payload(&self) -> &[u8] {
         let length = usize::from(self.length & !Kind::BITS);
         let written = self.payload.get(..length).unwrap_or(&[]);
-        // SAFETY: `write` and `push` alone set the length, to the number of bytes that they have written; a
-        // message has no more than there is room for.
+        // SAFETY: only `blank`, `write` and `push` set the length, to the number of bytes that have been
+        // written. A message has no more bytes than there is room for.
         unsafe { &*(ptr::from_ref(written) as *const [u8]) }
     }
 
@@ -323,7 +325,7 @@ kernel::pool!(Letter, BUFFERS);
 /// A letter in a buffer of the pool. It moves from task to task; dropped, it frees the buffer.
 pub type Buffered = kernel::Message<Letter>;
 
-/// What holds a letter: a buffer of the pool, or on a host the letter's owner.
+/// The holder of a letter: a buffer of the pool, or on a host the letter's owner.
 pub trait Held {
     /// The letter.
     fn letter(&self) -> &Letter;

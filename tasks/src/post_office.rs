@@ -12,7 +12,7 @@ pub struct PostOffice {
     pub router: Router,
     /// The tasks here that have a mailbox of their own.
     pub tasks: &'static [(TaskCode, &'static Mailbox)],
-    /// The one that serves all others here that can be addressed: devices.
+    /// The mailbox that serves all other tasks here that can be addressed: the devices.
     pub devices: &'static Mailbox,
     /// The sending tasks of the docks here.
     pub links: &'static [(Dock, &'static Mailbox)],
@@ -35,7 +35,7 @@ impl PostOffice {
     /// Writes `message` into a buffer, and puts that into the mailbox that its address names.
     ///
     /// # Errors
-    /// [`Undelivered`]; whoever calls counts it.
+    /// [`Undelivered`]; the caller counts it.
     pub fn deliver(&self, task: &mut Task, message: Message, source: Source) -> Result<(), Undelivered> {
         let mailbox = self.mailbox(message.to(), source)?;
         let mut letter = Owned::new(task, Letter::blank()).map_err(|_| Undelivered::NoRoom)?;

@@ -1,8 +1,8 @@
-//! What behaviours ask of devices, and what devices answer: the payloads of the messages between them.
+//! Requests of behaviours to devices, and reports of devices: the payloads of the messages between them.
 //!
-//! A request goes to the task of its device ([`Request::task`]), on whichever MCU that runs. What the device
-//! has to tell, at once or later, goes to the task that last asked it something, and what concerns the whole
-//! module to HORMONE.
+//! A request goes to the task of its device ([`Request::task`]), on whichever MCU that runs. The device
+//! reports, at once or later, to the task that last asked it something. Reports that concern the whole module
+//! go to HORMONE.
 
 use crate::devices::memory::Record;
 use crate::dock::Dock;
@@ -22,7 +22,7 @@ const LENGTH: usize = 5;
 /// The payload of a request or report: kind, device, and what there is to say.
 pub type Payload = [u8; LENGTH];
 
-/// What a behaviour asks for.
+/// A behaviour's request to a device.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub enum Request {
@@ -31,7 +31,7 @@ pub enum Request {
     /// Turn a joint to an angle, in 0.1 degree, at no more than so many degrees per second.
     Turn { axis: Axis, angle: i16, speed: u8 },
     /// Turn a joint, from where it is, by so much, in 0.1 degree, at no more than so many degrees per second.
-    /// The search that asks for it is told nothing: it sees what comes of it.
+    /// The search that asks for it gets no report: it sees the effect itself.
     TurnBy { axis: Axis, by: i16, speed: u8 },
     /// Switch a joint's motor off.
     Relax(Axis),
@@ -46,7 +46,7 @@ pub enum Request {
     /// From the task with the battery to its counterpart: shed what this no longer allows, take up what it
     /// does.
     Allow(Allowance),
-    /// Keep this without power, in the place of what was kept before.
+    /// Keep this record without power, instead of the one kept before.
     Keep(Record),
 }
 
@@ -120,7 +120,7 @@ impl Request {
     }
 }
 
-/// What a device tells.
+/// A device's report.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub enum Report {
@@ -138,9 +138,10 @@ pub enum Report {
     Battery(Level),
     /// The charger is now in this state.
     Charger(charger::State),
-    /// What a device was asked for can't be now: the battery is too empty, or another dock's motor runs.
+    /// The device can't do now what it was asked for, as when the battery is too empty or another dock's
+    /// motor runs.
     Refused(TaskCode),
-    /// This was kept without power; told when the device's program starts.
+    /// This record was kept without power; told when the device's program starts.
     Kept(Record),
 }
 
@@ -163,20 +164,22 @@ impl Report {
         }
     }
 
-    /// The joint, and its state, of a payload that is [`Report::Joint`]: for who wants no other, in a tenth
-    /// of the flash.
+    /// The joint and its state, if a payload is [`Report::Joint`]: for callers that want no other report, in
+    /// a tenth of the flash.
     pub fn of_joint(payload: &[u8]) -> Option<(Axis, joint::State)> {
         let &[0x11, axis, state, _, _] = payload else { return None };
         Some((Axis::from_index(axis)?, joint::State::from_code(state)?))
     }
 
-    /// The value of `sensor`, if that is what a payload tells: likewise.
+    /// The value of `sensor`, if that is what a payload tells: for callers as those of
+    /// [`of_joint`](Self::of_joint).
     pub fn value_of(sensor: Sensor, payload: &[u8]) -> Option<i16> {
         let &[0x10, code, low, high, _] = payload else { return None };
         (code == sensor.code()).then_some(i16::from_le_bytes([low, high]))
     }
 
-    /// What was kept, if that is what a payload tells: likewise.
+    /// The kept record, if that is what a payload tells: for callers as those of
+    /// [`of_joint`](Self::of_joint).
     pub fn kept(payload: &[u8]) -> Option<Record> {
         let &[0x18, a, b, c, d] = payload else { return None };
         Some([a, b, c, d])
@@ -220,8 +223,8 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
 
-    /// Every payload, as far as values are told apart: what is read from one is written as one that reads the
-    /// same, and no two mean the same.
+    /// Reads every payload, as far as values are told apart. A request or report that is read, written and
+    /// read again is the same, and no payload is both.
     #[test]
     fn every_payload_is_one_request_or_one_report_or_nothing() {
         let (mut requests, mut reports) = (HashSet::new(), HashSet::new());

@@ -50,7 +50,8 @@ pub struct Residents {
     pub tasks: TaskSet,
 }
 
-/// Which dock and which task belongs to which MCU. What belongs to neither is not in this module.
+/// Which dock and which task belongs to which MCU. A dock or task that belongs to neither is not in this
+/// module.
 #[derive(Clone, Copy)]
 pub struct Residence {
     pub master: Residents,
@@ -102,8 +103,9 @@ impl Router {
         }
     }
 
-    /// Decides by the address alone. A neighbour reaches behaviours of this module and nothing else, and this
-    /// module those of a neighbour (paper, section 5); what came over the bridge does not go back over it.
+    /// Decides by the address and the source alone. A neighbour reaches only behaviours of this module, and
+    /// this module only those of a neighbour (paper, section 5). A message that came over the bridge does not
+    /// go back over it.
     pub fn route(&self, to: Address, source: Source) -> Route {
         let task = to.task();
         let dock = to.dock();

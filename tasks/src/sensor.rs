@@ -82,7 +82,7 @@ impl Sensor {
     }
 }
 
-/// What a sensor's reading means: a straight line.
+/// The scale of a sensor's readings: a straight line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Scale {

@@ -1,5 +1,5 @@
-//! What a SuperBot module is made of, but for its pins: the one place that says so. Images, simulators and
-//! tests read it; what is wired to which pin stands in `board`.
+//! The one place that says what a SuperBot module is made of, but for its pins. Images, simulators and tests
+//! read it; `board` says what is wired to which pin.
 //!
 //! The paper gives two ATmega128 at 16 MHz, six docks and I2C between the MCUs; the lab's simulator ReMod3D
 //! gives the docks and joints of each half. Addresses, rates and serial ports are our assumption.
@@ -41,7 +41,7 @@ pub struct Half {
     pub opposite: Axis,
     /// Whether the battery and its charger are here.
     pub has_battery: bool,
-    /// Whether what is to keep without power is kept here.
+    /// Whether the memory that keeps a record without power is here.
     pub has_memory: bool,
 }
 
@@ -78,10 +78,10 @@ impl Half {
 pub const MASTER_AXES: [Axis; 2] = [Axis::Front, Axis::Roll];
 pub const SLAVE_AXES: [Axis; 1] = [Axis::Back];
 
-/// What motors' currents read: 1 V per A, 4.88 mA a count.
+/// The scale of the motors' currents: 1 V per A, 4.88 mA a count.
 pub const MOTOR_CURRENT: Scale = Scale { zero: 0, slope: 312 };
 
-/// What the current of a joint's motor is kept below, in mA.
+/// The limit that the current of a joint's motor is kept below, in mA.
 const MOTOR_CURRENT_LIMIT: i16 = 800;
 
 /// The same as the converter reads it.
@@ -97,7 +97,8 @@ pub const JOINT: EndStops = EndStops::new(-900, 900);
 /// The roll joint turns 135 degrees to either side.
 pub const ROLL: EndStops = EndStops::new(-1350, 1350);
 
-/// What a docking motor's current is kept below, in mA.
+/// The current of a docking motor, in mA, above which it is
+/// [strained](crate::docking::latch::DockingMotor::step).
 pub const LATCH_CURRENT_LIMIT: i16 = 500;
 
 /// Which MCU has which docks, and runs which of the tasks that can be addressed.

@@ -2,9 +2,9 @@
 //! other legs".
 //!
 //! Legs are no longer than the body is high, so the foot has to be pressed down for the body to leave the
-//! ground. Motor0 by 20 degrees lifts it by 12 mm, a roll of 20 degrees onto an edge by as much again: half
-//! of the way for each joint, and a leg has an eighth of a second to take the load. By the roll the foot
-//! comes down backwards, as the hip moves it.
+//! ground. Motor0 at 20 degrees lifts it by 12 mm, and a roll of 20 degrees onto an edge by as much again. So
+//! each joint turns half of the way, for a leg has an eighth of a second to take the load. The roll brings
+//! the foot down backwards, as the hip moves it.
 
 use super::posture;
 

@@ -1,6 +1,6 @@
 //! A rolling track's bend: in step s of 6 each joint is at 30 - 30 cos(s pi / 3) degrees, Motor2 a step ahead
-//! of Motor0, as it is the next joint of the ring. Over the twelve joints of six modules, two waves, that
-//! makes 360 degrees.
+//! of Motor0, as it is the next joint of the ring. The twelve joints of six modules carry two waves, and
+//! their angles add up to 360 degrees.
 
 use super::posture;
 

@@ -1,6 +1,6 @@
-//! A swing of a leg that lies on its back, as when the robot is turned over: the foot is lifted, pressed down
-//! and rolled to the other side. The hip turns as in [`swing`](super::swing), for left, right and ahead are
-//! the body's own.
+//! The swing of a leg that lies on its back because the robot is turned over: the foot is lifted, pressed
+//! down and rolled to the other side. The hip turns as in [`swing`](super::swing), because left, right and
+//! ahead are those of the body.
 
 use super::posture;
 

@@ -1,4 +1,4 @@
-//! AC_RECV: keeps the topology out of the probes that come in, and tells HORMONE of each change.
+//! AC_RECV: derives the topology from the probes that come in, and tells HORMONE of each change.
 
 use tasks::dock::DockSet;
 use tasks::message::{Address, Letter, Message, TaskCode};
@@ -38,8 +38,8 @@ impl AdaptiveCommunication {
         heard.answer
     }
 
-    /// Looks for silent neighbours if it is time. Returns what HORMONE is to be [told](tell), if that is new,
-    /// and whether AC_SEND has a probe to send at once.
+    /// Looks for silent neighbours if it is time. Returns the neighbours of which HORMONE is to be
+    /// [told](tell), if they have changed, and whether AC_SEND has a probe to send at once.
     #[inline(never)]
     pub fn look(&mut self, now: u16) -> (Option<Neighbours>, bool) {
         if !reached(self.look_at, now) {
@@ -58,7 +58,7 @@ impl AdaptiveCommunication {
         (is_news.then(|| self.topology.neighbours()), hurries)
     }
 
-    /// What HORMONE was to be told found no room: the next look says it again.
+    /// The message to HORMONE found no room: the next look repeats it.
     pub fn tell_again(&mut self) {
         self.is_news = true;
     }
@@ -69,7 +69,7 @@ impl AdaptiveCommunication {
     }
 }
 
-/// Sends the topology to HORMONE. Returns whether that is done.
+/// Sends the topology to HORMONE. Returns whether there was room.
 pub fn tell(neighbours: &Neighbours, module: &mut impl Module) -> bool {
     let to = Address::here(TaskCode::HORMONE);
     let from = Address::here(TaskCode::AC_RECEIVE);

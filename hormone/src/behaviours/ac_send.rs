@@ -8,8 +8,7 @@ use crate::probe::Probe;
 use crate::time::{reached, until};
 
 impl AdaptiveCommunication {
-    /// A probe whose time has come, and the milliseconds from `now` until there may be one to ask for: 0 for
-    /// at once.
+    /// A probe that is due, if any, and the milliseconds from `now` until the next may be: 0 for at once.
     #[inline(never)]
     pub fn due_probe(&mut self, now: u16) -> (Option<Probe>, u16) {
         let mut probe = None;
@@ -20,13 +19,13 @@ impl AdaptiveCommunication {
         (probe, until(self.probe_at, now))
     }
 
-    /// A probe that was due was not [sent](send).
+    /// Takes back a probe that was due but was not [sent](send).
     pub fn take_back(&mut self, probe: Probe) {
         self.topology.take_back(probe.dock);
     }
 }
 
-/// Sends a probe by its dock. Returns whether there was room: the next one makes up for one that is lost.
+/// Sends a probe by its dock. Returns whether there was room. The next probe makes up for one that is lost.
 pub fn send(probe: Probe, module: &mut impl Module) -> bool {
     let to = Address::beyond(probe.dock, TaskCode::AC_RECEIVE);
     let from = Address::here(TaskCode::AC_RECEIVE);

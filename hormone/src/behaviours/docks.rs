@@ -1,4 +1,4 @@
-//! What HORMONE asks of the docks.
+//! HORMONE's requests to the docks.
 
 use tasks::docking::latch::End;
 use tasks::request::Request;
@@ -6,19 +6,19 @@ use tasks::request::Request;
 use crate::action::Docking;
 use crate::module::Module;
 
-/// What the docks were asked for last.
+/// The last request of HORMONE to the docks.
 pub struct Docks {
     asked: Option<Docking>,
 }
 
 impl Docks {
-    /// No dock was asked for anything.
+    /// No request has been made yet.
     pub const fn new() -> Self {
         Docks { asked: None }
     }
 
-    /// Asks for what the present action wants of a dock: once, when the action begins. What finds no room is
-    /// asked for the next time.
+    /// Requests what the present action wants of a dock: once, when the action begins. A request that finds
+    /// no room is repeated at the next call.
     #[inline(never)] // else its message would lie under those that HORMONE sends
     pub fn ask(&mut self, wanted: Option<Docking>, module: &mut impl Module) {
         if wanted == self.asked {

@@ -18,11 +18,11 @@ use crate::status::Status;
 use crate::time::{LONGEST, reached, until};
 use crate::topology;
 
-/// How soon the count of messages that could not be read is shown, in ticks of 1 ms.
+/// How soon the status shows that a message could not be read, in ticks of 1 ms.
 const SHOWN_WITHIN: u16 = 20;
 
-/// It looks at the clock this often though nothing is due, in milliseconds: so no moment that is over comes
-/// to count as one that lies ahead.
+/// HORMONE looks at the clock at least this often, in milliseconds, even if nothing is due: so no moment that
+/// has passed comes to count as one that lies ahead.
 const AT_LEAST_EVERY: u16 = LONGEST / 2;
 
 /// The state of HORMONE, and what it told the joints and docks.
@@ -30,7 +30,7 @@ pub struct Behaviour {
     controller: Controller,
     joints: Joints,
     docks: Docks,
-    /// When it has something to do.
+    /// When [`act`](Behaviour::act) next has something to do.
     due: u16,
 }
 
@@ -42,7 +42,7 @@ impl Behaviour {
         Behaviour { controller, joints: Joints::new(), docks: Docks::new(), due: now }
     }
 
-    /// Does what a message asks for.
+    /// Handles a message.
     #[inline(never)]
     pub fn receive(&mut self, now: u16, message: impl Held, module: &mut impl Module) {
         let controller = &mut self.controller;
@@ -52,38 +52,39 @@ impl Behaviour {
             None if letter.from().task() == TaskCode::AC_RECEIVE => learn(now, controller, letter.payload()),
             None if letter.from().task().is_behaviour() => obey(now, controller, letter.payload()),
             None => {
-                // Of what devices report, no more matters.
+                // Of the devices' reports, only joint states, readings and the kept record matter.
                 if let Some((axis, state)) = Report::of_joint(letter.payload()) {
                     self.joints.hear(now, axis, state);
                 }
                 if read(controller, letter.payload()) {
-                    // It counts from the next beat on.
+                    // A reading counts from the next beat on.
                     return;
                 }
                 Some(recall(now, controller, letter.payload()))
             }
         };
-        // Its buffer is needed for what goes out.
+        // The messages that go out need its buffer.
         drop(message);
         let Some(response) = response else { return self.malformed(now) };
         follow(controller, response, module);
         self.due = now;
     }
 
-    /// Counts a message that could not be read. A flood of them shall not keep the module busy.
+    /// Counts a message that could not be read. The status shows it only within [`SHOWN_WITHIN`], so that a
+    /// flood of them does not keep the module busy.
     fn malformed(&mut self, now: u16) {
         self.controller.malformed();
         self.due_within(SHOWN_WITHIN, now);
     }
 
-    /// Has something to do in so many milliseconds, if not sooner.
+    /// Makes [`act`](Self::act) due in so many milliseconds, if it is not due sooner.
     fn due_within(&mut self, milliseconds: u16, now: u16) {
         if milliseconds < until(self.due, now) {
             self.due = now.wrapping_add(milliseconds);
         }
     }
 
-    /// Does what it is time for, after a message too. Returns whether it did anything.
+    /// Does what is due; call it after messages too. Returns whether anything was due.
     pub fn act(&mut self, now: u16, module: &mut impl Module) -> bool {
         if !reached(self.due, now) {
             return false;
@@ -102,26 +103,26 @@ impl Behaviour {
         until(self.due, now)
     }
 
-    /// Its view of the module, whose AC_RECV could not read `malformed` messages.
+    /// HORMONE's view of the module. `malformed` is the number of messages that AC_RECV could not read.
     pub fn status(&self, malformed: u16) -> Status {
         let status = *self.controller.status();
         Status { malformed: status.malformed.wrapping_add(malformed), ..status }
     }
 
-    /// What it decides by.
+    /// The state by which it decides.
     pub fn controller(&self) -> &Controller {
         &self.controller
     }
 
-    #[inline(never)] // as the next one: what they need of the stack is needed one after the other
+    #[inline(never)] // as those below: their stack frames follow each other instead of adding up
     fn beat(&mut self, now: u16, module: &mut impl Module) {
         while let Some(response) = self.controller.timer(now) {
             follow(&mut self.controller, response, module);
         }
     }
 
-    /// Has what stands kept without power. What finds no room now is kept the next time.
-    #[inline(never)] // likewise
+    /// Has the memory keep the standing order. If there is no room now, the next call tries again.
+    #[inline(never)] // as `beat`
     fn keep(&mut self, module: &mut impl Module) {
         if let Some(record) = self.controller.to_keep()
             && module.request(Request::Keep(record)).is_ok()
@@ -130,8 +131,9 @@ impl Behaviour {
         }
     }
 
-    /// Asks what rules depend on. What finds no room now is asked the next time. Sets when that is.
-    #[inline(never)] // likewise
+    /// Asks the sensors that rules depend on, and sets when to ask again. A request that finds no room waits
+    /// until then.
+    #[inline(never)] // as `beat`
     fn ask_sensors(&mut self, now: u16, module: &mut impl Module) {
         for sense in self.controller.asks(now) {
             let _ = module.request(Request::Read(sense.sensor()));
@@ -141,8 +143,8 @@ impl Behaviour {
         }
     }
 
-    /// Tells the joints where to be. Sets when there will be more to do for them.
-    #[inline(never)] // likewise
+    /// Tells the joints where to be, and sets when they need a retry.
+    #[inline(never)] // as `beat`
     fn turn(&mut self, now: u16, posture: Option<Posture>, module: &mut impl Module) {
         self.joints.turn(now, posture, module);
         if let Some(left) = self.joints.retry_in(now) {
@@ -150,7 +152,7 @@ impl Behaviour {
         }
     }
 
-    /// Where the joints are to be. Sets when there will be more to do.
+    /// Where the joints are to be. Sets when the next beat or posture is due.
     #[inline(never)]
     fn posture(&mut self, now: u16) -> Option<Posture> {
         let beat = self.controller.next_due(now).unwrap_or(AT_LEAST_EVERY);
@@ -160,20 +162,20 @@ impl Behaviour {
     }
 }
 
-/// A neighbour sent a hormone. `None` if it is none.
+/// Handles a hormone from a neighbour. `None` if the payload is none.
 fn receive(now: u16, controller: &mut Controller, dock: Dock, payload: &[u8]) -> Option<Response> {
     let hormone = Hormone::from_payload(payload)?;
     Some(controller.received(dock, hormone, now))
 }
 
-/// AC_RECV reported the neighbours. `None` if these can't be.
+/// Handles AC_RECV's report of the neighbours. `None` if the payload is no topology.
 fn learn(now: u16, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
     let neighbours = topology::from_bytes(payload)?;
     Some(controller.topology(&neighbours, now))
 }
 
-/// A device answered. Returns whether this was what a sensor reads that a sense goes by.
-#[inline(never)] // its stack is needed here alone
+/// Handles a device's answer. Returns whether it was the reading of a sensor that a sense depends on.
+#[inline(never)] // keeps its stack frame out of the caller's
 fn read(controller: &mut Controller, payload: &[u8]) -> bool {
     let mut is_reading = false;
     for sense in Sense::ALL {
@@ -185,7 +187,7 @@ fn read(controller: &mut Controller, payload: &[u8]) -> bool {
     is_reading
 }
 
-/// The memory told what it kept.
+/// Handles the record that the memory kept.
 fn recall(now: u16, controller: &mut Controller, payload: &[u8]) -> Response {
     match Report::kept(payload).and_then(Standing::from_record) {
         Some(standing) => controller.recall(standing, now),
@@ -193,7 +195,7 @@ fn recall(now: u16, controller: &mut Controller, payload: &[u8]) -> Response {
     }
 }
 
-/// A behaviour of this module orders the robot about. `None` if it does not.
+/// Handles an order from a behaviour of this module. `None` if the payload is no order.
 fn obey(now: u16, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
     match Hormone::from_payload(payload)? {
         Hormone::Order(order) => Some(controller.order(None, order, now)),
@@ -201,7 +203,7 @@ fn obey(now: u16, controller: &mut Controller, payload: &[u8]) -> Option<Respons
     }
 }
 
-/// Sends what is to be sent, and tells what happened.
+/// Sends the hormone of a response, and traces its events.
 fn follow(controller: &mut Controller, response: Response, module: &mut impl Module) {
     if let Some(event) = response.event {
         module.trace(event);

@@ -1,4 +1,4 @@
-//! What HORMONE tells the joints.
+//! HORMONE's requests to the joints.
 
 use tasks::motor::Axis;
 use tasks::motor::joint::State;
@@ -11,27 +11,28 @@ use crate::time::until;
 /// How fast joints turn, in degrees per second.
 const SPEED: u8 = 60;
 
-/// How long after it failed a joint is told again, in ms. One in the trunk, which always has the same target,
-/// bears more than its motor does while other feet are in the air, or has a potentiometer that a jolt lifts
-/// off its track, and would stay off for good.
+/// How long after its failure a joint is told its target again, in ms. A joint in the trunk always has the
+/// same target, so it would stay off for good once it failed. It fails when it bears more than its motor can
+/// while other feet are in the air, or when a jolt lifts its potentiometer off its track.
 pub(super) const RETRY: u16 = 500;
 
-/// Where the joints were told to go, by their indices, and which of them have failed since.
+/// The targets that the joints were told, by their indices, and which of the joints have failed since.
 pub struct Joints {
     /// In degrees.
     told: [Option<i8>; 3],
     failed: [bool; 3],
-    /// When those that have failed are told again.
+    /// When failed joints are told their targets again.
     retry_at: u16,
 }
 
 impl Joints {
-    /// No joint was told anything.
+    /// No joint has been told anything yet.
     pub const fn new() -> Self {
         Joints { told: [None; 3], failed: [false; 3], retry_at: 0 }
     }
 
-    /// A joint that is off has forgotten what it was told: its MCU was reset, or somebody else relaxed it.
+    /// Takes in the state of a joint. One that is off has forgotten its target: its MCU was reset, or another
+    /// task relaxed it.
     pub fn hear(&mut self, now: u16, axis: Axis, state: State) {
         let index = usize::from(axis.index());
         let (Some(told), Some(failed)) = (self.told.get_mut(index), self.failed.get_mut(index)) else {
@@ -47,8 +48,8 @@ impl Joints {
         }
     }
 
-    /// Has each joint turn to its angle of `posture`, if that is news to it, and those that have failed turn
-    /// where they were told to, if it is time for that. What finds no room is told the next time.
+    /// Tells each joint its angle of `posture` if that is a new target. Repeats the targets of joints that
+    /// have failed, if it is time for that. A request that finds no room is made again at the next call.
     pub fn turn(&mut self, now: u16, posture: Option<Posture>, module: &mut impl Module) {
         let is_retry = self.retry_in(now) == Some(0);
         let posture = posture.map(|Posture { motor0, roll, motor2 }| [motor0, roll, motor2]);
@@ -65,7 +66,7 @@ impl Joints {
             }
         }
         if is_retry {
-            // For what found no room.
+            // For requests that found no room.
             self.retry_at = now.wrapping_add(RETRY);
         }
     }

@@ -71,7 +71,7 @@ fn letter(to: TaskCode, from: Address, payload: &[u8]) -> Letter {
     Letter::of(Message::new(Address::here(to), from, payload).expect("it is short"))
 }
 
-/// The module's neighbours are now these.
+/// AC_RECV's report of these neighbours.
 fn topology(neighbours: Neighbours) -> Letter {
     letter(TaskCode::HORMONE, Address::here(TaskCode::AC_RECEIVE), &to_bytes(&neighbours))
 }
@@ -97,7 +97,7 @@ fn beat(data: Data, dock: Dock) -> Letter {
     letter(TaskCode::HORMONE, from, Hormone::Pace(pace).to_payload().as_slice())
 }
 
-/// Runs `ticks` milliseconds, polled when it is time and at no other. Returns how often.
+/// Runs for `ticks` milliseconds, and polls only when a poll is due. Returns how often.
 fn run(behaviours: &mut Behaviours, now: &mut u16, ticks: u16, here: &mut Here) -> usize {
     let end = now.wrapping_add(ticks);
     let mut polls = 0;

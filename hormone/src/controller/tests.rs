@@ -37,13 +37,13 @@ fn attach(controller: &mut Controller, neighbours: &Neighbours, now: u16) -> Res
     response
 }
 
-/// The neighbour at `dock` says that it knows what stands.
+/// The neighbour at `dock` says that it knows the standing order.
 fn knows(controller: &mut Controller, dock: Dock, now: u16) {
     let stands = controller.ledger.standing();
     controller.ledger.hear(dock, stands, true, now);
 }
 
-/// Of the first beat, or of the second.
+/// The pace of the first beat, or of the second.
 fn pace(data: Data) -> Pace {
     Pace { name: 1, data, is_made_good: false, number: data as u8, rhythm: 0x10, lifetime: None }
 }
@@ -59,7 +59,7 @@ fn cp(data: Data) -> Hormone {
     Hormone::Pace(pace(data))
 }
 
-/// What leaves, but for the rhythm.
+/// The data that leaves, and its docks.
 fn sent(response: Response) -> Option<(Data, DockSet)> {
     response.send.map(|outgoing| (pace_of(outgoing).data, outgoing.docks))
 }
@@ -235,8 +235,7 @@ fn after_eight_beats_without_a_hormone_a_leg_rests() {
     assert_eq!(leg.status().action, Rest);
 }
 
-/// It may be another leg by now that is attached there, or another branch, and one of both was ordered to
-/// stop.
+/// Another leg may be attached there by now, or another branch, and one of both was ordered to stop.
 #[test]
 fn after_two_beats_without_a_hormone_a_leg_asks_where_they_came_from_what_stands() {
     let mut leg = module(&LEFT_LEG);
@@ -373,7 +372,7 @@ fn a_module_alone_leads_itself_and_rolls_to_turn() {
     assert_eq!(rolls, [0, inch.roll, -inch.roll]);
 }
 
-/// What comes of a beat's question: no answer, or one from a leg on its feet, or on its back.
+/// The answers to a beat's question: none, or one from a leg on its feet, or on its back.
 const ANSWERS: [Option<i16>; 3] = [None, Some(870), Some(-870)];
 
 /// All rows of answers to so many beats.
@@ -387,7 +386,7 @@ fn a_leg_that_lies_on_its_back_lifts_the_other_way_until_it_does_not_or_nobody_s
     for (leg, action_to) in [(LEFT_LEG, [Swing, Holding]), (RIGHT_LEG, [Holding, Swing])] {
         for answers in rows(9) {
             let mut controller = module(&leg);
-            // Beats since it was said last that it lies on its back; `None` once it was said that it does
+            // Beats since an answer last said that it lies on its back; `None` once one said that it does
             // not.
             let mut said: Option<usize> = None;
             for (beat, &answer) in answers.iter().enumerate() {
@@ -541,7 +540,7 @@ fn a_neighbour_that_starts_while_the_robot_turns_is_told_the_course() {
         sent.filter_map(order).collect::<Vec<_>>()
     };
     assert_eq!(told(&mut spine, 20), []);
-    // One that is attached.
+    // A neighbour that is attached.
     let _ = (spine.topology(&HEAD, 100), spine.topology(&SPINE, 100));
     let [(order, docks)] = told(&mut spine, 100)[..] else { panic!("it is told once") };
     assert_eq!(docks, DockSet::of(&[Front]));
@@ -549,7 +548,7 @@ fn a_neighbour_that_starts_while_the_robot_turns_is_told_the_course() {
     let mut started = module(&LEFT_LEG);
     let _ = started.received(Back, Hormone::Order(order), 102);
     assert_eq!(started.course(), Course::Left);
-    // One that was reset, and whose absence nobody has noticed.
+    // A neighbour that was reset without its absence being noticed.
     let _ = spine.received(Back, standing(0, GaitName::Centipede), 200);
     assert_eq!(told(&mut spine, 200), [(order, DockSet::of(&[Back]))]);
     let now = 10 + crate::order::HOLDS;
@@ -566,8 +565,8 @@ fn standing(number: u16, gait: GaitName) -> Hormone {
     Hormone::Standing(Standing { number, ..Standing::none(gait as u8) }, false)
 }
 
-/// What a module tells its neighbours of the standing order at `now`: to whom, and whether they are known to
-/// know it.
+/// What a module tells its neighbours at `now`: the standing order, whether they are known to know it, and
+/// whom.
 fn told(controller: &mut Controller, now: u16) -> Vec<(Standing, bool, DockSet)> {
     let mut told = Vec::new();
     while let Some(response) = controller.timer(now) {
@@ -619,7 +618,7 @@ fn what_was_kept_stands_where_nothing_was_given_since_and_what_is_given_is_to_be
     assert_eq!((head.status().gait, head.to_keep()), (GaitName::Caterpillar as u8, None), "it is kept");
     let _ = head.received(Back, standing(6, GaitName::FourLegs), 10);
     assert_eq!(head.status().gait, GaitName::Caterpillar as u8, "an older one");
-    // One that was given since, whatever its number.
+    // An order that was given since wins, whatever its number.
     let given = Standing::none(0).next(GaitName::FourLegs as u8, Period::OWN).unwrap();
     let _ = head.received(Back, Hormone::Standing(given, false), 20);
     assert_eq!(head.status().gait, GaitName::FourLegs as u8);
@@ -727,7 +726,8 @@ fn a_head_that_gets_a_neighbour_in_front_rolls_once_its_token_comes_back() {
     assert!(spine.is_leader());
 }
 
-/// The leader of a ring of six in which each of its tokens comes back at once, and what it walks by at `to`.
+/// Runs the leader of a ring of six, in which each of its tokens comes back at once. Returns the gait that it
+/// walks by at `to`.
 fn in_ring(leader: &mut Controller, from: u16, to: u16) -> u8 {
     for now in from..=to {
         if let Some(Outgoing { hormone: Hormone::Token(own), .. }) =
@@ -749,7 +749,7 @@ fn ordered_to_close(gait: GaitName) -> (Controller, u16) {
     (leader, 4_600)
 }
 
-/// It led a ring that was cut elsewhere, and has not found that out.
+/// The module led a ring that was cut elsewhere, and has not found that out.
 #[test]
 fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
     let (mut leader, late) = ordered_to_close(GaitName::RollingTrack);
@@ -760,7 +760,7 @@ fn a_token_that_is_not_its_own_tells_nobody_that_the_chain_has_closed() {
     assert_eq!(in_ring(&mut leader, late + 1, late + 2_000), GaitName::RollingTrack as u8);
 }
 
-/// It led a ring that it was about to open.
+/// The module led a ring that it was about to open.
 #[test]
 fn a_ring_that_is_to_close_is_closed_once_no_latch_can_be_opening_any_more() {
     let (mut leader, late) = ordered_to_close(GaitName::OpenRing);
@@ -887,7 +887,8 @@ fn a_token_that_comes_to_no_ring_goes_no_further() {
     assert_eq!(spine.status().dropped, 1);
 }
 
-/// It does not go on with the beats of the leader before it, which it made good until it was elected.
+/// A leader that stands down does not go on with the beats of the leader before it, which it made good until
+/// it was elected.
 #[test]
 fn a_leader_who_has_followed_rests_at_once_when_it_stands_down() {
     let name = GaitName::RollingTrack as u8;
@@ -926,7 +927,7 @@ fn how_to_walk_is_ordered_whatever_number_somebody_steers_by() {
     let _ = head.received(Back, Hormone::Order(Order { what: steer, serial: 100 }), 10);
     let _ = head.order(None, walk(STOP, 3), 20);
     assert_eq!((head.ledger.standing().gait, head.course()), (STOP, Course::Left));
-    // Nor does it have the course last.
+    // An order to walk does not make the course last longer, either.
     let _ = head.order(None, walk(1, 4), 1_000);
     let _ = head.timer(10 + crate::order::HOLDS);
     assert_eq!(head.course(), Course::Ahead);

@@ -24,7 +24,7 @@ impl Ring {
                 let on = token.and_then(|token| module.hear(token, self.now));
                 let begun = module.round(self.now);
                 let next = (index + 1) % self.modules.len();
-                // Both at once is no matter for a test: the older one is lost.
+                // If a module sends both at once, the older one is lost, which does not matter here.
                 self.under_way[next] = begun.or(on);
             }
         }
@@ -199,15 +199,15 @@ fn a_token_that_is_sent_again_is_passed_on_again_and_one_that_comes_round_again_
     assert_eq!([10, 20].map(|now| follower.hear(token, now)), [on; 2]);
     assert_eq!(follower.hear(Token { hops: 9, ..token }, 30), None);
     assert_eq!(follower.next_due(30), 2 * ROUND - 10, "and nobody waits for it");
-    // Of another one it passes all that comes.
+    // It passes on all that comes of another candidate.
     assert!(follower.hear(Token { rank: 6, hops: 9 }, 40).is_some());
-    // In another ring it is another token.
+    // In another ring the same rank is another token.
     follower.leave(50);
     assert!(follower.hear(Token { rank: 6, hops: 12 }, 60).is_some());
 }
 
-/// It is cut, takes up modules elsewhere meanwhile, and is closed again: behind those all have seen the
-/// leader's last token, when it had passed fewer modules.
+/// The ring is cut, takes up modules elsewhere meanwhile, and is closed again. All modules behind those have
+/// seen the leader's last token when it had passed fewer modules.
 #[test]
 fn a_ring_that_grew_while_it_was_cut_elsewhere_has_its_leaders_token_come_round() {
     for (rounds_cut, behind, more) in [(1, 2, 1), (2, 2, 1), (3, 2, 1), (1, 1, 4), (1, 4, 4)] {
@@ -225,7 +225,7 @@ fn a_ring_that_grew_while_it_was_cut_elsewhere_has_its_leaders_token_come_round(
             ring.under_way[6] = None;
             beat(&mut ring);
         }
-        ring.modules[behind].leave(ring.now); // nobody was in front of it for a moment
+        ring.modules[behind].leave(ring.now); // no module was in front of it for a moment
         for module in 0..more {
             ring.modules.insert(behind, Election::new(23 + module, ring.now));
             ring.under_way.insert(behind, None);
@@ -238,7 +238,7 @@ fn a_ring_that_grew_while_it_was_cut_elsewhere_has_its_leaders_token_come_round(
     }
 }
 
-/// A part of a ring is closed to one of its own while the leader's token is in it.
+/// A part of a ring is closed to a ring of its own while the leader's token is in it.
 #[test]
 fn a_token_that_a_smaller_ring_has_caught_ends_soon() {
     let mut ring = Ring::new(&(0..60).map(|module| module * 31 + 3).collect::<Vec<u16>>());

@@ -8,7 +8,7 @@
 //! the same data twice a Period and never alternate.
 //!
 //! A leg whose accelerometer says that it lies on its back lifts its foot the other way, so a robot that is
-//! turned over walks on. Nobody tells it; the hip goes on as before, and ahead is where it was.
+//! turned over walks on. No other module tells it to. The hip moves as before, and ahead stays where it was.
 
 use super::Leader;
 use crate::action::Action::{Holding, HoldingOver, Straight, Swing, SwingOver};

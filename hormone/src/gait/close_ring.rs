@@ -1,8 +1,8 @@
 //! From a chain of six to a ring: all bend until the tail's Back comes to the head's Front. Then the tail's
 //! dock approaches the head's with the joints of its module, and latches; if it does not come near enough, it
-//! stays where it came nearest, and the head's dock approaches it likewise. For each of the three there are
-//! two beats. In the next Period both go on: joints are told nothing new, and stay where a search has left
-//! them.
+//! stays where it came nearest, and the head's dock approaches it in the same way. Each of the three steps
+//! takes two beats. In the next Period both searches go on: the joints are told nothing new, and stay where a
+//! search has left them.
 //!
 //! Then the head has a neighbour in front, is a spine like all others, and has them roll.
 

@@ -1,6 +1,6 @@
 //! From a ring to a chain: all bend alike, and then the elected leader lets go of its neighbour in front.
 //!
-//! Then nobody is in front of it, it is head, and has them walk by the caterpillar.
+//! Then it has no neighbour in front, is the head, and has the robot walk by the caterpillar.
 
 use super::GaitName::Caterpillar;
 use super::Leader;

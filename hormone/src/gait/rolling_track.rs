@@ -2,8 +2,8 @@
 //!
 //! All are attached alike and none has a number, so a leader is [elected](crate::election). Each module is a
 //! third of the Period ahead of the one before it: two waves stand in the ring, opposite each other, and run
-//! round it. A step of 30 degrees takes half a second, for no joint is told to turn faster than 60 degrees a
-//! second.
+//! round it. A step of 30 degrees takes half a second, because no joint is told to turn faster than 60
+//! degrees a second.
 
 use super::Leader;
 use crate::action::Action::Roll;

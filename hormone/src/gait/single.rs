@@ -1,6 +1,6 @@
 //! A module alone crawls, and turns.
 //!
-//! It beats its own time and sends nothing. The letters are four for the sake of a Period of 1.6 s, in which
+//! It beats its own time and sends nothing. It has four letters for the sake of a Period of 1.6 s, in which
 //! no joint has to turn faster than it can.
 
 use super::Leader;

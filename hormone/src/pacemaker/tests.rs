@@ -13,7 +13,7 @@ fn cp(data: Data) -> Pace {
     nth(data as u16)
 }
 
-/// That of a leader's beat: A and B in turn.
+/// The hormone of a leader's beat: A and B in turn.
 fn nth(beat: u16) -> Pace {
     let (data, number) = (if beat.is_multiple_of(2) { A } else { B }, beat as u8 % NUMBERS);
     Pace { name: 1, data, is_made_good: false, number, rhythm: 7, lifetime: None }
@@ -207,8 +207,8 @@ fn another_rhythm_is_taken_up_at_once_on_the_same_way_and_after_a_silence_on_ano
     assert!(timer.hear(cp(A), false, 1_950));
 }
 
-/// Of two ways from one leader, a branch more on one of them, the hormones come within a millisecond of each
-/// other; which one is first, or lost, is chance.
+/// Two ways lead from one leader, one of them through a branch more. Their hormones come within a millisecond
+/// of each other; chance decides which one is first, or lost.
 #[test]
 fn where_there_are_two_ways_the_first_one_is_kept() {
     let mut random = 1_u16;

@@ -8,7 +8,7 @@ struct Row {
     is_ring: bool,
     now: u16,
     random: Random,
-    /// Of a hundred messages so many are lost.
+    /// So many of a hundred messages are lost.
     lost: u32,
     messages: usize,
 }
@@ -128,7 +128,7 @@ fn whatever_is_lost_the_newest_order_stands_everywhere() {
             row.order(at, gait);
             let wait = 100 + row.random.below(3_000) as u16;
             row.run(wait);
-            // Else nobody may know it any more.
+            // Else it may be that no module knows the order any more.
             let reset = (at + 1 + row.random.below(5) as usize) % 6;
             let is_noticed = row.random.below(2) == 0;
             row.reset(reset, is_noticed);

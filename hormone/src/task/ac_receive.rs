@@ -31,7 +31,7 @@ pub fn run(
         if hurries || asks {
             sender.wake(task);
         }
-        // One that is set already is never later than that.
+        // An alarm that is set already is never later than that.
         mailbox.wake_within(task, wait);
         mailbox.wait(task);
     }

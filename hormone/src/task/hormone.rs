@@ -10,12 +10,12 @@ use crate::gait::GaitName;
 use crate::status::Status;
 use crate::time::{reached, until};
 
-/// How often the task shows at least that it is alive, in ticks of 1 ms.
+/// The longest time between two calls of `alive`, in ticks of 1 ms.
 pub const ALIVE: u16 = 50;
 
 /// Runs HORMONE on `mailbox`, walking by `gait` until told otherwise; see
 /// [`Controller::new`](crate::controller::Controller::new) for `seed`. `status` shows its view of the module
-/// to whoever reads RAM. `alive` is called every [`ALIVE`] ticks or sooner.
+/// to a reader of the RAM. `alive` is called every [`ALIVE`] ticks or sooner.
 pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,
@@ -48,7 +48,7 @@ pub fn run(
         }
         let time = now(task);
         let left = hormone.next_due(time).min(ALIVE);
-        // One that rings too soon does no harm, and to set it anew with each message would take 400 cycles.
+        // An alarm that rings too soon does no harm. Setting it anew with each message would take 400 cycles.
         if left < until(alarm, time) || reached(alarm, time) {
             mailbox.wake_in(task, left);
             alarm = time.wrapping_add(left);

@@ -1,4 +1,4 @@
-//! A link on which things happen by lot.
+//! A link on which things happen by chance.
 
 use tasks::dock::Dock;
 use tasks::link::port::RETRY_LIMIT;
@@ -27,7 +27,7 @@ pub struct Rates {
     pub reset: f64,
 }
 
-/// What became of the messages.
+/// The fates of the messages.
 #[derive(Debug, Default)]
 pub struct Counts {
     /// Messages that arrived, as their senders know.
@@ -36,12 +36,12 @@ pub struct Counts {
     pub gave_up: u64,
     /// Messages taken by receivers.
     pub received: u64,
-    /// What must not happen.
+    /// Outcomes that must not happen.
     pub violations: Vec<Violation>,
 }
 
-/// A million messages over links that lose each frame with probability `loss`: of twenty pairs of a Back and
-/// a Front, half of them each way.
+/// A million messages over links that lose each frame with probability `loss`: over twenty pairs of a Back
+/// and a Front, half of the messages each way.
 pub fn million_at_loss(loss: f64) -> Counts {
     let rates = Rates { lose: loss, ..Rates::default() };
     let mut all = Counts::default();

@@ -14,19 +14,19 @@ const TO: TaskCode = TaskCode::HORMONE;
 /// The number of a message, counted up by its sender through resets.
 pub type Number = u16;
 
-/// What became of an action, for those who count.
+/// The outcome of an action, for callers that count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     Nothing,
     /// A message was taken.
     Received,
-    /// The sender has learnt that its message was taken,
+    /// The sender has learnt that its message was taken.
     Delivered,
-    /// or that it has to be given up.
+    /// The sender has learnt that its message has to be given up.
     GaveUp,
 }
 
-/// What no line may bring about.
+/// An outcome that no line may bring about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Violation {
     /// A message came back to its sender as if from the neighbour.
@@ -43,25 +43,25 @@ pub enum Violation {
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct End {
     pub dock: Dock,
-    /// What a reset begins with: an epoch after the last one used.
+    /// The seed that a reset begins with: an epoch after the last one used.
     seed: u16,
     retry_limit: u8,
     endpoint: Endpoint,
     outstanding: Option<(Number, Vec<u8>)>,
-    /// Of the next message to be sent.
+    /// The number of the next message to be sent.
     pub next: Number,
     /// Frames under way to this end.
     pub line: VecDeque<Vec<u8>>,
     /// Bytes that came without a delimiter yet.
     pending: Vec<u8>,
-    /// What was sent since the last arrival or time-out, the last two frames of it: these may still
-    /// come back. Light takes no time, so a reflection is heard before whatever the neighbour says
-    /// to it, but the receiving task may look at it after the next frame went out.
+    /// The last two frames that were sent since the last arrival or time-out: these may still come back.
+    /// Light takes no time, so a reflection is heard before the neighbour's answer, but the receiving task
+    /// may look at it after the next frame went out.
     pub echoes: VecDeque<Vec<u8>>,
     /// The newest message taken since the last reset, and ever.
     newest: Option<Number>,
     newest_ever: Option<Number>,
-    /// The messages taken, of those that the sender may still learn about: the last 64.
+    /// The messages taken among the last 64, about which the sender may still learn: a bit for each.
     taken: u64,
 }
 
@@ -136,7 +136,7 @@ impl Link {
         }
     }
 
-    /// The older of what `end` sent comes back to it.
+    /// The older of the frames that `end` sent comes back to it.
     pub fn reflect(&mut self, end: usize) -> Result<Event, Violation> {
         match self.ends[end].echoes.pop_front() {
             Some(wire) => self.hear(end, &wire, true),

@@ -1,5 +1,5 @@
-//! What the behaviours of a module reach of it: their messages leave, and what they do happens, when programs
-//! on an MCU would have come to it.
+//! The module as its behaviours reach it. Their messages leave, and what they do happens, when programs on an
+//! MCU would have come to it.
 
 use hormone::event::Event;
 use hormone::module::Module;
@@ -17,14 +17,14 @@ pub struct Here<'a> {
     pub inside: &'a mut Inside,
     pub ports: &'a [Port; 6],
     pub events: &'a mut Vec<(u64, Event)>,
-    /// When they come to what they do next.
+    /// When the behaviours come to what they do next.
     pub at: u64,
     /// Whether HORMONE has sent something in this turn.
     pub has_acted: bool,
 }
 
 impl Here<'_> {
-    /// How long they take to send this.
+    /// How long the behaviours take to send this.
     fn takes(&mut self, message: &Message) -> u64 {
         match (message.to().dock(), message.to().task()) {
             (Some(_), TaskCode::HORMONE) if std::mem::replace(&mut self.has_acted, true) => NEXT,

@@ -1,5 +1,6 @@
-//! The devices of a module: those of its body, or without a world joints that are at once where they are told
-//! to be and docks that do what they are asked for a while later; and of all sensors the accelerometer.
+//! The devices of a module: those of its body. Without a world these are joints that are at once where they
+//! are told to be, docks that do what they are asked for a while later, and the accelerometer alone of all
+//! sensors.
 
 use hormone::action::{Docking, Posture};
 use tasks::devices::memory::{Memory, Record};
@@ -16,17 +17,17 @@ use super::embodied::Embodied;
 pub struct Devices {
     /// Where the joints were told to be, in degrees, by their indices. They stay there through a reset.
     joints: [Option<i8>; 3],
-    /// What docks were asked for, and when.
+    /// The requests to docks, and when they were made.
     pub dockings: Vec<(u64, Docking)>,
     memory: Memory,
     eeprom: Eeprom,
-    /// In a world, what is in the place of these.
+    /// In a world, the devices that take the place of these.
     pub embodied: Option<Box<Embodied>>,
 }
 
 impl Devices {
-    /// Does what a message asks the devices of an MCU for. Returns the sensor that is to be read, and who
-    /// wants to know, where there is no body to read it.
+    /// Does what a message asks the devices of an MCU for. Returns the sensor that is to be read, and the
+    /// task that asks for it, if there is no body to read it.
     pub fn serve(&mut self, now: u64, mcu: Mcu, message: Message) -> Option<(Sensor, TaskCode)> {
         if let Some(embodied) = &mut self.embodied {
             embodied.receive(mcu, &Letter::of(message));
@@ -48,7 +49,7 @@ impl Devices {
         None
     }
 
-    /// The master's program starts over. Returns what was kept, where no body keeps it.
+    /// The master's program starts over. Returns the kept record, if no body keeps it.
     pub fn recall(&mut self) -> Option<Record> {
         self.memory = Memory::new();
         self.memory.recall(&mut self.eeprom)
@@ -66,7 +67,7 @@ impl Devices {
     }
 }
 
-/// What a sensor reads, in its unit; of all there is the accelerometer alone.
+/// What a sensor reads, in its unit; `None` for all but the accelerometer.
 pub fn value(sensor: Sensor, acceleration: [f64; 3]) -> Option<i16> {
     let [x, y, z] = acceleration.map(|axis| (axis * 1000.0) as i16);
     match sensor {

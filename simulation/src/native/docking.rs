@@ -12,7 +12,7 @@ use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::wiring::Face;
 
-/// What a module wants of a dock, and when it has come to that.
+/// A module's request to a dock, and when it is done.
 #[derive(Clone, Copy)]
 pub struct Due {
     pub at: u64,
@@ -37,7 +37,7 @@ impl Due {
     }
 }
 
-/// What is asked for takes no less than this.
+/// A request to a dock takes no less than this.
 pub const SOONEST: u64 = RELEASE;
 
 impl Native {

@@ -1,10 +1,10 @@
-//! What a module keeps without power, natively: a byte is written at once.
+//! The memory that a module keeps without power, natively: a byte is written at once.
 
 use tasks::devices::memory::{Cells, PLACE, PLACES};
 
 const SIZE: usize = PLACES as usize * PLACE as usize;
 
-/// An EEPROM. It takes its memory when it is first written.
+/// An EEPROM. Its memory is allocated when it is first written.
 #[derive(Default)]
 pub struct Eeprom(Option<Box<[u8; SIZE]>>);
 

@@ -32,8 +32,8 @@ impl Embodied {
         }
     }
 
-    /// Lets a millisecond begin, in which these MCUs run, the master and the slave. Returns what the devices
-    /// of each tell.
+    /// Lets a millisecond begin, in which the master and the slave run or do not. Returns what the devices of
+    /// each tell.
     pub fn step(&mut self, [master, slave]: [bool; 2]) -> [Vec<Letter>; 2] {
         let mut drives = Drives::default();
         let Embodied { body, .. } = self;
@@ -50,7 +50,7 @@ impl Embodied {
         self.master.looking().union(self.slave.looking())
     }
 
-    /// Programs start over.
+    /// The programs of the MCUs that are reset start over.
     pub fn reset(&mut self, is_reset: impl Fn(Mcu) -> bool) {
         if is_reset(Mcu::Master) {
             self.master.reset(&self.body);

@@ -1,5 +1,5 @@
-//! The devices of one MCU of a module in a world: their state machines, as its tasks drive them, and what is
-//! around these.
+//! The devices of one MCU of a module in a world: their state machines, as the MCU's tasks drive them, and
+//! what is around these.
 
 use tasks::device::Quantity;
 use tasks::devices::memory::Cells;
@@ -29,7 +29,7 @@ pub struct Half<const N: usize, const IS_SLAVE: bool> {
     look_at: u16,
 }
 
-/// What the state machines move.
+/// The devices that the state machines move.
 struct Hands<const N: usize> {
     axes: [Axis; N],
     panels: [Panel; N],
@@ -39,7 +39,7 @@ struct Hands<const N: usize> {
     is_charging: bool,
     emitters: bool,
     eeprom: Eeprom,
-    /// What they have told.
+    /// The letters that they have sent.
     sent: Vec<Letter>,
 }
 
@@ -53,7 +53,7 @@ struct Panel {
     drive: i16,
 }
 
-/// What is around the state machines.
+/// The surroundings of the state machines.
 struct Around<'a, const N: usize, const IS_SLAVE: bool> {
     body: &'a Body,
     hands: &'a mut Hands<N>,
@@ -133,7 +133,7 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
     }
 }
 
-/// What a half is made of.
+/// The description of a half.
 const fn description(is_slave: bool) -> Description {
     if is_slave { SLAVE } else { MASTER }
 }
@@ -152,7 +152,7 @@ impl<const N: usize> Hands<N> {
 }
 
 impl<const N: usize, const IS_SLAVE: bool> joints::Surroundings for Around<'_, N, IS_SLAVE> {
-    // The world measures the joints each millisecond, whoever wants to know.
+    // The world measures the joints each millisecond, whether they are looked at or not.
     fn begin(&mut self) {}
     fn end(&mut self) {}
     fn look(&mut self) {}

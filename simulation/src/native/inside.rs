@@ -1,4 +1,4 @@
-//! What is under way inside a module: messages between its MCUs and tasks, as its routers say.
+//! Messages under way inside a module, between its MCUs and tasks, as its routers say.
 
 use std::hash::{Hash, Hasher};
 use std::mem;
@@ -70,12 +70,12 @@ impl Inside {
         }
     }
 
-    /// When something is to happen.
+    /// When the next input is due.
     pub fn due(&self) -> u64 {
         self.inputs.last().map_or(u64::MAX, |input| input.0)
     }
 
-    /// What happens next, if that is by `now`.
+    /// The next input, if it is due by `now`.
     pub fn take(&mut self, now: u64) -> Option<Input> {
         let (_, input) = self.inputs.pop_if(|input| input.0 <= now)?;
         if let Input::Crossed(mcu, _) = &input {
@@ -84,20 +84,20 @@ impl Inside {
         Some(input)
     }
 
-    /// All that is to happen.
+    /// All inputs that are to come.
     pub fn inputs(&self) -> impl Iterator<Item = &Input> {
         self.inputs.iter().map(|(_, input)| input)
     }
 
-    /// Puts an input in its place. Of those at the same time frames come first, by dock, then others as they
+    /// Puts an input in its place. Of inputs at the same time frames come first, by dock, then others as they
     /// were put in.
     pub fn insert(&mut self, at: u64, input: Input) {
         let place = self.inputs.partition_point(|other| (other.0, rank(&other.1)) > (at, rank(&input)));
         self.inputs.insert(place, (at, input));
     }
 
-    /// Puts a message into a mailbox: behind those that are on their way there, though who sends one later
-    /// may have less to do before.
+    /// Puts a message into a mailbox, behind those that are on their way there, even if a later sender has
+    /// less to do before.
     pub fn post(&mut self, at: u64, input: Input) {
         let same =
             |other: &&(u64, Input)| mailbox(&other.1).is_some() && mailbox(&other.1) == mailbox(&input);
@@ -170,7 +170,7 @@ impl Inside {
         });
     }
 
-    /// MCUs are reset. What crosses the bridge is lost whichever end of it is.
+    /// MCUs are reset. Messages that cross the bridge are lost, whichever end of it is reset.
     pub fn reset(&mut self, is_reset: impl Fn(Mcu) -> bool, mcu_of: impl Fn(Dock) -> Mcu) {
         self.crossing = [0; 2];
         self.inputs.retain(|(_, input)| match input {
@@ -181,7 +181,7 @@ impl Inside {
     }
 }
 
-/// Whose mailbox a message comes into.
+/// The address whose mailbox a message comes into.
 fn mailbox(input: &Input) -> Option<Address> {
     match input {
         Input::Taken(letter) => Some(Address::here(letter.to().task())),

@@ -1,10 +1,10 @@
 //! A robot without microcontrollers: the behaviours, the links' ARQ and the routers of the modules
 //! themselves, natively and in virtual time.
 //!
-//! What tasks do on the MCUs in zero time or with a timer is the same code; around it stands a model of what
-//! takes time: frames on the wire, transfers between the MCUs, and the programs in between ([`time`]). There
-//! is no CPU that two things want at once, and no interrupt. In a [world](Native::within) joints and docking
-//! motors are driven by the code that drives them on the MCUs.
+//! Code of the tasks that takes no time, or waits for a timer, is that of the MCUs. Around it stands a model
+//! of what takes time: frames on the wire, transfers between the MCUs, and the programs in between
+//! ([`time`]). No two tasks compete for a CPU, and there is no interrupt. In a [world](Native::within) joints
+//! and docking motors are driven by the code that drives them on the MCUs.
 
 mod behaviours;
 pub(crate) mod devices;
@@ -69,7 +69,7 @@ pub struct Native {
     tile: usize,
     now: u64,
     trace_events: Vec<TraceEvent>,
-    /// What docks have been asked for, in no particular order.
+    /// The requests to docks that are not done yet, in no particular order.
     dockings: Vec<Due>,
     changes: Vec<Event>,
     /// How the robot lies, in degrees, and when modules next feel it.
@@ -94,7 +94,7 @@ impl Native {
         Self::with_gait(wiring, seed, power_up_within, GaitName::Centipede.gait())
     }
 
-    /// Likewise, and modules begin with this gait, whatever is in the table of its name.
+    /// As [`new`](Self::new), but modules begin with this gait, whatever the table under its name has.
     pub fn with_gait(wiring: Wiring, seed: u64, power_up_within: u64, gait: Gait) -> Self {
         let count = wiring.modules();
         let module = |index: usize| {
@@ -135,7 +135,7 @@ impl Native {
         self.tile = modules.max(1);
     }
 
-    /// Looks how far apart neighbours are.
+    /// Measures how far apart the indices of neighbours are.
     fn measure(&mut self) {
         let distances = self.wiring.links().map(|(one, other)| one.module.abs_diff(other.module));
         self.distance = distances.max().unwrap_or(0);
@@ -191,7 +191,7 @@ impl Native {
             if channel.random.chance(channel.loss) {
                 return;
             }
-            // The CRC finds out.
+            // The CRC shows that the frame is changed.
             if (0..flight.wire.bytes()).any(|_| channel.random.chance(channel.noise)) {
                 return self.modules[to.module].garbled(to.dock);
             }
@@ -291,7 +291,7 @@ impl Robot for Native {
                 }
             }
             Change::Push { .. } => {} // without a world nothing has a weight
-            Change::Console(_) => {}  // natively there are no stacks to tell of: nobody answers
+            Change::Console(_) => {}  // natively there are no stacks to tell of, so no console answers
         }
         Ok(())
     }
@@ -299,7 +299,7 @@ impl Robot for Native {
     fn run_until(&mut self, cycle: u64) {
         while self.now < cycle && self.trouble().is_none() {
             self.meet_world();
-            // What docks are asked for meanwhile is not due before that is over.
+            // Requests to docks that are made from now on are due no sooner than `SOONEST` later.
             let due = self.dockings.iter().map(|due| due.at).min().unwrap_or(u64::MAX);
             if self.felt_at <= self.now {
                 self.felt_at = self.now + SAMPLE_PERIOD;
@@ -317,7 +317,7 @@ impl Robot for Native {
 
     fn take_trace_events(&mut self) -> Vec<TraceEvent> {
         self.trace_events.sort_by_key(|trace_event| (trace_event.cycle, trace_event.module));
-        // What a module has begun to do may end later.
+        // Events of what a module has begun to do may lie later.
         let past = self.trace_events.partition_point(|trace_event| trace_event.cycle < self.now);
         let later = self.trace_events.split_off(past);
         std::mem::replace(&mut self.trace_events, later)

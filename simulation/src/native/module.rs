@@ -39,7 +39,7 @@ pub struct Module {
     /// The master's and the slave's.
     clocks: [Clock; 2],
     behaviours: Behaviours,
-    /// When the behaviours are polled though nothing comes.
+    /// When the behaviours are polled even if nothing comes.
     poll_at: u64,
     /// Along x, y and z of the half with the Front dock, in multiples of the acceleration of gravity.
     pub acceleration: [f64; 3],
@@ -63,7 +63,7 @@ impl Hash for Module {
     }
 }
 
-/// What a module does to the outside.
+/// A module's output.
 #[derive(Default)]
 pub struct Output {
     pub flights: Vec<(Dock, Flight)>,
@@ -93,7 +93,7 @@ impl Module {
         }
     }
 
-    /// What the module says of itself; `None` while its master's program does not run yet.
+    /// The module's view of itself; `None` while its master's program does not run yet.
     pub fn status(&self, now: u64) -> Option<Status> {
         (self.live_since[Mcu::Master as usize] <= now).then(|| self.behaviours.status())
     }
@@ -131,13 +131,13 @@ impl Module {
         self.feel(acceleration);
         for (mcu, letters) in Mcu::ALL.into_iter().zip(told) {
             for letter in letters {
-                // What finds no room is lost, as on the MCUs.
+                // A message that finds no room is lost, as on the MCUs.
                 let _ = self.deliver(now, mcu, letter.message(), Source::Task);
             }
         }
     }
 
-    /// What the accelerometer reads from now on.
+    /// Sets what the accelerometer reads from now on.
     pub fn feel(&mut self, acceleration: [f64; 3]) {
         self.acceleration = acceleration;
     }
@@ -146,7 +146,7 @@ impl Module {
         self.ports.iter().map(Port::counters)
     }
 
-    /// What the bridge counts, both sides together.
+    /// The bridge's counts, both sides together.
     pub fn bridge(&self) -> &BridgeCounters {
         &self.inside.bridge
     }
@@ -192,7 +192,7 @@ impl Module {
         self.touched = DockSet::EMPTY;
     }
 
-    /// Lets the behaviours take a message, and do what it is time for.
+    /// Lets the behaviours take a message, and do what is due.
     fn behave(&mut self, now: u64, message: Option<Letter>, output: &mut Output) {
         let Module { behaviours, inside, ports, .. } = self;
         let clock = self.clocks[Mcu::Master as usize];
@@ -316,7 +316,7 @@ pub fn mcu_of(dock: Dock) -> Mcu {
     if is_on_slave(dock) { Mcu::Slave } else { Mcu::Master }
 }
 
-/// What a sensor answers a task; `None` if there is no such sensor.
+/// A sensor's answer to a task; `None` if there is no such sensor.
 fn answer(sensor: Sensor, client: TaskCode, acceleration: [f64; 3]) -> Option<Letter> {
     let report = Report::Value(sensor, value(sensor, acceleration)?).to_payload();
     let from = Request::Read(sensor).task();

@@ -1,14 +1,14 @@
-//! How the modules of the robot lie, as their accelerometers tell where no world does: with joints that are
+//! How the modules of the robot lie, as their accelerometers tell if there is no world: with joints that are
 //! where they were told to be.
 
 use super::Native;
 use crate::hardware::MILLISECOND;
 
-/// How often it is looked at, in cycles; at once when the robot is turned.
+/// How often the accelerometers are updated, in cycles. They are updated at once when the robot is turned.
 pub const SAMPLE_PERIOD: u64 = 250 * MILLISECOND;
 
 impl Native {
-    /// Has all modules feel how they lie now, where no world shows them.
+    /// Has all modules feel how they lie now, unless a world shows them.
     pub(super) fn feel(&mut self) {
         if self.world.is_some() {
             return;

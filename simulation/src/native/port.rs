@@ -94,7 +94,7 @@ pub struct Port {
     sender: Sender<Letter>,
     receiver: Receiver,
     end: End,
-    /// When the sender is polled though nothing comes.
+    /// When the sender is polled even if nothing comes.
     alarm: Option<u64>,
     /// Until when the sending task sends what it sent last.
     sends_until: u64,
@@ -104,7 +104,7 @@ pub struct Port {
     incoming: Range<u64>,
 }
 
-/// What sender and receiver share.
+/// The state that sender and receiver share.
 struct End {
     endpoint: Endpoint,
     mailbox: VecDeque<Letter>,
@@ -145,7 +145,7 @@ impl Port {
         }
     }
 
-    /// What the link counts.
+    /// The link's counts.
     pub fn counters(&self) -> LinkCounters {
         self.end.counters.map(Cell::get)
     }
@@ -170,12 +170,12 @@ impl Port {
         self.incoming = span;
     }
 
-    /// What came in is no frame.
+    /// Counts bytes that came in and are no frame.
     pub fn garbled(&mut self) {
         self.end.count(Counted::Errors);
     }
 
-    /// Whether what this end sent itself drowned a part of a frame.
+    /// Whether a frame that this end sent itself drowned a part of another one.
     pub fn has_drowned(&self, span: &Range<u64>) -> bool {
         self.sent.iter().any(|sent| sent.start < span.end && span.start < sent.end)
     }
@@ -186,12 +186,13 @@ impl Port {
         Some(due.max(self.sends_until).max(now))
     }
 
-    /// What the sending task does at `now`. Returns the frame that it begins to send.
+    /// Does what the sending task does at `now`. Returns the frame that it begins to send.
     pub fn send(&mut self, now: u64, clock: Clock) -> Option<Flight> {
         if now < self.sends_until {
             return None;
         }
-        // A busy line is looked at again at a tick; and what has come in the receiving task takes first.
+        // A busy line is looked at again at a tick. A frame that has come in is first taken by the receiving
+        // task.
         let taken_at = self.incoming.end + RECEIVE;
         if now < taken_at {
             let is_busy = now < self.incoming.end;
@@ -209,13 +210,13 @@ impl Port {
             self.sends_until = span.end;
             self.sent = [span.clone(), self.sent[0].clone()];
         }
-        // Where a frame goes out, what else there is to do follows at its end.
+        // If a frame goes out, other work follows at its end.
         self.end.is_awake = flight.is_some() && self.end.has_work();
         self.alarm = self.sender.poll_at().map(|at| clock.cycle(at, now));
         flight
     }
 
-    /// What the receiving task does with a frame. `deliver` hands a message on.
+    /// Deals with a frame as the receiving task does. `deliver` hands a message on.
     pub fn receive(
         &mut self,
         ticks: u16,
@@ -228,7 +229,7 @@ impl Port {
 }
 
 impl End {
-    /// Whether there is anything to be sent but what the sender knows of.
+    /// Whether there is anything to be sent that the sender does not know of.
     fn has_work(&self) -> bool {
         self.ack_due.is_some() || !self.mailbox.is_empty()
     }

@@ -1,4 +1,4 @@
-//! What things take, in cycles.
+//! How long things take, in cycles.
 
 use hormone::time::until;
 use tasks::docking::latch::PERIOD_MS;
@@ -26,14 +26,15 @@ impl Clock {
         cycle - cycle.saturating_sub(self.started_at) % TICK
     }
 
-    /// The beginning of the tick at which it reads `ticks`, seen from `now`; that of the present one for what
-    /// is past.
+    /// The beginning of the tick at which it reads `ticks`, seen from `now`; that of the present one if
+    /// `ticks` is past.
     pub fn cycle(self, ticks: u16, now: u64) -> u64 {
         self.tick(now) + u64::from(until(ticks, self.ticks(now))) * TICK
     }
 }
 
-/// What a module does reaches no other one sooner: that hears it at the end of a frame's first character.
+/// What a module does reaches no other module sooner: the other one hears a frame at the end of its first
+/// character.
 pub const LOOKAHEAD: u64 = SEND + CHARACTER;
 
 /// A frame with so many bytes of payload.
@@ -46,8 +47,8 @@ pub const fn ack() -> u64 {
     FRAME_OVERHEAD * CHARACTER
 }
 
-/// Bytes of a message of so many bytes of payload on the two-wire bus: address, length, two addresses, CRC-8
-/// beside the payload; nine bits each, and START and STOP.
+/// The transfer of a message with so many bytes of payload over the two-wire bus: address, length, two
+/// addresses and CRC-8 beside the payload; nine bits each, and START and STOP.
 pub fn transfer(payload: usize) -> u64 {
     (2 + 9 * (5 + payload as u64)) * I2C_BIT
 }
@@ -59,7 +60,7 @@ pub fn transfer(payload: usize) -> u64 {
 /// of it.
 pub const START: u64 = micros(3000);
 
-/// From the end of a frame until what it brings is in the mailbox that it is for, and an ACK goes out.
+/// From the end of a frame until its message is in the mailbox that it is for, and an ACK goes out.
 pub const RECEIVE: u64 = micros(115);
 
 /// From the end of an ACK until its message counts as delivered.
@@ -71,15 +72,15 @@ pub const SENT: u64 = micros(60);
 /// From a mailbox's message to the first bit on the wire.
 pub const SEND: u64 = micros(118);
 
-/// Of a transfer between the MCUs, beside the bus: before it, and after.
+/// The time of a transfer between the MCUs that is not spent on the bus: before it, and after.
 pub const CROSS_BEFORE: u64 = micros(90);
 pub const CROSS_AFTER: u64 = micros(90);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
 pub const WAKE: u64 = micros(175);
 
-/// From then to the first message that HORMONE sends, and from one to the next: tasks that rank higher take
-/// the first on.
+/// From then to the first message that HORMONE sends, and from one to the next: tasks of higher priority pass
+/// the first one on.
 pub const ACT: u64 = micros(162);
 pub const NEXT: u64 = micros(216);
 
@@ -89,7 +90,7 @@ pub const TELL: u64 = micros(100);
 /// From the start of the master's program until HORMONE is told what was kept without power.
 pub const RECALL: u64 = (PERIOD_MS as u64 + 1) * TICK;
 
-/// From a sensor's being asked for until HORMONE has the answer.
+/// From the request for a sensor's value until HORMONE has the answer.
 pub const READ: u64 = micros(3700);
 
 /// From an action that lets a dock approach another until both are attached: a search, and the latch.

@@ -31,8 +31,8 @@ impl Native {
         self
     }
 
-    /// Where a millisecond begins, shows modules where the world has them, and has the world take its next
-    /// step.
+    /// At the beginning of a millisecond, shows modules where the world has them, and has the world take its
+    /// next step.
     pub(super) fn meet_world(&mut self) {
         if !self.now.is_multiple_of(MILLISECOND) {
             return;
@@ -55,7 +55,7 @@ impl Native {
         }
     }
 
-    /// The wiring has changed by this from what it was.
+    /// Has the world follow a change of the wiring, which was `before`.
     pub(super) fn change_world(&mut self, change: &Change, before: &Wiring) {
         let Some(world) = &mut self.world else { return };
         world.change(change, before, &self.wiring);

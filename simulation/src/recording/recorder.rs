@@ -15,7 +15,7 @@ use crate::scenario;
 use crate::trace_event::TraceEvent;
 use crate::wiring::{Face, Wiring};
 
-/// Keeps a robot's run. It changes nothing of the run, and of what observers see.
+/// Keeps a robot's run. It changes neither the run nor what observers see.
 pub struct Recorder {
     recording: Recording,
     /// How often it has looked.
@@ -26,7 +26,7 @@ pub struct Recorder {
     known: Vec<(DockSet, Option<ModuleType>)>,
     /// How it was wired after the last change.
     wiring: Wiring,
-    /// What each link had lost at the last look.
+    /// The frames that each link had lost at the last look.
     lost: HashMap<Face, u64>,
     /// How a robot without a world lies, in degrees.
     roll: f64,
@@ -55,7 +55,7 @@ impl Recorder {
         self.looks as u64 * self.recording.every
     }
 
-    /// Looks at the robot, for which it is time.
+    /// Looks at the robot, at the time of [`next_look`](Self::next_look).
     pub fn look(&mut self, robot: &impl Robot) {
         let look = self.looks;
         self.looks += 1;
@@ -94,7 +94,7 @@ impl Recorder {
         }
     }
 
-    /// A behaviour has done something, and by that a hormone may have come.
+    /// Takes in an event of a behaviour, and the hormone that came by it, if one did.
     pub fn take(&mut self, trace_event: &TraceEvent, arrival: Option<Arrival>) {
         let &TraceEvent { cycle, module, event } = trace_event;
         match event {
@@ -119,7 +119,7 @@ impl Recorder {
             self.roll = degrees;
         }
         if self.wiring != *wiring {
-            // A link that is attached anew counts from 0; that which the robot itself attached may have been
+            // A link that is attached anew counts from 0. One that the robot itself attached may have been
             // looked at since.
             if event.at + self.recording.every >= self.next_look() {
                 self.lost.retain(|&from, _| wiring.peer(from) == self.wiring.peer(from));
@@ -143,7 +143,7 @@ impl Recorder {
         news
     }
 
-    /// What it has kept.
+    /// The recording.
     pub fn finish(self) -> Recording {
         self.recording
     }

@@ -34,8 +34,9 @@ pub fn centipede_docks(modules: usize) -> String {
     wiring.attachments().map(|(one, other)| format!("[\"{one}\", \"{other}\"],")).collect()
 }
 
-/// What may stand in the place of a rule: it does something else, sends something else, elsewhere, or nothing,
-/// or is not there, as another rule stands there once more.
+/// The rules that may stand in the place of a rule: one does something else, sends something else, or sends
+/// it elsewhere. The last one is another rule of the table, which then stands there twice while the place's
+/// own rule is missing.
 pub fn mutants(place: usize) -> Vec<Rule> {
     let rule = table()[place];
     let mut mutants: Vec<Rule> = [Straight, Swing, Holding, SwingOver, HoldingOver]
@@ -48,7 +49,7 @@ pub fn mutants(place: usize) -> Vec<Rule> {
             let other = if send.data == A { B } else { A };
             let docks = if send.docks == BACK { LEFT_RIGHT_BACK } else { BACK };
             mutants.push(rule.send(other, send.docks));
-            // What a spine sends to its sides, too, nobody hears.
+            // No module hears what a spine sends to its sides, too.
             mutants.extend((send.docks != BACK).then(|| rule.send(send.data, docks)));
         }
     }

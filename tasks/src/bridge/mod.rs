@@ -1,4 +1,4 @@
-//! What crosses from one MCU of a module to the other, over I2C.
+//! The bridge between the MCUs of a module: messages cross it over I2C.
 
 pub mod protocol;
 pub mod sender;

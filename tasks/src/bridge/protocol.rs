@@ -17,7 +17,7 @@ use crate::message::{Address, Kind, MAX_PAYLOAD, Message};
 /// The most bytes of a transfer.
 pub const MAX_PACKET: usize = 3 + MAX_PAYLOAD + 1;
 
-/// The bits of the first byte that are no kind.
+/// The bits of the first byte that do not hold the kind.
 const LENGTH: u8 = 0x3F;
 
 /// Why a transfer is no message.
@@ -81,8 +81,8 @@ impl Crc8 {
 
     /// Takes in one byte.
     ///
-    /// The polynomial is x^8 + x^2 + x + 1, so x^8 leaves the remainder x^2 + x + 1. A byte times that
-    /// reaches two bits above itself, and those come down in the same way.
+    /// The polynomial is x^8 + x^2 + x + 1, so x^8 leaves the remainder x^2 + x + 1. The product of a byte
+    /// and that remainder reaches two bits above the byte, and those are reduced in the same way.
     const fn update(&mut self, byte: u8) {
         const fn times_x8(byte: u8) -> u8 {
             byte ^ byte << 1 ^ byte << 2
@@ -97,13 +97,13 @@ impl Crc8 {
 
     /// Whether the last byte taken in is the CRC of those before.
     const fn is_confirmed(&self) -> bool {
-        // Such a CRC leaves the remainder of its inversion alone.
+        // Then only the remainder of the CRC's inversion is left.
         self.0 == 0xAC
     }
 }
 
 counters! {
-    /// What a bridge counts, read out of RAM by the console, a debugger or the simulator. All wrap.
+    /// The counts of a bridge, read out of RAM by the console, a debugger or the simulator. All wrap.
     pub struct BridgeCounters {
         /// Messages that crossed to the other MCU.
         messages_sent,

@@ -1,9 +1,8 @@
-//! What becomes of a packet that crosses to the other MCU: it is repeated where the bus fails, and given up
-//! in the end.
+//! The way of a packet to the other MCU: it is repeated where the bus fails, and given up in the end.
 //!
-//! Whoever has the bus and a clock drives it: while it is [idle](Sender::is_idle) give the next packet to the
-//! bus and [`begin`](Sender::begin); [`poll`](Sender::poll) it with each outcome, and at
-//! [`poll_in`](Sender::poll_in), and do what that says.
+//! The caller, which has the bus and a clock, drives it. While it is [idle](Sender::is_idle), the caller
+//! gives the next packet to the bus and calls [`begin`](Sender::begin). The caller [polls](Sender::poll) with
+//! each outcome, and after [`poll_in`](Sender::poll_in), and does what the [`Step`] says.
 
 use kernel::Ticks;
 
@@ -12,14 +11,14 @@ use crate::device::Transfer;
 /// How often a transfer that failed is tried again.
 pub const RETRY_LIMIT: u8 = 20;
 
-/// The pause before that, in ticks of 1 ms.
+/// The pause before each try, in ticks of 1 ms.
 pub const PAUSE: Ticks = 1;
 
-/// How long a transfer may take, in ticks of 1 ms. The longest takes 0.6 ms, and as much again behind the
-/// other MCU's; the rest is for what both MCUs have to do besides.
+/// How long a transfer may take, in ticks of 1 ms. The longest takes 0.6 ms, and as much again if it waits
+/// for one of the other MCU. The rest is for what else both MCUs have to do.
 pub const TRANSFER_AT_MOST: Ticks = 5;
 
-/// What is to be done, or counted.
+/// The next step: what is to be done, or counted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[must_use]
@@ -33,8 +32,8 @@ pub enum Step {
     GaveUp,
     /// The pause is over: send the same packet again.
     SendAgain,
-    /// It takes too long: free the bus, and then poll with the outcome that it has after all, or a
-    /// [`Transfer::Fault`].
+    /// The transfer takes too long: free the bus, then poll with the outcome if there is one after all, else
+    /// with a [`Transfer::Fault`].
     Free,
 }
 
@@ -52,7 +51,7 @@ enum Phase {
 pub struct Sender {
     phase: Phase,
     retries_left: u8,
-    /// When it has taken too long, or is sent again.
+    /// When the packet has taken too long, or is sent again.
     deadline: Ticks,
 }
 
@@ -84,7 +83,7 @@ impl Sender {
         self.enter(Phase::OnBus, now.wrapping_add(TRANSFER_AT_MOST));
     }
 
-    /// What follows from an outcome of the bus, or from the time if there is none.
+    /// The step that follows from an outcome of the bus, or from the time if there is none.
     pub fn poll(&mut self, now: Ticks, outcome: Option<Transfer>) -> Step {
         match outcome {
             Some(Transfer::Done) => {
@@ -111,7 +110,7 @@ impl Sender {
         }
     }
 
-    /// How many ticks after `now` to poll though there is no outcome, at least one; `None` if never.
+    /// How many ticks after `now` to poll if no outcome comes, at least one; `None` if never.
     pub fn poll_in(&self, now: Ticks) -> Option<Ticks> {
         (!self.is_idle()).then(|| self.deadline.wrapping_sub(now).clamp(1, TRANSFER_AT_MOST))
     }
@@ -122,7 +121,7 @@ impl Sender {
     }
 
     fn is_due(&self, now: Ticks) -> bool {
-        // A deadline that has passed lies far ahead.
+        // Modulo the clock's range, a deadline that has passed lies far ahead.
         self.deadline.wrapping_sub(now).wrapping_sub(1) >= TRANSFER_AT_MOST
     }
 }

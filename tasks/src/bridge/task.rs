@@ -44,7 +44,7 @@ impl Bridge {
         self.counters.all()
     }
 
-    /// What the bridge counts.
+    /// The bridge's counts.
     pub fn counters(&self, task: &mut Task) -> BridgeCounters {
         self.counters.read(task)
     }
@@ -64,14 +64,14 @@ pub fn run(
         bridge.mailbox().wait(task);
         match turn(task, bridge, &mut bus, office, (&mut incoming, &mut next, &mut sender)) {
             None => bridge.mailbox().cancel_alarm(task),
-            // The alarm of the packet before rings before this one's, and is set anew then.
+            // An alarm left from the previous packet rings before this one's is due, and is set anew then.
             Some(left) if sender.is_on_bus() => bridge.mailbox().wake_within(task, left),
             Some(left) => bridge.mailbox().wake_in(task, left),
         }
     }
 }
 
-/// What crosses a bridge, both ways: for whoever drives it.
+/// The traffic of a bridge, both ways, for a caller that drives it without [`run`].
 pub struct Crossing {
     incoming: [u8; MAX_PACKET],
     next: Next,
@@ -84,8 +84,8 @@ impl Crossing {
         Crossing { incoming: [0; MAX_PACKET], next: Next::new(), sender: Sender::new() }
     }
 
-    /// Does all that there is to do: after each signal of the bridge's mailbox, and after so many ticks as it
-    /// returns.
+    /// Does all that there is to do. Call it after each signal of the bridge's mailbox, and after as many
+    /// ticks as it returns.
     #[inline(always)] // a frame of its own would take stack
     pub fn turn(
         &mut self,
@@ -98,7 +98,7 @@ impl Crossing {
     }
 }
 
-/// One turn. What crosses is no [`Crossing`] here: as locals of the task these are faster.
+/// One turn. It takes the parts of a [`Crossing`], because they are faster as locals of the task.
 #[inline(always)]
 fn turn(
     task: &mut Task,
@@ -107,7 +107,7 @@ fn turn(
     office: &'static PostOffice,
     (incoming, next, sender): (&mut [u8; MAX_PACKET], &mut Next, &mut Sender),
 ) -> Option<Ticks> {
-    // The bus first, which is idle while it waits for this task.
+    // The bus comes first: it is idle while it waits for this task.
     let outcome = bus.outcome(task);
     look_after(task, bridge, bus, sender, outcome);
     if sender.is_idle() {

@@ -19,7 +19,7 @@ pub const JOINT: usize = 0;
 /// How fast joints turn during a search, in degrees per second.
 const SEARCH_SPEED: u8 = 30;
 
-/// Periods from when the light is switched on until what is read is reflected of it: 20 ms.
+/// Periods from when the light is switched on until a reading shows its reflection: 20 ms.
 const LIGHTS_UP: u8 = 20 / PERIOD_MS as u8;
 
 /// The devices of one dock.
@@ -27,7 +27,7 @@ struct Devices {
     dock: Dock,
     motor: DockingMotor,
     switch: Switch,
-    /// Who asked last.
+    /// The task that asked last.
     client: TaskCode,
 }
 
@@ -37,7 +37,7 @@ struct Search {
     guidance: Guidance,
     /// Periods until the light is there.
     dark: u8,
-    /// Whether its latch was closed as it began.
+    /// Whether the dock's latch was closed when the search began.
     was_latched: bool,
 }
 
@@ -97,10 +97,10 @@ impl Docks {
         }
     }
 
-    /// Searches for the neighbour's dock before `dock`, and latches; where it comes not near enough for that,
-    /// it stays where it came nearest. A latch that is closed already is left so if it has hold of a dock,
-    /// and opens for the next time if it has closed on nothing. Refused as [`latch`](Self::latch) is, and
-    /// while nobody knows where the joint is.
+    /// Searches for the neighbour's dock in front of `dock`, and latches. If `dock` does not come near enough
+    /// for that, it stays where it came nearest. A latch that is closed already stays so if it has hold of a
+    /// dock; if it has closed on nothing, it opens for the next time. Refused as [`latch`](Self::latch) is,
+    /// and while the position of the joint is not known.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
         let is_known = around.angle(JOINT).is_some();
@@ -113,8 +113,8 @@ impl Docks {
         around.set_emitters(true);
     }
 
-    /// Ends the search that goes on before its time: what it turns stays where it is.
-    #[inline(never)] // once in flash, and its stack is needed here alone
+    /// Breaks the present search off: the joints that it turns stay where they are.
+    #[inline(never)] // once in flash, and keeps its stack frame out of the callers'
     fn break_off<S: Surroundings>(&mut self, around: &mut S) {
         let Some(Search { dock, guidance, .. }) = &self.search else { return };
         if guidance.line() == Line::Shift {
@@ -127,7 +127,7 @@ impl Docks {
         }
     }
 
-    /// The search that goes on is over.
+    /// Ends the present search.
     fn end_search(&mut self, around: &mut impl Surroundings) {
         self.search = None;
         around.set_emitters(false);
@@ -146,7 +146,7 @@ impl Docks {
         around.set_power(dock, devices.switch.is_closed());
     }
 
-    /// Tells of the switches that the board has opened.
+    /// Reports the switches that the board has opened.
     pub fn trip(&mut self, around: &mut impl Surroundings) {
         let tripped = around.take_tripped();
         for (place, devices) in (0..).zip(&mut self.docks) {
@@ -157,7 +157,7 @@ impl Docks {
         }
     }
 
-    /// Sheds or takes up what the battery allows.
+    /// Sheds the loads that the battery no longer allows, and takes up those that it allows again.
     pub fn allow(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
         self.allowance = allowance;
         for devices in &mut self.docks {
@@ -226,7 +226,7 @@ impl Docks {
         let next = match around.angle(JOINT) {
             None => Next::Lost,
             Some(angle) => {
-                // Where something is in its way it comes no further.
+                // A joint with something in its way comes no further.
                 let is_there = around.state(JOINT) != Some(State::Moving);
                 let next = search.guidance.step(angle, reflected.max(0) as u16, is_there);
                 if let Next::Move(line, to) = next {
@@ -252,13 +252,13 @@ impl Docks {
     }
 }
 
-/// Has the joint behind the docks turn for a search.
+/// Turns the joint behind the docks for a search.
 #[inline(never)] // once in flash
 fn turn(angle: i16, around: &mut impl Surroundings) {
     around.order(JOINT, Order::Turn { angle, speed: SEARCH_SPEED });
 }
 
-/// Has the joint of the other MCU turn by an angle, for the search of `dock`.
+/// Turns the joint of the other MCU by an angle, for the search of `dock`.
 #[inline(never)] // once in flash
 fn turn_opposite<S: Surroundings>(dock: Dock, by: i16, around: &mut S) {
     let request = Request::TurnBy { axis: S::HALF.opposite, by, speed: SEARCH_SPEED };
@@ -274,7 +274,7 @@ impl Devices {
         around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, latch));
     }
 
-    /// That a search came to nothing.
+    /// Reports that a search came to nothing.
     fn tell_lost(&self, around: &mut impl Surroundings) {
         around.report(TaskCode::dock(self.dock), self.client, Report::Lost(self.dock));
     }

@@ -1,9 +1,10 @@
 //! Keeps a record without power, in an EEPROM.
 //!
-//! A record goes to the place after that of the one before, so that all places wear alike: with 32 of them for
-//! three million records. A number that counts says which is the newest, and a CRC what is none: nothing was
-//! written there yet, the power failed in the middle of it, or the place is worn. Then the record before it
-//! counts. What is written is read again, and goes to the next place if it is not there.
+//! Each record goes to the place after that of the one before, so that all places wear alike: 32 places last
+//! for three million records. A number that counts up says which record is the newest. A CRC shows a place
+//! that holds none: nothing was written there yet, the power failed during the write, or the place is worn.
+//! Then the record before it counts. Each record is read back after it is written, and goes to the next place
+//! if it is not there.
 //!
 //! ```text
 //!   byte 0: number | bytes 1 to 4: record | bytes 5, 6: CRC-16 | byte 7 is free
@@ -11,7 +12,7 @@
 
 use crate::link::crc::Crc16;
 
-/// What is kept: bytes whose meaning is their client's.
+/// A record: bytes whose meaning only the client knows.
 pub type Record = [u8; 4];
 
 /// How many places there are, from address 0 on.
@@ -20,7 +21,7 @@ pub const PLACES: u8 = 32;
 /// The bytes of a place.
 pub const PLACE: u16 = 8;
 
-/// Those of them that are written.
+/// The bytes of a place that are written.
 const LENGTH: u8 = 7;
 
 /// The EEPROM's bytes, or as many of it as the [`PLACES`] take.
@@ -37,10 +38,10 @@ pub trait Cells {
 
 /// The newest record, and where it is.
 pub struct Memory {
-    /// The newest that is kept, or is to be.
+    /// The newest record that is kept, or is to be.
     record: Option<Record>,
     is_kept: bool,
-    /// The number and the place of the last one that is kept.
+    /// The number and the place of the last record that is kept.
     number: u8,
     place: u8,
     /// Bytes of the present record written in this place, and places that did not take it.
@@ -54,9 +55,9 @@ impl Memory {
         Memory { record: None, is_kept: true, number: 0, place: PLACES - 1, written: 0, worn: 0 }
     }
 
-    /// What was kept last, if anything was; read once, before the first [step](Self::step). What was [to be
-    /// kept](Self::keep) before that still is.
-    #[inline(never)] // apart, it takes no stack from the rest
+    /// Reads the record that was kept last, if there is one. Call it once, before the first
+    /// [step](Self::step). A record that was [to be kept](Self::keep) before that still is.
+    #[inline(never)] // keeps its stack frame out of the caller's
     pub fn recall(&mut self, cells: &mut impl Cells) -> Option<Record> {
         let mut newest = None;
         for place in 0..PLACES {
@@ -78,7 +79,7 @@ impl Memory {
         newest
     }
 
-    /// Keeps this record in the place of the one before, by [`step`](Self::step)s from now on.
+    /// Keeps this record instead of the one before; [`step`](Self::step) writes it from now on.
     pub fn keep(&mut self, record: Record) {
         if self.record != Some(record) {
             self.record = Some(record);
@@ -87,7 +88,7 @@ impl Memory {
         }
     }
 
-    /// Goes on with what is to be kept. Returns whether it is to be called again, in a while.
+    /// Goes on writing the record that is to be kept. Returns whether to call it again, in a while.
     pub fn step(&mut self, cells: &mut impl Cells) -> bool {
         let Some(record) = self.record.filter(|_| !self.is_kept) else { return false };
         if !cells.is_ready() {
@@ -112,7 +113,7 @@ impl Memory {
     fn next_place(&mut self, place: u8) -> bool {
         (self.place, self.written) = (place, 0);
         self.worn += 1;
-        // All are worn: what is kept is what was.
+        // All places are worn: the record before stays the kept one.
         self.is_kept = self.worn == PLACES;
         !self.is_kept
     }
@@ -129,7 +130,7 @@ fn address(place: u8) -> u16 {
     u16::from(place) * PLACE
 }
 
-/// What is written for a record.
+/// The bytes that are written for a record.
 fn bytes(number: u8, record: Record) -> [u8; LENGTH as usize] {
     let [a, b, c, d] = record;
     let mut crc = Crc16::new();

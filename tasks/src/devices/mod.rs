@@ -5,9 +5,9 @@
 //! stack, one mailbox and one [task]. Stacks of their own would take about 120 bytes each, and there are
 //! seven of these on the master and five on the slave.
 //!
-//! [`Devices`] holds them all, for whoever drives them: give it [each message](Devices::receive) as it comes;
-//! after these, when a joint has changed its state by itself, when a power switch has opened, and when
-//! it is [due](Devices::next_due), [`poll`](Devices::poll) it.
+//! [`Devices`] holds them all. Its caller hands over [each message](Devices::receive) as it comes, and
+//! [polls](Devices::poll) after messages, when a joint has changed its state by itself, when a power switch
+//! has opened, and when it is [due](Devices::next_due).
 //!
 //! | file | what |
 //! |---|---|
@@ -43,16 +43,16 @@ pub mod task;
 /// How often the battery is looked at, in ticks of 1 ms.
 const LOOK: Ticks = 250;
 
-/// What a message to the devices says.
+/// The content of a message to the devices.
 pub enum Mail {
-    /// A request, and whose it is.
+    /// A request, and the task that it is from.
     Request(Request, TaskCode),
-    /// What devices of the other MCU tell the battery's.
+    /// A report of devices of the other MCU to the battery's.
     Report(Report),
 }
 
 impl Mail {
-    /// What is in `letter`, for devices in such surroundings; `None` if it can't be read.
+    /// The content of `letter`, for devices in such surroundings; `None` if it can't be read.
     pub fn of<S: Surroundings>(letter: &Letter) -> Option<Mail> {
         let report = if S::HALF.has_battery { Report::from_payload(letter.payload()) } else { None };
         let request = || Request::from_payload(letter.payload());
@@ -64,7 +64,7 @@ impl Mail {
 #[derive(Clone, Copy)]
 struct Client {
     axis: Axis,
-    /// Who asked last, and the state that was told last.
+    /// The task that asked last, and the state that was told last.
     client: TaskCode,
     told: State,
     /// Whether a search has turned it since.
@@ -72,8 +72,8 @@ struct Client {
 }
 
 impl Client {
-    /// Of a joint that nobody has asked anything. That it is off will be told: where this MCU alone was
-    /// reset, others do not know it yet.
+    /// The client of a joint that no task has asked anything. That the joint is off will be told: if this MCU
+    /// alone was reset, others do not know it yet.
     const fn of(axis: Axis) -> Self {
         Client { axis, client: TaskCode::HORMONE, told: State::Moving, is_searching: false }
     }
@@ -86,7 +86,7 @@ pub struct Devices<const N: usize> {
     sensors: Sensors,
     supply: Supply,
     memory: Memory,
-    /// Whether what the memory keeps was told.
+    /// Whether the kept record was told.
     is_recalled: bool,
     allowance: Allowance,
     next_look: Ticks,
@@ -116,7 +116,7 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// Does what a message asks for, `now` as it is taken.
+    /// Handles a message, which is taken at `now`.
     #[inline(never)] // as `new`
     pub fn receive<S: Surroundings>(&mut self, now: Ticks, mail: Mail, around: &mut S) {
         match mail {
@@ -129,7 +129,7 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// Does what it is time for.
+    /// Does what is due.
     #[inline(always)] // a frame of its own would take stack
     pub fn poll<S: Surroundings>(&mut self, now: Ticks, around: &mut S) {
         self.tell_joints(around);
@@ -146,7 +146,7 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// Ticks from `now` until [`poll`](Self::poll) has something to do; `None` if it has to wait for others.
+    /// Ticks from `now` until [`poll`](Self::poll) has something to do; `None` if it waits for others only.
     #[inline(always)]
     pub fn next_due<S: Surroundings>(&self, now: Ticks) -> Option<Ticks> {
         if self.is_busy {
@@ -180,8 +180,8 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// Tells HORMONE at first what was kept before, and then keeps what is to be. Returns whether there is
-    /// more to do.
+    /// First tells HORMONE the record that was kept before, then writes the one that is to be kept. Returns
+    /// whether there is more to do.
     #[inline(never)] // as `new`
     fn remember(&mut self, around: &mut impl Surroundings) -> bool {
         if !around.is_ready() {
@@ -214,8 +214,8 @@ impl<const N: usize> Devices<N> {
         around.order(index, Order::Turn { angle, speed });
     }
 
-    /// A search has the joint turn. Whoever asked for its last turn still is told what becomes of it, but not
-    /// that it pushes against what it is to move.
+    /// Turns a joint for a search. The task that asked for the joint's last turn still is told what becomes
+    /// of it, but not that it stalls against what it is to move.
     fn turn_by(&mut self, axis: Axis, by: i16, speed: u8, around: &mut impl Surroundings) {
         let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else { return };
         if let Some(angle) = around.angle(index) {
@@ -226,7 +226,7 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// What a search here has turned counts as what one on the other MCU has.
+    /// A joint that a search here has turned counts like one that a search on the other MCU has turned.
     fn note_search(&mut self) {
         if self.docks.take_turned()
             && let Some(joint) = self.joints.get_mut(JOINT)
@@ -235,8 +235,8 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// Tells of the joints that have changed their state by themselves. One that a search turns is that
-    /// search's business.
+    /// Reports the joints that have changed their state by themselves, except one that a search turns: the
+    /// search sees to that.
     fn tell_joints(&mut self, around: &mut impl Surroundings) {
         self.note_search();
         for (index, joint) in self.joints.iter_mut().enumerate() {
@@ -245,7 +245,7 @@ impl<const N: usize> Devices<N> {
             let pushes = joint.is_searching && state == State::Stalled;
             let is_due = is_news && !pushes && !self.docks.searches_with(index);
             let report = Report::Joint(joint.axis, state);
-            // What finds no room is told the next time.
+            // A report that finds no room is repeated the next time.
             if !is_due || around.report(TaskCode::joint(joint.axis), joint.client, report) {
                 joint.told = state;
             }
@@ -261,7 +261,7 @@ impl<const N: usize> Devices<N> {
         }
     }
 
-    /// Sheds or takes up what the battery allows.
+    /// Sheds the loads that the battery no longer allows, and takes up those that it allows again.
     fn allow(&mut self, allowance: Allowance, around: &mut impl Surroundings) {
         let were_allowed = core::mem::replace(&mut self.allowance, allowance).joints();
         self.docks.allow(allowance, around);
@@ -269,7 +269,7 @@ impl<const N: usize> Devices<N> {
             if !allowance.joints() {
                 around.order(index, Order::Relax);
             } else if !were_allowed {
-                // That it is off is told again: what was asked of it meanwhile was refused.
+                // That the joint is off is told again: requests to it were refused meanwhile.
                 *joint = Client { client: joint.client, ..Client::of(joint.axis) };
             }
         }

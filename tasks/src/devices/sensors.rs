@@ -38,7 +38,7 @@ impl Sensors {
         }
     }
 
-    /// Answers what has been measured. Returns whether any reading is still under way.
+    /// Answers the readings that have been measured. Returns whether any reading is still under way.
     pub fn step(&mut self, around: &mut impl Surroundings) -> bool {
         for place in &mut self.under_way {
             let Some(Reading { sensor, client }) = *place else { continue };

@@ -17,11 +17,12 @@ const REMINDER: u8 = 64;
 pub struct Supply {
     battery: Battery,
     charger: Charger,
-    /// What was allowed at the last look: nothing yet, where this MCU was reset.
+    /// What was allowed at the last look; `None` before the first one after a reset.
     allowed: Option<Allowance>,
     /// Looks since the other MCU was told.
     silent: u8,
-    /// What came in through docks of the other MCU, in mA, as far as it is known since the last look.
+    /// The current that came in through docks of the other MCU, in mA, as far as it is known since the last
+    /// look.
     beyond: u16,
 }
 
@@ -36,7 +37,7 @@ impl Supply {
         Allowance { level: self.battery.level(), is_charging: self.charger.is_on() }
     }
 
-    /// Has measured what the next [`look`](Self::look) is to see.
+    /// Starts the measurements that the next [`look`](Self::look) needs.
     pub fn prepare(&mut self, around: &mut impl Surroundings) {
         around.look(Quantity::Sensor(Sensor::BatteryVoltage));
         around.look(Quantity::Sensor(Sensor::BatteryTemperature));
@@ -45,7 +46,7 @@ impl Supply {
         }
     }
 
-    /// Has the currents of all docks measured; what the other MCU measures will be [heard](Self::hear).
+    /// Starts measurements of the currents of all docks. Those of the other MCU will be [heard](Self::hear).
     fn measure_currents<S: Surroundings>(&mut self, around: &mut S) {
         self.beyond = 0;
         for dock in Dock::ALL {
@@ -58,7 +59,7 @@ impl Supply {
         }
     }
 
-    /// The other MCU has measured something for the supply.
+    /// Takes in what the other MCU has measured for the supply.
     pub fn hear(&mut self, report: Report) {
         if let Report::Value(Sensor::DockCurrent(_), outward) = report {
             self.beyond = self.beyond.saturating_add(inward(outward));
@@ -66,22 +67,22 @@ impl Supply {
     }
 
     /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns what may be
-    /// switched on if that has.
+    /// switched on, if that has changed.
     pub fn look(&mut self, around: &mut impl Surroundings) -> Option<Allowance> {
         let voltage = around.seen(Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
         let temperature = around.seen(Quantity::Sensor(Sensor::BatteryTemperature))?;
         let current = self.incoming(around);
         let charger = self.charger.look(Look { voltage, temperature, current });
         let before = self.battery.level();
-        // The first look of all is believed: where this MCU alone was reset the battery may be empty.
+        // The very first look is believed at once: if this MCU alone was reset, the battery may be empty.
         for _ in 0..if self.allowed.is_none() { SETTLES } else { 1 } {
             self.battery.look(voltage);
         }
         let allowance = self.allowance();
         let is_news = self.allowed.replace(allowance) != Some(allowance);
         self.silent += 1;
-        // First what to shed: whoever hears of the level may ask for what it no longer allows. And again and
-        // again, for the other MCU may have been reset, or had no room for it.
+        // Shed the load before reporting the level: a task that hears of the level may ask for what it no
+        // longer allows. Repeat it, because the other MCU may have been reset, or had no room for it.
         if is_news || allowance != Allowance::ALL || self.silent == REMINDER {
             self.tell(allowance, around);
         }
@@ -113,7 +114,7 @@ impl Supply {
         around.request(TaskCode::POWER, Request::Allow(allowance));
     }
 
-    /// What comes in through all docks, in mA.
+    /// The current that comes in through all docks, in mA.
     fn incoming<S: Surroundings>(&self, around: &mut S) -> u16 {
         S::HALF.docks().into_iter().fold(self.beyond, |incoming, dock| {
             let outward = around.seen(Quantity::Sensor(Sensor::DockCurrent(dock))).unwrap_or(0);
@@ -128,7 +129,7 @@ impl Default for Supply {
     }
 }
 
-/// Of a current out of a dock, what comes in there.
+/// The current into a dock, from the current out of it; 0 if none comes in.
 fn inward(outward: i16) -> u16 {
     outward.min(0).unsigned_abs()
 }

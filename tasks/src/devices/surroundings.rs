@@ -1,4 +1,4 @@
-//! What the devices' state machine measures, moves and tells.
+//! The surroundings of the devices' state machine: what it measures, moves and tells.
 
 use crate::device::Quantity;
 use crate::dock::Dock;
@@ -11,17 +11,17 @@ use crate::superbot::Half;
 
 use super::memory::Cells;
 
-/// The devices of an MCU, its joints and its mail, for [`Devices`](super::Devices). Joints are named by
-/// their indices. Where there is no memory nobody uses its cells.
+/// The devices of an MCU, its joints and its mail, for [`Devices`](super::Devices). Joints are named by their
+/// indices. On an MCU without the memory, its cells are not used.
 pub trait Surroundings: Cells {
     /// The half of the module that they are in.
     const HALF: Half;
 
-    /// Has `quantity` measured.
+    /// Starts a measurement of `quantity`.
     fn look(&mut self, quantity: Quantity);
 
-    /// What was measured, in the quantity's unit, once that is done; `None` also for a quantity that is none
-    /// of this MCU.
+    /// The measured value, in the quantity's unit; `None` until the measurement is done, and for a quantity
+    /// that this MCU does not have.
     fn seen(&mut self, quantity: Quantity) -> Option<i16>;
 
     /// The end switches of the latch at `dock`.
@@ -33,8 +33,7 @@ pub trait Surroundings: Cells {
     /// Closes the power switch of `dock`, or opens it. Too much current through it opens it as well.
     fn set_power(&mut self, dock: Dock, is_on: bool);
 
-    /// The docks whose switches have been opened for their currents since this was last asked: a bit for each
-    /// place.
+    /// The docks whose switches too much current has opened since the last call: a bit for each place.
     fn take_tripped(&mut self) -> u8;
 
     /// Switches the light of all docks here on or off.
@@ -46,7 +45,7 @@ pub trait Surroundings: Cells {
     /// Gives a joint an order. It replaces one that the joint has not begun with.
     fn order(&mut self, joint: usize, order: Order);
 
-    /// What a joint is doing; `None` if there is no such joint here.
+    /// The state of a joint; `None` if there is no such joint here.
     fn state(&mut self, joint: usize) -> Option<State>;
 
     /// Where a joint is, in 0.1 degree, as far as that is known.

@@ -20,7 +20,7 @@ use crate::request::Payload;
 use crate::router::Source;
 use crate::superbot::Half;
 
-/// How often the task shows at least that it is alive, in ticks of 1 ms.
+/// The longest time between two calls of `alive`, in ticks of 1 ms.
 pub const ALIVE: Ticks = 50;
 
 /// The devices' task as others see it. A `static`: readers of RAM find the `Counters` at its start.
@@ -32,17 +32,17 @@ pub struct Desk<const N: usize> {
 }
 
 counters! {
-    /// What the task counts. Both wrap.
+    /// The task's counts. Both wrap.
     pub struct Counters {
         /// Reports, and requests to other devices, that found no room.
         unsent,
-        /// Messages that were no request to a device of this MCU.
+        /// Messages that were no request nor, on the MCU with the battery, a report.
         malformed,
     }
 }
 
 impl<const N: usize> Desk<N> {
-    /// Of a task that turns the joints of `motors`, and whose mail goes through `office`.
+    /// The desk of a task that turns the joints of `motors`, and whose mail goes through `office`.
     pub const fn new(motors: &'static Motors<N>, office: &'static PostOffice) -> Self {
         Desk { counters: Counters::new(), motors, office }
     }
@@ -64,8 +64,8 @@ impl<const N: usize> Desk<N> {
         Devices::new(axes, start, &mut Here { task, board, desk: self })
     }
 
-    /// Does all that there is to do: at first, after each signal of `mailbox`, and after so many ticks as it
-    /// returns.
+    /// Does all that there is to do. Call it at first, after each signal of `mailbox`, and after as many
+    /// ticks as it returns.
     #[inline(always)] // a frame of its own would take stack
     pub fn turn<P: Peripherals>(
         &'static self,
@@ -77,7 +77,7 @@ impl<const N: usize> Desk<N> {
         let mut here = Here { task, board, desk: self };
         while let Some(message) = mailbox.take(here.task) {
             let mail = Mail::of::<Here<P, N>>(&message);
-            // Its buffer is needed for what goes out.
+            // The messages that go out need its buffer.
             drop(message);
             let time = now(here.task);
             match mail {
@@ -110,7 +110,7 @@ pub fn run<P: Peripherals, const N: usize>(
     }
 }
 
-/// What is around the devices, for the task that runs.
+/// The surroundings of the devices, for the task that runs.
 struct Here<'a, P, const N: usize> {
     task: &'a mut Task,
     board: &'a mut P,

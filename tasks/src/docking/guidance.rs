@@ -1,30 +1,29 @@
 //! How one dock finds another: the joints of its module move it to where most of its light is reflected.
 //!
-//! A search follows two lines, one after the other: it turns the dock with the joint behind it, and then
-//! shifts it, with that joint and the other one that bends the module the opposite way. On each it moves on
-//! for as long as more is reflected, looks to the other side unless it came from there, and returns until
-//! most is reflected on that way; but stops at once where it is near enough to latch. What one module can't
-//! mend, along the line between the docks above all, the module of the other dock can: both search in turn,
-//! and each begins where it has left off.
+//! A search follows two lines, one after the other. First the joint behind the dock turns it. Then that joint
+//! and the other one, which bends the module the opposite way, shift it. On each line the search moves on for
+//! as long as the reflection grows, tries the other side unless it grew on the first, and returns until the
+//! reflection on the way back is greatest. It stops at once where the dock is near enough to latch. An offset
+//! that one module can't correct, above all one along the line between the docks, the module of the other
+//! dock can: both search in turn, and each begins where it has left off.
 
-/// How much is reflected, in counts of the converter, where the docks face each other close enough to latch.
+/// The reflection from which on the docks face each other close enough to latch, in counts of the converter.
 const NEAR: u16 = 500;
 
-/// How much is reflected, in counts of the converter, at least, by a dock that the latch has hold of: they
-/// touch.
+/// The least reflection of a dock that the latch has hold of, in counts of the converter: the docks touch.
 pub const HELD: u16 = 650;
 
 /// Both joints move this far to either side of where a line begins, in 0.1 degree.
 const REACH: i16 = 120;
 
-/// What joints push along yields when they turn round, by as much as this, in 0.1 degree: where most is
-/// reflected on the way there may be so far from where it is on the way back.
+/// The play of what the joints push along, in 0.1 degree: it yields by up to this much when they reverse. So
+/// the place of the greatest reflection on the way there may be this far from that on the way back.
 const SLACK: i16 = 30;
 
-/// Less than this is none of a dock's light, in counts of the converter.
+/// A reflection below this is not a dock's light, in counts of the converter.
 const LEAST: u16 = 8;
 
-/// It has become less by so much more than a thirty-second part: more than noise.
+/// A reflection has become less, not by noise alone, if it has lost more than a thirty-second part and this.
 const LOSS: u16 = 4;
 
 /// A line that joints follow.
@@ -33,11 +32,11 @@ const LOSS: u16 = 4;
 pub enum Line {
     /// The joint behind the dock turns.
     Turn,
-    /// It turns, and the other one that bends the module turns back as far: the dock moves aside.
+    /// That joint turns, and the other one that bends the module turns back as far: the dock moves aside.
     Shift,
 }
 
-/// What to do next.
+/// The next thing to do.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Next {
@@ -48,7 +47,7 @@ pub enum Next {
     Move(Line, i16),
     /// The docks face each other: latch.
     Latch,
-    /// The dock is not near enough to latch. What this module could do for that is done.
+    /// The dock is not near enough to latch, and this module can do no more for that.
     Lost,
 }
 
@@ -61,9 +60,9 @@ enum Leg {
     Up,
     /// To smaller ones.
     Down,
-    /// Back to where most is reflected on this way.
+    /// Back to where the reflection on this way is greatest.
     Back,
-    /// To where it is.
+    /// A stop where the joint is.
     Stop,
 }
 
@@ -73,7 +72,7 @@ enum Leg {
 pub struct Guidance {
     line: Line,
     leg: Leg,
-    /// Where the line began, in 0.1 degree, and what was reflected there.
+    /// Where the line began, in 0.1 degree, and the reflection there.
     start: i16,
     first: u16,
     best_angle: i16,
@@ -100,9 +99,9 @@ impl Guidance {
     }
 
     /// What to do after `reflected` counts were read while the joint behind the dock was at `angle`, in 0.1
-    /// degree. `is_there`: it is where the last move led, or comes no further.
+    /// degree. `is_there`: the joint is where the last move led, or comes no further.
     pub fn step(&mut self, angle: i16, reflected: u16, is_there: bool) -> Next {
-        // A leg takes a second at most: something may hold a joint where it makes no effort to speak of.
+        // A leg takes a second at most: something may hold a joint without an effort that shows.
         let is_there = is_there || self.looks == u8::MAX;
         let next = self.advance(angle, reflected, is_there);
         self.looks = if next == Next::GoOn { self.looks.saturating_add(1) } else { 0 };
@@ -121,12 +120,12 @@ impl Guidance {
             self.best_angle = angle;
         }
         let has_passed = match self.leg {
-            // On the way down it comes by what it has left on the way up.
+            // On the way down the joint first passes what it left behind on the way up.
             Leg::Down => angle < self.best_angle.saturating_sub(SLACK) && is_less(reflected, self.best),
             Leg::Back => self.best > self.first + LOSS && reflected + LOSS < self.best,
             _ => is_less(reflected, self.best),
         };
-        // What is near enough now need not be on the way back.
+        // A dock that is near enough now need not be so on the way back.
         if reflected >= NEAR && reflected + LOSS < self.best {
             self.leg = Leg::Stop;
             return Next::Move(self.line, angle);

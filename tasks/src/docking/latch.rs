@@ -12,7 +12,7 @@ const TIME_OUT: u16 = LONGEST_MS / PERIOD_MS;
 /// Periods in a row with too much current that mean a jam: 40 ms, longer than a motor takes to start.
 const JAM: u8 = 40 / PERIOD_MS as u8;
 
-/// Where a latch shall go.
+/// Where a latch is to go.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 #[repr(u8)]
@@ -42,7 +42,7 @@ pub enum Failure {
     Switches = 2,
 }
 
-/// What a latch is doing.
+/// The state of a latch.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub enum State {
@@ -98,12 +98,12 @@ impl Default for DockingMotor {
 }
 
 impl DockingMotor {
-    /// A motor that is off; where its latch is, the first step finds out.
+    /// A motor that is off. The first step finds out where its latch is.
     pub const fn new() -> Self {
         DockingMotor { state: State::Between, running: 0, strained: 0 }
     }
 
-    /// What the latch is doing.
+    /// The state of the latch.
     pub fn state(&self) -> State {
         self.state
     }
@@ -189,7 +189,7 @@ mod tests {
                 // On its own a motor goes on where it was going, or stops.
                 assert!(drive.is_none() || next.state() == motor.state());
                 assert!(next.running <= TIME_OUT + 1 && next.strained <= JAM);
-                // What has failed stays so until somebody orders something.
+                // A motor that has failed stays so until there is an order.
                 assert!(!matches!(motor.state, State::Failed(_)) || matches!(next.state, State::Failed(_)));
                 open.push(next);
             }

@@ -1,27 +1,27 @@
 //! Stop-and-wait ARQ: a message is repeated until its acknowledgement comes, and the next one waits.
 //!
-//! There is no clock here: whoever drives a [`Sender`] says when its time is up. Messages arrive
-//! exactly once and in order, or the sender is told that it gave up; a message that was given up
-//! has arrived once or not at all. What this asks of the line is that it keeps frames in order.
+//! There is no clock here: the caller that drives a [`Sender`] says when its time is up. Messages arrive
+//! exactly once and in order, or the sender is told that it gave up; a message that was given up has arrived
+//! once or not at all. The line has to keep frames in order.
 //!
 //! Four faults seen in such protocols, and what rules them out here:
 //!
 //! - *A duplicate is dropped in silence, so that one lost ACK ends in a give-up.* A receiver says
-//!   "duplicate", and duplicates are acknowledged like what is new.
+//!   "duplicate", and duplicates are acknowledged like new messages.
 //! - *After a give-up or a reset the next message looks like a duplicate.* A receiver takes any
 //!   [`Label`] but the last one for a new message. Giving up begins a new epoch; a reset begins with
 //!   [`Turn::First`]; a receiver that was reset remembers no label.
 //! - *A CRC that lets errors through.* See [`super::crc`].
-//! - *An ACK forged by noise or by one's own reflection.* An ACK has a CRC and repeats the label of
-//!   the frame it acknowledges, the sender's dock included, so that one's own ACK, come back, bears
-//!   the neighbour's label. A data frame that bears one's own signature is never acknowledged.
+//! - *An ACK forged by noise or by one's own reflection.* An ACK has a CRC and repeats the label of the frame
+//!   it acknowledges, the sender's dock included. So an end's own ACK that is reflected bears the neighbour's
+//!   label. An end never acknowledges a data frame that bears its own signature.
 //!
-//! What chance remains:
+//! What can still go wrong by chance:
 //!
-//! - A neighbour attached by the dock of the same number may bear one's own epoch (1 in 128) and is
-//!   then taken for a reflection. If nothing is outstanding here, that begins a new epoch, and the
-//!   second repetition gets through. If both ends have a message outstanding, one or both are told
-//!   that it was given up, and then the epochs differ. Nothing is lost in silence.
+//! - A neighbour attached by the dock of the same number may bear the same epoch as this end (1 in 128) and
+//!   is then taken for a reflection. If nothing is outstanding here, that begins a new epoch, and the second
+//!   repetition gets through. If both ends have a message outstanding, one or both are told that it was given
+//!   up, and then the epochs differ. Nothing is lost in silence.
 //! - A sender that is reset before its first ACK, and then begins with an epoch that it had, sends
 //!   what looks like a duplicate (1 in 256). So does one that gave up 256 messages in a row of which
 //!   none arrived. Both end when the receiver is made anew, which it should be when its neighbour
@@ -30,7 +30,7 @@
 use super::frame::{Label, Turn};
 use super::signature::{Signature, Signer};
 
-/// What a time-out leads to.
+/// The consequence of a time-out.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[must_use]
@@ -58,8 +58,8 @@ impl Sender {
         Sender { signer, turn: Turn::First, retries_left: None, retry_limit }
     }
 
-    /// Takes up a new message: send it with this label. A message still outstanding is abandoned,
-    /// as a hormone is that a newer one supersedes.
+    /// Takes up a new message, to be sent with this label. A message still outstanding is abandoned, for
+    /// example a hormone that a newer one supersedes.
     pub fn start(&mut self) -> Label {
         if self.is_busy() {
             self.abandon();
@@ -73,7 +73,7 @@ impl Sender {
         self.retries_left.is_some()
     }
 
-    /// An ACK has come; true if it is the outstanding message's, which thereby is delivered.
+    /// Takes in an ACK. True if it is that of the outstanding message, which thereby is delivered.
     #[must_use]
     pub fn on_ack(&mut self, label: Label) -> bool {
         let delivered = self.is_busy() && label == self.label();
@@ -84,7 +84,7 @@ impl Sender {
         delivered
     }
 
-    /// The ACK did not come in time. `None` if nothing is outstanding: it came at the last moment.
+    /// The ACK did not come in time. `None` if nothing is outstanding: the ACK came at the last moment.
     pub fn on_timeout(&mut self) -> Option<Timeout> {
         match self.retries_left? {
             0 => {
@@ -105,7 +105,7 @@ impl Sender {
         self.signer.renew();
     }
 
-    /// Whether a data frame with this signature is one's own, come back. See the module's text for
+    /// Whether a data frame with this signature is a reflection of this end's own. See the module's text for
     /// why an idle sender then begins a new epoch.
     #[must_use]
     pub fn is_reflection(&mut self, signature: Signature) -> bool {
@@ -133,13 +133,13 @@ impl Receiver {
         Receiver { last: None }
     }
 
-    /// Whether the message with this label was taken already: acknowledge it again, no more.
+    /// Whether the message with this label was taken already. Then it is only acknowledged again.
     pub fn is_duplicate(&self, label: Label) -> bool {
         self.last == Some(label)
     }
 
-    /// The message with this label was taken. Only now may it be acknowledged; one that found no
-    /// buffer is neither, and is repeated by the neighbour.
+    /// The message with this label was taken. Only now may it be acknowledged. A message that found no buffer
+    /// is neither accepted nor acknowledged, and the neighbour repeats it.
     pub fn accept(&mut self, label: Label) {
         self.last = Some(label);
     }
@@ -156,7 +156,7 @@ mod tests {
         Sender::new(Signer::new(Dock::Back, SEED), 2)
     }
 
-    /// What a receiver makes of a message: whether it delivers it. It acknowledges either way.
+    /// Has a receiver take a message. Returns whether it delivers it; it acknowledges either way.
     fn delivers(receiver: &mut Receiver, label: Label) -> bool {
         let new = !receiver.is_duplicate(label);
         if new {

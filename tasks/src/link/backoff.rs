@@ -1,12 +1,13 @@
 //! Random delay before a repetition.
 //!
-//! On a half-duplex medium two ends that collided once and repeat after the same time-out collide
-//! for ever. Each adds a few milliseconds of its own.
+//! On a half-duplex medium two ends that collided once and repeat after the same time-out collide for ever.
+//! So each adds a few milliseconds of its own.
 
 use crate::lfsr;
 
 /// The longest delay, in milliseconds. Of two ends that begin a millisecond apart the later one hears the
-/// other and waits, so a few suffice; and where light is bad, messages wait for nothing else as long.
+/// other and waits, so a few milliseconds suffice. Where light is bad, messages wait for nothing else as
+/// long.
 pub const LONGEST: u8 = 3;
 
 const _: () = assert!((LONGEST + 1).is_power_of_two(), "all delays are equally frequent");

@@ -1,11 +1,11 @@
 //! Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999): a frame without a zero byte, so
 //! that a zero delimits it and a receiver finds the next frame after any noise.
 //!
-//! Each zero is replaced by the distance to the next one, and one more distance leads. The last
-//! distance leads to the delimiter. In the reduced form (COBS/R, McQueen, 2010) the frame's last byte
-//! takes the place of that distance if it is no smaller: a distance that leads beyond the delimiter
-//! can't be one. Almost always it is, so the cost is one byte and the delimiter, one byte more else:
-//! frames here are far shorter than COBS's longest run of 254.
+//! Each zero is replaced by the distance to the next one, and one more distance leads. The last distance
+//! leads to the delimiter. In the reduced form (COBS/R, McQueen, 2010) the frame's last byte takes the place
+//! of that distance if it is no smaller: a value that leads beyond the delimiter can't be a distance. The
+//! last byte is almost always that large, so a frame grows by one byte, delimiter included; otherwise it
+//! grows by two. Frames here are far shorter than COBS's longest run of 254.
 //!
 //! ```text
 //!   frame      11 22 00 33          wire   03 11 22 33 00
@@ -32,7 +32,7 @@ impl WireBuffer {
         WireBuffer { bytes: [0; MAX_WIRE], length: 0 }
     }
 
-    /// What to transmit, delimiter included; empty before the first frame.
+    /// The bytes to transmit, delimiter included; empty before the first frame.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
@@ -47,7 +47,8 @@ impl WireBuffer {
     pub(super) fn stuff(&mut self, length: usize) {
         let [leading, rest @ ..] = &mut self.bytes;
         let Some((frame, [end, ..])) = rest.split_at_mut_checked(length) else { return };
-        // Stands for the last distance, which is met first. Of a zero, or no byte, that is the greater one.
+        // May take the place of the last distance, which the loop meets first. If the last byte is zero, or
+        // there is none, the distance is greater.
         let mut last = frame.last().copied().unwrap_or(0);
         *end = DELIMITER;
         let mut distance = 1;
@@ -84,8 +85,9 @@ pub struct NotCobs;
 /// Undoes COBS in place: `wire` is what came up to a delimiter and that delimiter. `each` sees every byte of
 /// the frame in turn.
 ///
-/// Every distance but the leading one stands where the frame has a zero, so the frame is all behind
-/// that one once those are put back; in the reduced form its last byte stands in the delimiter's place.
+/// Every distance but the leading one stands where the frame has a zero. Once the zeros are put back, the
+/// frame is all that follows the leading distance. In the reduced form its last byte is put in the
+/// delimiter's place.
 pub fn decode(wire: &mut [u8], mut each: impl FnMut(u8)) -> Result<&[u8], NotCobs> {
     let [leading, rest @ ..] = wire else { return Err(NotCobs) };
     let Some((end @ &mut DELIMITER, frame)) = rest.split_last_mut() else { return Err(NotCobs) };

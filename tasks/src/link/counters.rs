@@ -1,4 +1,4 @@
-//! What a link counts.
+//! The counts of a link.
 
 use crate::counter::counters;
 
@@ -26,7 +26,7 @@ counters! {
         refused,
         /// Messages left unacknowledged for want of a buffer, to be repeated by the neighbour.
         no_buffer,
-        /// Bytes lost because nobody took them from the line in time.
+        /// Bytes lost because they were not taken from the line in time.
         overruns,
         /// Messages not sent because a newer one took their place.
         replaced,
@@ -51,8 +51,8 @@ pub enum Counted {
 }
 
 impl<Count> LinkCounters<Count> {
-    /// The count of this.
-    #[inline(always)] // where it is known of what, nothing of this is left
+    /// The count of `what`.
+    #[inline(always)] // for a constant `what`, nothing of the match is left
     pub fn of(&self, what: Counted) -> &Count {
         match what {
             Counted::FramesSent => &self.frames_sent,

@@ -18,9 +18,9 @@ impl Crc16 {
 
     /// Takes in one byte.
     ///
-    /// The polynomial is x^16 + x^12 + x^5 + 1. Dividing a byte at a time, what leaves at the top
-    /// meets the bits it flips itself four places on, which is the one shift by 4; the remainder
-    /// then enters at x^12, x^5 and 1. Each byte is shifted by itself: the AVR shifts no other way.
+    /// The polynomial is x^16 + x^12 + x^5 + 1. In a division by whole bytes, the bits that leave at the top
+    /// flip bits of the quotient itself four places on: that is the one shift by 4. The remainder then enters
+    /// at x^12, x^5 and 1. Each byte is shifted by itself, because the AVR shifts no other way.
     pub const fn update(&mut self, byte: u8) {
         let mut quotient = self.high ^ byte;
         quotient ^= quotient >> 4;
@@ -35,7 +35,7 @@ impl Crc16 {
 
     /// Whether the last two bytes taken in are the CRC of those before.
     pub const fn is_confirmed(self) -> bool {
-        // Such a CRC leaves the remainder of its inversion alone.
+        // Then only the remainder of the CRC's inversion is left.
         self.high == 0x1D && self.low == 0x0F
     }
 }

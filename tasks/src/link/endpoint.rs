@@ -6,7 +6,7 @@ use super::signature::{Signature, Signer};
 use crate::dock::Dock;
 use crate::message::TaskCode;
 
-/// What a frame that came in means, and what is to be done.
+/// The meaning of a frame that came in, and what is to be done.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[must_use]
@@ -22,7 +22,7 @@ pub enum Arrival<'a> {
     Delivered,
     /// An ACK for nothing that is outstanding: it came late, or twice.
     StaleAck,
-    /// A frame of this dock's own, come back.
+    /// A frame of this dock's own that was reflected.
     Reflection,
 }
 
@@ -32,15 +32,15 @@ pub enum Arrival<'a> {
 pub struct Endpoint {
     pub sender: Sender,
     receiver: Receiver,
-    /// Apart from the sender's, because it changes with each datagram: probes go out all the time,
-    /// and a neighbour that bears one's own signature by chance is then unheard for one probe only.
+    /// Separate from the sender's signer, because this one changes with each datagram. Probes go out all the
+    /// time, so a neighbour that bears the same signature by chance is unheard for one probe only.
     datagrams: Signer,
 }
 
 impl Endpoint {
-    /// The end at `dock`. `seed` should differ from dock to dock, from module to module, and after
-    /// each reset; counting it on in memory that a reset leaves alone is best. A message is repeated
-    /// up to `retry_limit` times.
+    /// The end at `dock`. `seed` should differ from dock to dock, from module to module, and after each
+    /// reset; it is best counted on in memory that a reset leaves alone. A message is repeated up to
+    /// `retry_limit` times.
     pub const fn new(dock: Dock, seed: u16, retry_limit: u8) -> Endpoint {
         let signer = Signer::new(dock, seed);
         Endpoint { sender: Sender::new(signer, retry_limit), receiver: Receiver::new(), datagrams: signer }
@@ -52,7 +52,7 @@ impl Endpoint {
         self.datagrams.signature()
     }
 
-    /// What a frame that came in at this dock means.
+    /// The meaning of a frame that came in at this dock.
     pub fn on_frame<'a>(&mut self, frame: Frame<'a>) -> Arrival<'a> {
         match frame {
             Frame::Data { label, to, payload } => {
@@ -71,7 +71,7 @@ impl Endpoint {
                     Arrival::Datagram { to, payload }
                 }
             }
-            // An ACK for the message taken last is one's own.
+            // An ACK for the message taken last is this end's own.
             Frame::Ack(label) if self.receiver.is_duplicate(label) => Arrival::Reflection,
             Frame::Ack(label) if self.sender.on_ack(label) => Arrival::Delivered,
             Frame::Ack(_) => Arrival::StaleAck,
@@ -83,7 +83,7 @@ impl Endpoint {
         self.receiver.accept(label);
     }
 
-    /// The neighbour has left or fallen silent: whatever comes next is from a stranger.
+    /// The neighbour has left or fallen silent: the next frame is from a stranger.
     pub fn forget_neighbour(&mut self) {
         self.receiver = Receiver::new();
     }
@@ -146,8 +146,8 @@ mod tests {
         assert!(back.sender.is_busy(), "a reflection is no acknowledgement");
         let probe = datagram(&mut back);
         assert_eq!(back.on_frame(probe), Arrival::Reflection);
-        // The neighbour's outstanding message has the same epoch, sequence and fresh bit as the one
-        // it acknowledges: its own ACK, come back, must not acknowledge it.
+        // The neighbour's outstanding message has the same epoch and turn as the one it acknowledges: its own
+        // ACK, come back, must not acknowledge it.
         data(&mut front);
         let ack = Frame::Ack(take(&mut front, frame));
         assert_eq!(front.on_frame(ack), Arrival::Reflection);
@@ -155,7 +155,8 @@ mod tests {
         assert_eq!(back.on_frame(ack), Arrival::Delivered);
     }
 
-    /// As above on docks of the same number, where the epochs come to be equal by a give-up.
+    /// As above on docks of the same number, where the epochs come to be equal because a message is
+    /// superseded.
     #[test]
     fn fault_d_an_own_ack_that_comes_back_late_acknowledges_nothing() {
         let mut here = Endpoint::new(Dock::Left, 0x0203, 3);

@@ -15,11 +15,11 @@
 //! - `dock` and `epoch` are the sender's [`Signature`]; the turn tells one message from the next ([`Label`]).
 //! - An ACK repeats the turn, the dock and the epoch of the frame it acknowledges, and has no payload.
 //!   It thus names one frame of one sender. See [`super::arq`].
-//! - A neighbour's system tasks have no place in a frame, nor has any module behind it.
+//! - A frame can't name a neighbour's system tasks, nor any module behind it.
 //! - The CRC covers all before it and goes most significant byte first.
 //!
-//! COBS adds two bytes, or three to one frame in 40: a hormone of 2 payload bytes takes 7 or 8 on the wire,
-//! an ACK 5 or 6. At 38400 baud a byte takes 260 us.
+//! COBS adds one byte, delimiter included, or two to one frame in 40: a hormone of 2 payload bytes takes 7 or
+//! 8 on the wire, an ACK 5 or 6. At 38400 baud a byte takes 260 us.
 
 use super::cobs::{self, NotCobs, WireBuffer};
 use super::crc::Crc16;
@@ -49,13 +49,13 @@ const _: () = assert!(ACK == THREE_BITS, "the codes of behaviours fill three bit
 pub enum Turn {
     Even = 1,
     Odd = 2,
-    /// From the sender's reset until its first message is acknowledged, so that what a sender says
-    /// after a reset is new even if it comes upon an epoch that it had before.
+    /// From the sender's reset until its first message is acknowledged, so that a message after a reset is
+    /// new even if the sender has an epoch that it had before.
     First = 3,
 }
 
 impl Turn {
-    /// That of the next message, when this one was acknowledged.
+    /// The turn of the next message, when this one was acknowledged.
     #[must_use]
     pub const fn next(self) -> Turn {
         match self {
@@ -74,7 +74,7 @@ impl Turn {
     }
 }
 
-/// What tells one message of a sender from the next. Repetitions bear the same label.
+/// A label tells one message of a sender from the next. Repetitions bear the same label.
 ///
 /// The turn changes with each message that was acknowledged, the epoch with each that was not.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -84,7 +84,7 @@ pub struct Label {
     pub turn: Turn,
 }
 
-/// What goes over the wire in one piece. `to` is a behaviour of the module that receives it.
+/// What goes over the wire in one piece. `to` is a behaviour of the receiving module.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Frame<'a> {
@@ -201,7 +201,7 @@ mod tests {
         [covered, &crc.bytes()].concat()
     }
 
-    /// What is read out of these bytes, brought into the form of the wire.
+    /// Reads these bytes as a frame, after bringing them into the form of the wire.
     fn read(bytes: &[u8]) -> Result<(), FrameError> {
         let mut wire = WireBuffer::new();
         wire.frame()[..bytes.len()].copy_from_slice(bytes);
@@ -274,7 +274,7 @@ mod tests {
         }
     }
 
-    /// Whatever a neighbour writes into a header, no system task is named.
+    /// A neighbour can't name a system task, whatever it writes into a header.
     #[test]
     fn every_header_is_for_a_behaviour_or_no_frame() {
         let mut named = [0; 32];

@@ -1,5 +1,4 @@
-//! What crosses a dock: messages to and from the neighbour, over a serial line that loses,
-//! corrupts and reflects.
+//! A dock's link: messages to and from the neighbour, over a serial line that loses, corrupts and reflects.
 //!
 //! ```text
 //!   message -> frame (header, CRC) -> COBS -> wire -> COBS -> frame -> endpoint -> message
@@ -9,7 +8,7 @@
 //!
 //! Three state machines at each dock decide: the [`endpoint::Endpoint`] what a frame that comes in means, the
 //! [`receiver::Receiver`] what is done with it, and the [`sender::Sender`] which frame goes out next. Two
-//! tasks drive them: [`send`] and [`receive`]. Whoever else has a line and a clock can, too.
+//! tasks drive them: [`send`] and [`receive`]. Other code that has a line and a clock can, too.
 
 pub mod arq;
 pub mod backoff;

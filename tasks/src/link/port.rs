@@ -14,7 +14,7 @@ use crate::mailbox::Mailbox;
 pub const ROOM: u8 = 4;
 
 /// How often a message is repeated before it is given up. Where three frames of four are lost, one message of
-/// 420 is.
+/// 420 is given up.
 pub const RETRY_LIMIT: u8 = 20;
 
 /// A dock's link. A `static`: its tasks run on it, and readers of RAM find the [`LinkCounters`] at its start.
@@ -50,12 +50,12 @@ impl Port {
         self.counters.all()
     }
 
-    /// What the link counts.
+    /// The link's counts.
     pub fn counters(&self, task: &mut Task) -> LinkCounters {
         self.counters.read(task)
     }
 
-    /// Where it is.
+    /// The dock that the link is at.
     pub const fn dock(&self) -> Dock {
         self.dock
     }

@@ -1,4 +1,4 @@
-//! What is done with a frame that came in at a dock.
+//! The receiving half of a dock's link: it deals with the frames that come in.
 
 use kernel::Ticks;
 
@@ -10,10 +10,10 @@ use crate::dock::Dock;
 use crate::message::{Address, Message, TaskCode};
 use crate::post_office::Undelivered;
 
-/// Who speaks after a silence of this many ticks of 1 ms may be another module than before, whose first
-/// message is no repetition whatever its label. A neighbour that is there probes every 40 ms. (A silence of a
-/// few ms more than a multiple of 65.5 s is not noticed; then what [`arq`](super::arq) says of equal epochs
-/// remains.)
+/// After a silence of this many ticks of 1 ms the neighbour may be another module than before, whose first
+/// message is no repetition whatever its label. A neighbour that is there probes every 40 ms. (The clock
+/// wraps: a silence of up to this much more than a multiple of 65.5 s is not noticed. Then what
+/// [`arq`](super::arq) says of equal epochs applies.)
 pub const SILENCE: Ticks = 400;
 
 /// What a receiver works on.
@@ -28,7 +28,7 @@ pub trait Arriving: Shared {
     /// neighbour has one message outstanding at a time.
     fn acknowledge(&mut self, label: Label);
 
-    /// Has the sender look what has become of its message.
+    /// Has the sender check whether its message has arrived.
     fn wake_sender(&mut self);
 }
 
@@ -40,12 +40,12 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// That of `dock`, from `now` on.
+    /// The receiver of `dock`, from `now` on.
     pub const fn new(dock: Dock, now: Ticks) -> Self {
         Receiver { dock, heard_at: now }
     }
 
-    /// Does what a frame that came in at `now` asks for.
+    /// Handles a frame that came in at `now`.
     #[inline(always)] // a frame of its own would take stack
     pub fn receive(&mut self, now: Ticks, frame: Frame, dock: &mut impl Arriving) {
         dock.count(Counted::FramesReceived);
@@ -61,7 +61,8 @@ impl Receiver {
         }
         match arrival {
             Arrival::Message { label, to, payload } => {
-                // Acknowledged unless there is no room now: what nobody here wants, no repetition helps.
+                // Acknowledged unless there is no room now: repetition does not help a message that no task
+                // here takes.
                 if self.deliver(to, payload, dock) {
                     dock.endpoint(|endpoint| endpoint.accept(label));
                     dock.acknowledge(label);

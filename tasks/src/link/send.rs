@@ -13,7 +13,7 @@ use crate::message::Buffered;
 pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16) -> Never {
     let mut sender = Sender::new(seed);
     let mut line = Line { line, wire: Wire::new() };
-    // When the alarm rings that is set.
+    // When the alarm that is set rings.
     let mut alarm = None;
     loop {
         port.mailbox().wait(task);
@@ -56,7 +56,7 @@ impl Departing for AtPort<'_> {
 /// The frame that went over a line last.
 pub struct Wire {
     buffer: WireBuffer,
-    /// The message whose frame that is.
+    /// The message whose frame is in the buffer.
     message: Option<Label>,
 }
 
@@ -66,7 +66,8 @@ impl Wire {
         Wire { buffer: WireBuffer::new(), message: None }
     }
 
-    /// Puts `frame` in its place. A repeated one is there already. Returns whether it can be said.
+    /// Puts `frame` into the buffer, unless it is a repeated one, which is there already. Returns whether it
+    /// is there.
     #[inline(always)] // its stack is that of `transmit`
     pub fn put(&mut self, frame: Frame) -> bool {
         let message = match frame {
@@ -75,12 +76,12 @@ impl Wire {
         };
         let is_there = message.is_some() && message == self.message;
         self.message = message;
-        // The router lets nothing come here that no frame can say. If it did, nothing would go out.
+        // The router passes on nothing that no frame can say. If it did, nothing would go out.
         is_there || frame.encode(&mut self.buffer).is_ok()
     }
 
     /// Its bytes for the line.
-    #[inline(always)] // likewise
+    #[inline(always)] // as `put`
     pub fn bytes(&self) -> &[u8] {
         self.buffer.bytes()
     }
@@ -99,7 +100,7 @@ struct Line<Transmitter> {
 }
 
 impl<Transmitter: Transmit> Line<Transmitter> {
-    #[inline(never)] // its stack is needed here alone
+    #[inline(never)] // keeps its stack frame out of the caller's
     fn transmit(&mut self, task: &mut Task, frame: Frame) {
         if self.wire.put(frame) {
             self.line.transmit(task, self.wire.bytes());

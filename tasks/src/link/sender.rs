@@ -1,7 +1,7 @@
 //! Which frame leaves a dock next: one message at a time, repeated until the neighbour acknowledges it or the
 //! ARQ gives up.
 //!
-//! Whoever has a line and a clock drives it:
+//! The caller, which has a line and a clock, drives it:
 //!
 //! 1. While the line is free, [`poll`](Sender::poll). Transmit what that returns, then say
 //!    [`sent`](Sender::sent), and begin again.
@@ -19,8 +19,8 @@ use super::signature::Signature;
 use crate::message::{Held, Kind, TaskCode};
 
 /// How long an ACK may take to begin after the end of the message's frame, in ticks of 1 ms. A neighbour that
-/// heard the message was not sending, so the ACK is the next that it sends, mostly within 0.4 ms; once
-/// something comes in, its end is waited for.
+/// heard the message was not sending, so the ACK is the next frame that it sends, mostly within 0.4 ms. Once
+/// a frame comes in, its end is waited for.
 pub const ACK_TIMEOUT: Ticks = 2;
 
 /// What sender and receiver of a dock both work on.
@@ -34,7 +34,7 @@ pub trait Shared {
 
 /// What a sender works on.
 pub trait Departing: Shared {
-    /// What holds a letter until its message has arrived.
+    /// The holder of a letter until its message has arrived.
     type Letter: Held;
 
     /// The ACK that the receiver has asked for, once.
@@ -48,7 +48,7 @@ pub trait Departing: Shared {
 pub struct Sender<Letter> {
     backoff: Backoff,
     outstanding: Option<Outstanding<Letter>>,
-    /// Whether the message under way was sent before.
+    /// Whether the message under way was repeated before.
     is_repeated: bool,
     waiting: Option<Waiting<Letter>>,
     /// The message that follows the one under way.
@@ -66,15 +66,15 @@ struct Outstanding<Letter> {
     is_leaving: bool,
 }
 
-/// A datagram that waits for its moment. Two ends of a half-duplex line that begin at once do not hear each
-/// other, and what is not acknowledged is not repeated: probes of modules in step would be lost again and
-/// again.
+/// A datagram that waits for its moment, a back-off later. Two ends of a half-duplex line that begin at once
+/// do not hear each other, and datagrams are not repeated: without the wait, probes of modules in step would
+/// be lost again and again.
 struct Waiting<Letter> {
     datagram: Letter,
     moment: Ticks,
 }
 
-/// What goes out.
+/// The next frame to go out.
 enum Departure {
     Ack(Label),
     Message,
@@ -123,7 +123,7 @@ impl<Letter: Held> Sender<Letter> {
         }
     }
 
-    /// When to poll again though nothing comes; `None` if never. Of use once [`poll`](Self::poll) has
+    /// When to poll again even if nothing comes; `None` if never. Of use once [`poll`](Self::poll) has
     /// returned `None`.
     pub fn poll_at(&self) -> Option<Ticks> {
         match &self.outstanding {
@@ -149,7 +149,7 @@ impl<Letter: Held> Sender<Letter> {
         None
     }
 
-    /// The next message to be sent: of several in a row of which the newest alone matters, that.
+    /// The next message to be sent: the newest of several in a row of which only the newest matters.
     fn next(&mut self, dock: &mut impl Departing<Letter = Letter>) -> Option<Letter> {
         let mut next = self.follower.take().or_else(|| dock.take_message())?;
         while next.letter().kind() == Kind::Latest {
@@ -163,8 +163,7 @@ impl<Letter: Held> Sender<Letter> {
         Some(next)
     }
 
-    /// Sends a message for the first time, or lets it wait if it is a datagram, and sends the one that waited
-    /// before.
+    /// Sends a message for the first time. A datagram waits instead, and the one that waited before is sent.
     fn begin(&mut self, now: Ticks, message: Letter, dock: &mut impl Shared) -> Option<Departure> {
         if message.letter().kind() == Kind::Datagram {
             let moment = now.wrapping_add(self.backoff.next_ms().into());
@@ -188,7 +187,7 @@ impl<Letter: Held> Sender<Letter> {
         Departure::Datagram(dock.endpoint(Endpoint::sign_datagram))
     }
 
-    /// Sees whether the outstanding message has arrived or its time is up. Returns whether it goes out once
+    /// Checks whether the outstanding message has arrived or its time is up. Returns whether it goes out once
     /// more.
     fn is_repetition_due(&mut self, now: Ticks, dock: &mut impl Shared) -> bool {
         let Some(outstanding) = &mut self.outstanding else { return false };
@@ -202,7 +201,8 @@ impl<Letter: Held> Sender<Letter> {
             Some(None) => false,
             Some(Some(Timeout::Retransmit)) => {
                 dock.count(Counted::Retries);
-                // Two ends that have collided again and again repeat after the same time.
+                // Two ends that collide again repeat after the same time, so the wait gets a random part
+                // then.
                 let part = if self.is_repeated { self.backoff.next_ms().into() } else { 0 };
                 self.is_repeated = true;
                 outstanding.deadline = ACK_TIMEOUT + part;

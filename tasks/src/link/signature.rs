@@ -1,8 +1,8 @@
 //! How a dock recognises frames of its own.
 //!
-//! Infrared comes back from any bright surface, so a dock hears what it sent itself. Every frame
-//! therefore bears the dock it was sent from and an epoch, a byte that the sender changes from time
-//! to time: what bears one's own is a reflection.
+//! Infrared comes back from any bright surface, so a dock hears what it sent itself. Every frame therefore
+//! bears the dock it was sent from and an epoch, a byte that the sender changes from time to time: a frame
+//! that bears the dock's own signature is a reflection.
 //!
 //! A neighbour that is attached by the dock of the same number may bear the same epoch by chance
 //! and is then taken for a reflection. Two bytes of seed keep that short: epochs advance by a step
@@ -10,7 +10,7 @@
 
 use crate::dock::Dock;
 
-/// What every frame bears: the sending dock and its epoch.
+/// The signature that every frame bears: the sending dock and its epoch.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Signature {

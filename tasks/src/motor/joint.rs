@@ -4,20 +4,20 @@ use super::pid::Pid;
 use super::{DEGREE, FULL_DRIVE, Position, TENTH};
 use crate::superbot::{JOINT_CURRENT_LIMIT, POTENTIOMETER};
 
-/// Less than this makes no difference to where a joint is: half a count of the converter.
+/// A joint's position is known no closer than this: half a count of the converter.
 const TOLERANCE: Position = POTENTIOMETER.resolution() / 2;
 
 /// The setpoint waits for a joint that lags further behind than this.
 const LARGEST_LAG: u16 = 5 * DEGREE as u16;
 
-/// Further than this no joint turns in a period: such a reading is none of a working potentiometer.
+/// No joint turns further than this in a period: a working potentiometer gives no such reading.
 const LARGEST_STEP: u16 = 3 * DEGREE as u16;
 
 /// Readings in a row that must be bad before the potentiometer counts as broken. Meanwhile the motor is off.
 const BAD_READINGS: u8 = 3;
 
-/// The drive that a speed takes, as a shift of 1/256 units in a period: a free joint turns at 80 degrees per
-/// second with full drive.
+/// The drive that a speed takes is the speed, in 1/256 units in a period, shifted right by this: a free joint
+/// turns at 80 degrees per second with full drive.
 const DRIVE_OF_SPEED: u32 = 3;
 
 /// Within this of its target a joint has arrived.
@@ -32,17 +32,17 @@ const LARGE_ERROR: u16 = 2 * DEGREE as u16;
 /// With this much drive a free joint moves.
 const STRONG_DRIVE: u16 = FULL_DRIVE as u16 / 4;
 
-/// Once in so many periods it is asked what has become of the drives: a power of two.
+/// Once in so many periods the effect of the drives is reviewed: a power of two.
 const REVIEW: u8 = 8;
 
-/// Reviews without way, while the drive is strong or the current at its limit, that make a stall: 248 ms.
+/// So many reviews without way, while the drive is strong or the current at its limit, make a stall: 248 ms.
 const STALL: u8 = 31;
 
-/// Reviews that find the joint at its target, where the one before found it, after which it is at rest: 96
-/// ms.
+/// The joint is at rest after so many reviews in a row that find it at its target, and where the one before
+/// found it: 96 ms.
 const SETTLED: u8 = 12;
 
-/// Looks in a row that find a joint at rest off its target, after which it is at rest no longer: 256 ms.
+/// A joint at rest is at rest no longer after so many looks in a row that find it off its target: 256 ms.
 const CREPT: u8 = 8;
 
 /// How far a joint may turn.
@@ -68,7 +68,7 @@ impl EndStops {
     }
 }
 
-/// What a joint is doing. The number of each is its code in a report.
+/// The state of a joint. The number of each is its code in a report.
 #[repr(u8)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
@@ -82,7 +82,7 @@ pub enum State {
     /// The motor is off until there is a new target: the potentiometer reads what no working one does, out of
     /// range, or further than the joint can have turned.
     BrokenPotentiometer = 3,
-    /// Likewise: the motor drives and the joint does not move.
+    /// The motor is off until there is a new target: it drove, and the joint did not move.
     Stalled = 4,
 }
 
@@ -105,7 +105,7 @@ impl State {
     }
 }
 
-/// What the converter reads of a joint, 0 to 1023 each.
+/// The converter's readings of a joint, 0 to 1023 each.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Reading {
@@ -179,7 +179,7 @@ impl Joint {
                 self.bad_readings = 0;
                 self.in_vain = 0;
                 self.ceiling = FULL_DRIVE;
-                // From where the next reading finds it.
+                // The joint begins where the next reading finds it.
                 self.position = None;
             }
         }
@@ -190,7 +190,7 @@ impl Joint {
         self.state = State::Off;
     }
 
-    /// What the joint is doing.
+    /// The joint's state.
     pub fn state(&self) -> State {
         self.state
     }
@@ -211,8 +211,8 @@ impl Joint {
         !self.is_driven() || self.settled >= SETTLED
     }
 
-    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer; nor is
-    /// one that a load has moved by no more than the converter's noise, but for good.
+    /// Looks at a joint at rest. One that has been moved, or can't be measured, is at rest no longer. Nor is
+    /// one that a load has moved by no more than the converter's noise, if it stays there.
     pub fn watch(&mut self, reading: Reading) {
         let position = POTENTIOMETER.position(reading.potentiometer);
         let Some(at) = position.filter(|position| self.rests_at(*position)) else {
@@ -255,8 +255,8 @@ impl Joint {
         drive
     }
 
-    /// The position, if it can be that of the joint: of one that is off any, as it may have been turned while
-    /// nobody measured it.
+    /// The position, if it can be that of the joint. A joint that is off may have been turned while it was
+    /// not measured, so it can have any.
     fn plausible(&self, reading: u16) -> Option<Position> {
         let position = POTENTIOMETER.position(reading)?;
         match self.position {
@@ -308,13 +308,13 @@ impl Joint {
         }
     }
 
-    /// No drive over an end stop.
+    /// `drive`, or 0 where it would drive beyond an end stop.
     fn stop_at_ends(&self, position: Position, drive: i16) -> i16 {
         let EndStops { lowest, highest } = self.stops;
         if (position >= highest && drive > 0) || (position <= lowest && drive < 0) { 0 } else { drive }
     }
 
-    /// What has become of the drives. Returns whether the motor may stay on.
+    /// Reviews the effect of the drives. Returns whether the motor may stay on.
     #[inline(never)] // seldom called, it would cost the rest its registers
     fn review(&mut self, position: Position, drive: i16, current: u16) -> bool {
         let error = self.target.abs_diff(position);

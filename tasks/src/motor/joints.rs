@@ -9,7 +9,7 @@ use super::joint::{Joint, Reading, State};
 /// How often joints at rest are looked at, in ticks of 1 ms.
 pub const WATCH: Ticks = 32;
 
-/// What a joint is told.
+/// An order to a joint.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Order {
@@ -20,7 +20,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// What a joint is doing from when it is told on.
+    /// The state of a joint from this order on.
     pub const fn state(self) -> State {
         match self {
             Order::Turn { .. } => State::Moving,
@@ -29,22 +29,22 @@ impl Order {
     }
 }
 
-/// The motors of the joints, what is measured of them, and whoever gives them orders. Joints are named by
+/// The motors of the joints, what is measured of them, and where their orders come from. Joints are named by
 /// their indices.
 pub trait Surroundings {
-    /// From now on there are periods: in each the joints are measured, and the drives put into effect.
+    /// Begins the periods: in each the joints are measured, and the drives put into effect.
     fn begin(&mut self);
 
-    /// There are none any more. The last drives are put into effect, and stay.
+    /// Ends the periods. The last drives are put into effect, and stay.
     fn end(&mut self);
 
     /// Has the joints measured once, within 2 ms.
     fn look(&mut self);
 
-    /// What was measured last.
+    /// The last measurement.
     fn reading(&mut self, joint: usize) -> Reading;
 
-    /// The drive from the next period on, from -[`FULL_DRIVE`](super::FULL_DRIVE) to that.
+    /// Sets the drive from the next period on: -[`FULL_DRIVE`](super::FULL_DRIVE) to `FULL_DRIVE`.
     fn drive(&mut self, joint: usize, drive: i16);
 
     /// All is done for this period.
@@ -56,7 +56,7 @@ pub trait Surroundings {
     /// Shows where the joint is.
     fn show_position(&mut self, joint: usize, position: Option<Position>);
 
-    /// Shows what the joint has come to do by itself, unless an order has come meanwhile.
+    /// Shows the state that the joint has entered by itself, unless an order has come meanwhile.
     fn show_state(&mut self, joint: usize, state: State);
 }
 
@@ -87,13 +87,13 @@ impl<const N: usize> Joints<N> {
         Joints { joints, awaited: Awaited::Order }
     }
 
-    /// What they wait for: when that has come, it is the turn of the method that is named like it.
+    /// What they wait for. When that has come, call the method of the same name.
     #[inline(always)]
     pub fn awaited(&self) -> Awaited {
         self.awaited
     }
 
-    /// The joints were at rest, and an order has come if `is_ordered`; else it is time for a look.
+    /// For joints at rest: an order has come if `is_ordered`; else it is time for a look.
     #[inline(always)] // a frame of its own would take stack
     pub fn order_or_look(&mut self, is_ordered: bool, around: &mut impl Surroundings) {
         if is_ordered {

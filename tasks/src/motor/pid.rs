@@ -15,8 +15,9 @@ const _: () = assert!(LARGEST_INTEGRAL < i16::MAX - integral(LARGEST_ERROR));
 /// The position is smoothed over 2 to this power periods.
 const SMOOTHING: u32 = 3;
 
-/// Drive for so many units of error, or that the position is ahead of its smoothed value: 3/4 each. Found by
-/// trial on the assumed plant, as is the integral's share; `tests/host/tests/joint.rs` holds them to it.
+/// The drive for so many units of error, or for a position so many units ahead of its smoothed value: 3/4
+/// each. Found by trial on the assumed plant, as is the integral's share; `tests/host/tests/joint.rs` holds
+/// them to it.
 ///
 /// The AVR's compiler multiplies 16 bits in 22 cycles, and this takes 7.
 #[inline(always)]
@@ -24,13 +25,13 @@ const fn proportional(units: i16) -> i16 {
     units - (units >> 2)
 }
 
-/// What an error adds to the integral in a period: 1/4, in 1/64 drive.
+/// The amount that an error adds to the integral in a period: 1/4, in 1/64 drive.
 #[inline(always)]
 const fn integral(error: i16) -> i16 {
     error >> 2
 }
 
-/// What the controller remembers from period to period.
+/// The controller's state from period to period.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Pid {
@@ -47,11 +48,11 @@ impl Pid {
     /// One period: the drive that takes `position` to `setpoint`, `ceiling` at most (0 to [`FULL_DRIVE`])
     /// either way.
     ///
-    /// `feed_forward` is what a moving setpoint is known to take, so that the integral need not learn it and
-    /// then forget it: without, it carries the joint past a target that it comes to at a steady speed. The
-    /// derivative is that of the position, so that a step of the setpoint gives no jerk. An error of less
-    /// than `tolerance` adds nothing to the integral, nor does one that would drive further into the ceiling:
-    /// it does not wind up.
+    /// `feed_forward` is the drive that a moving setpoint is known to take, so that the integral need not
+    /// learn it and then forget it. Without it, the integral carries the joint past a target that it comes to
+    /// at a steady speed. The derivative is that of the position, so that a step of the setpoint gives no
+    /// jerk. An error of less than `tolerance` adds nothing to the integral, nor does one that would drive
+    /// further into the ceiling: it does not wind up.
     #[inline]
     pub fn step(
         &mut self,
@@ -74,7 +75,7 @@ impl Pid {
     }
 }
 
-/// `one - other`, as far as it counts.
+/// `one - other`, but [`LARGEST_ERROR`] at most either way.
 #[inline(always)]
 fn difference(one: Position, other: Position) -> i16 {
     // Half of what `saturating_sub` and `clamp` take.
@@ -96,7 +97,7 @@ mod tests {
             assert_eq!(pid.step(20_000, 0, TOLERANCE, 0, 100), 100);
         }
         assert_eq!(pid.integral, 0);
-        // Back at the setpoint it lets go at once.
+        // Back at the setpoint the drive ends at once.
         assert_eq!(pid.step(0, 0, TOLERANCE, 0, 100), 0);
     }
 
@@ -131,7 +132,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever comes: no overflow (which would panic here), and never more than the ceiling.
+        /// No input overflows (which would panic here), or gives more than the ceiling.
         #[test]
         fn the_ceiling_holds(
             inputs in prop::collection::vec((any::<i16>(), any::<i16>(), -FULL_DRIVE..=FULL_DRIVE, 0..=FULL_DRIVE), 1..200),

@@ -3,7 +3,7 @@
 use super::{Position, TENTH};
 use crate::sensor::Scale;
 
-/// A reading below this, or as near to full scale, is none of a working potentiometer: a broken wire or a
+/// A working potentiometer gives no reading below this, nor one as near to full scale: a broken wire or a
 /// short pulls the wiper to an end of the scale, and a joint's mechanical stops lie inside.
 const MARGIN: u16 = 24;
 
@@ -35,7 +35,7 @@ impl Potentiometer {
         self.scale
     }
 
-    /// What its readings mean as those of a sensor, in 0.1 degree.
+    /// The scale of its readings as those of a sensor, in 0.1 degree.
     pub const fn sensor(&self) -> Scale {
         Scale { zero: self.zero, slope: self.scale * 64 / TENTH }
     }
@@ -45,9 +45,9 @@ impl Potentiometer {
         if !(MARGIN..=FULL_SCALE - MARGIN).contains(&reading) {
             return None;
         }
-        // No more than 16 bits, as `new` has made sure. The converter rounds down: the middle of all that it
-        // reads so is half a count higher.
-        // A shift, for the scale is above 0 and the AVR does not know.
+        // The product fits 16 bits, as `new` has made sure. The converter rounds down, so the middle of the
+        // range that gives this reading is half a count higher. A shift halves the scale: the compiler does
+        // not know that the scale is above 0.
         Some((reading as i16).wrapping_sub(self.zero).wrapping_mul(self.scale).wrapping_add(self.scale >> 1))
     }
 }

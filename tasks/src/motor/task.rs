@@ -1,5 +1,5 @@
-//! The joints' task (paper, section 5): one on each MCU, the highest of all, woken each millisecond while a
-//! joint moves. It drives [their state machine](super::joints).
+//! The joints' task (paper, section 5): one on each MCU, with the highest priority of all, woken each
+//! millisecond while a joint moves. It drives [their state machine](super::joints).
 
 use kernel::{Context, Masked, MaskedCell, Never, Semaphore, Task, Ticks};
 
@@ -20,12 +20,12 @@ pub struct Motors<const N: usize> {
     ordered: Semaphore,
     /// Posted each millisecond while a joint is controlled.
     period: Semaphore,
-    /// Of their task.
+    /// The duty of their task.
     duty: Duty,
 }
 
 counters! {
-    /// What the joints' task counts. Both wrap.
+    /// The counts of the joints' task. Both wrap.
     pub struct Counters {
         /// Periods in which the joints were controlled.
         periods,
@@ -34,7 +34,7 @@ counters! {
     }
 }
 
-/// Where a joint gets its orders, and shows what comes of them.
+/// Where a joint gets its orders, and shows its state and position.
 struct Panel {
     order: MaskedCell<Option<Order>>,
     state: MaskedCell<State>,
@@ -86,7 +86,7 @@ impl<const N: usize> Motors<N> {
         self.ordered.post(task);
     }
 
-    /// What the joint with this index is doing; `None` if there is no such joint here.
+    /// The state of the joint with this index; `None` if there is no such joint here.
     pub fn state(&self, task: &mut Task, index: usize) -> Option<State> {
         let panel = self.panels.get(index)?;
         Some(task.mask(|masked| panel.state.get(masked)))
@@ -113,7 +113,7 @@ impl<const N: usize> Motors<N> {
         self.duty.is_kept(task)
     }
 
-    /// What the task counts.
+    /// The task's counts.
     pub fn counters(&self, task: &mut Task) -> Counters {
         self.counters.read(task)
     }
@@ -124,7 +124,7 @@ impl<const N: usize> Motors<N> {
     }
 }
 
-/// How late the task may be before the watchdog is no longer fed: of a period of 1 ms, and of a look.
+/// How late the task may be before the watchdog is no longer fed: for a period of 1 ms, and for a look.
 const LATE: Ticks = 5;
 const LATE_LOOK: Ticks = 2 * WATCH;
 
@@ -154,7 +154,7 @@ pub fn run<const N: usize>(
                 motors.period.wait(task);
                 joints.measurement(&mut Here { task, motors, devices: &mut devices });
             }
-            // A loop of its own, of which each turn is a period: so `time-bound` sees what one takes.
+            // A loop of its own, of which each turn is a period: so `time-bound` sees what a period takes.
             Awaited::Period => {
                 while joints.awaited() == Awaited::Period {
                     motors.period.wait(task);
@@ -171,8 +171,8 @@ pub fn run<const N: usize>(
 }
 
 impl<const N: usize> Motors<N> {
-    /// A period of the joints has begun, and its signal was taken; `is_ordered` where signals of orders were
-    /// taken too. `news` is posted when a joint has changed its state by itself.
+    /// A period of the joints has begun, and its signal was taken. `is_ordered` says that signals of orders
+    /// were taken too. `news` is posted when a joint has changed its state by itself.
     #[inline(always)] // a frame of its own would take stack
     pub fn control(
         &'static self,
@@ -198,7 +198,7 @@ impl<const N: usize> Motors<N> {
     }
 }
 
-/// What is around the joints, for the task that runs.
+/// The surroundings of the joints, for the task that runs.
 pub struct Here<'a, D, const N: usize> {
     pub task: &'a mut Task,
     pub motors: &'static Motors<N>,

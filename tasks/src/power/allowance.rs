@@ -7,13 +7,13 @@ use super::battery::Level;
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Allowance {
     pub level: Level,
-    /// Whether the battery is being charged: what comes in comes through a dock, so docks may be closed,
-    /// however empty it is.
+    /// Whether the battery is being charged. The power comes in through a dock, so docks' switches may be
+    /// closed however empty the battery is.
     pub is_charging: bool,
 }
 
 impl Allowance {
-    /// Of a good battery.
+    /// What a good battery allows.
     pub const ALL: Allowance = Allowance { level: Level::Good, is_charging: false };
 
     /// Whether docks may be joined to neighbours' supplies.

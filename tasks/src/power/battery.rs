@@ -48,13 +48,13 @@ impl Level {
     }
 }
 
-/// So much above its threshold, in mV, a level ends: without its load the voltage rises.
+/// A level ends this far above its threshold, in mV: without the load that was shed the voltage rises.
 const HYSTERESIS: u16 = 300;
 
 /// Looks in a row that must agree: a motor that starts pulls the voltage down for a moment.
 const PATIENCE: u8 = 4;
 
-/// Looks after which any level is left for what they see.
+/// After so many looks at one voltage, any level has changed to the one that they see.
 pub const SETTLES: u8 = 3 * PATIENCE;
 
 /// The battery, as it was seen over time.
@@ -62,7 +62,7 @@ pub const SETTLES: u8 = 3 * PATIENCE;
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Battery {
     level: Level,
-    /// What the last looks saw, and so many in a row.
+    /// What the last looks saw, and how many of them in a row.
     seen: Level,
     agreeing: u8,
 }

@@ -1,17 +1,17 @@
 //! Charging the battery from a neighbour, through a dock.
 //!
 //! The dock's switch joins the supplies of both modules; the charger takes from there what the battery gets.
-//! Whether the neighbour has power to give, the behaviours of both find out; here it shows as a current, or
-//! as none.
+//! The behaviours of both modules find out whether the neighbour has power to give; here it shows as a
+//! current, or as none.
 
-/// What the charger is doing.
+/// The state of the charger.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 #[repr(u8)]
 pub enum State {
     Off = 0,
     Charging = 1,
-    /// The battery is too cold or too hot; it goes on when that is over.
+    /// The battery is too cold or too hot; charging goes on when that is over.
     Paused = 2,
     /// The battery is full.
     Full = 3,
@@ -33,27 +33,27 @@ impl State {
     }
 }
 
-/// Looks in a row, of a quarter of a second, without current that mean that none comes in: 2 s. A single one
-/// can be lost, where another MCU measures it.
+/// After so many looks in a row without current, a quarter of a second apart, none comes in: 2 s. A single
+/// measurement can be lost where the other MCU makes it.
 const PATIENCE: u16 = 8;
 
 /// Looks after which a battery that is not full never will be: 4 h.
 const TIME_OUT: u16 = 4 * 60 * 60 * 4;
 
 /// The voltage, in mV, from which on a battery that takes no more is full. Two Li-ion cells are at 8.4 V
-/// then, and what measures that may be off by a percent.
+/// then, and the measurement may be off by a percent.
 const FULL: u16 = 8_300;
 
 /// The current, in mA, below which a battery at its full voltage takes no more.
 const TAPER: u16 = 80;
 
-/// The temperatures, in 0.1 degree Celsius, between which Li-ion cells may be charged; and what they must be
-/// inside by, to go on.
+/// The temperatures, in 0.1 degree Celsius, between which Li-ion cells may be charged; and how far inside
+/// these they must be to go on.
 const COLD: i16 = 0;
 const HOT: i16 = 450;
 const HYSTERESIS: i16 = 30;
 
-/// What is seen at a look.
+/// What a look sees.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub struct Look {
@@ -61,7 +61,7 @@ pub struct Look {
     pub voltage: u16,
     /// The battery's, in 0.1 degree Celsius.
     pub temperature: i16,
-    /// What comes in through the docks, in mA.
+    /// The current that comes in through the docks, in mA.
     pub current: u16,
 }
 
@@ -88,12 +88,12 @@ impl Charger {
         Charger { state: State::Off, looks: 0, without: 0 }
     }
 
-    /// What it is doing.
+    /// Its state.
     pub fn state(&self) -> State {
         self.state
     }
 
-    /// Whether it is to be on. While it pauses nothing comes in that a battery could count on.
+    /// Whether it is to be on. While it pauses, the battery can't count on any power that comes in.
     pub fn is_on(&self) -> bool {
         self.state == State::Charging
     }

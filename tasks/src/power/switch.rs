@@ -1,7 +1,7 @@
 //! A dock's power switch: it joins the module's supply to the neighbour's.
 //!
 //! The board opens a switch by itself, in the converter's interrupt, as soon as its current is out of bounds:
-//! no task could be held up so long. Here it is known why a switch is open.
+//! a task could be held up too long for that. This state machine knows why a switch is open.
 
 /// A switch.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -28,7 +28,7 @@ impl Switch {
         }
     }
 
-    /// Closes the switch, if the battery allows it; else as soon as it does.
+    /// Closes the switch if the battery allows it, else as soon as it does.
     pub fn close(&mut self, is_allowed: bool) {
         *self = if is_allowed { Switch::Closed } else { Switch::Shed };
     }
@@ -38,7 +38,7 @@ impl Switch {
         *self = Switch::Open;
     }
 
-    /// The board has opened it. Returns whether that is news.
+    /// The board has opened the switch. Returns whether that is news.
     pub fn trip(&mut self) -> bool {
         let was_closed = *self == Switch::Closed;
         if was_closed {
@@ -47,7 +47,7 @@ impl Switch {
         was_closed
     }
 
-    /// The battery allows it, or no longer. Returns whether the switch changed.
+    /// The battery allows the switch to be closed, or no longer does. Returns whether the switch changed.
     pub fn allow(&mut self, is_allowed: bool) -> bool {
         let now = match (*self, is_allowed) {
             (Switch::Closed, false) => Switch::Shed,

@@ -43,7 +43,7 @@ impl Cells for Eeprom {
     }
 }
 
-/// What a program that starts reads.
+/// The record that a program reads when it starts.
 fn recalled(eeprom: &mut Eeprom) -> Option<Record> {
     eeprom.busy = 0;
     Memory::new().recall(eeprom)
@@ -130,7 +130,7 @@ fn whenever_the_power_fails_the_record_before_counts_until_the_new_one_is_whole(
                 } else if eeprom.bytes[now] != whole {
                     assert_eq!(recalled, last, "{before}, {bytes}");
                 }
-                // Whoever starts then keeps what comes.
+                // A program that starts then keeps the next record.
                 let mut memory = Memory::new();
                 memory.recall(&mut eeprom);
                 assert!(keep(&mut memory, &mut eeprom, record(7_000_000), u32::MAX));

@@ -94,7 +94,7 @@ impl Line {
         std::iter::from_fn(|| self.step()).collect()
     }
 
-    /// Waits until the sender wants to be asked. Returns for how many ticks; 0 if it does not want that.
+    /// Waits until the sender wants to be polled. Returns for how many ticks; 0 if it does not want that.
     fn wait(&mut self) -> Ticks {
         let waited = self.sender.poll_at().map_or(0, |at| at.wrapping_sub(self.now));
         self.now = self.now.wrapping_add(waited);

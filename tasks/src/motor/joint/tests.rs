@@ -1,5 +1,5 @@
-//! The limits between what a joint does by itself and what is a fault of it. How it moves is tried on a plant,
-//! in `tests/host/tests/joint.rs`.
+//! The limits between what a joint does by itself and what is a fault of it. `tests/host/tests/joint.rs`
+//! tries on a plant how a joint moves.
 
 extern crate std;
 
@@ -37,7 +37,7 @@ fn a_reading_too_far_off_for_one_period_is_none_of_the_joint() {
 fn a_joint_that_is_off_is_where_it_is_found() {
     let mut joint = Joint::new(JOINT);
     joint.step(reading(0));
-    // It was turned by hand while nobody measured it.
+    // It was turned by hand while it was not measured.
     for _ in 0..100 {
         assert_eq!(joint.step(reading(200)), 0);
     }
